@@ -1,0 +1,1 @@
+//! Monotone tables from leak area to stroke times, with a manifest

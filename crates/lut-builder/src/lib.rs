@@ -1,0 +1,1 @@
+//! Sweeps the leak area through the model and builds leak tables

@@ -1,0 +1,1 @@
+//! Compares the valve model with measurements, calibrates it and finds missing physics

@@ -1,0 +1,1 @@
+//! Quantities with units as users write them, to SI and back

@@ -1,0 +1,1 @@
+//! The valve file: TOML text to checked parameters and back, comments kept

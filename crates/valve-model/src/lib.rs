@@ -1,0 +1,1 @@
+//! Physics of a pneumatic valve: checked parameters in, strokes out

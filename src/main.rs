@@ -1,0 +1,3 @@
+//! Physics-based prognosis of pneumatic valves from their stroke times.
+
+fn main() {}
