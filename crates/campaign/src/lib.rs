@@ -1,0 +1,1 @@
+//! Measurement campaigns: recorded strokes and stroke times, read and checked.
