@@ -89,7 +89,7 @@ fn table() -> Figure {
 }
 
 fn prognosis() -> Figure {
-    let points = (0..=24)
+    let points = (0..=24_u32)
         .map(|index| {
             let cycle = f64::from(index);
             let spread = 14.0 / (1.0 + cycle);
@@ -197,7 +197,7 @@ fn strips() -> Figure {
 
 fn missing() -> Figure {
     let bins = |sign: f64| -> Vec<MissingPoint> {
-        (1..25)
+        (1..25_u32)
             .map(|index| {
                 let at = f64::from(index);
                 MissingPoint {
