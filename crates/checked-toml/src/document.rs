@@ -16,7 +16,7 @@ pub fn read_text(path: &Path) -> Result<String, TomlFileError> {
     let bytes = std::fs::read(path).map_err(|error| at(1, Problem::Unreadable { reason: error.to_string() }))?;
     String::from_utf8(bytes).map_err(|error| {
         let good = error.utf8_error().valid_up_to();
-        let line = 1 + error.as_bytes()[..good].iter().filter(|byte| **byte == b'\n').count();
+        let line = error.as_bytes()[..good].split(|byte| *byte == b'\n').count();
         at(line, Problem::NotText)
     })
 }
