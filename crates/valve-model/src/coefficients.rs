@@ -3,12 +3,30 @@
 use crate::conditions::Conditions;
 use crate::custom::CustomEffect;
 use crate::effects::EffectKind;
-use crate::orifice::{BLEND_SLOPE, OrificeLaw};
+use crate::integrator::Pace;
+use crate::orifice::{BLEND_SLOPE, Blend, OrificeLaw};
 use crate::params::{STANDARD_GRAVITY_M_PER_S2, Valve};
 use crate::real::Real;
 
-/// Relative pressure difference below which orifice flow turns linear.
-pub(crate) const BLEND: f64 = 1e-4;
+/// Largest product of rate and step for pipe and chamber together; with that of the solenoid and the
+/// leaks inside the stability of the method (2.78 on the real axis).
+const PORT_RATE: f64 = 2.0;
+
+/// The same for the solenoid and the leaks.
+const SOLENOID_RATE: f64 = 0.7;
+
+/// The same for every other state, where it also has to be followed.
+const OTHER_RATE: f64 = 1.6;
+
+/// Largest relative pressure difference over which the port's law may be blended to a line. Nothing
+/// flows through it at rest, so that its blend biases no pressure there.
+const WIDEST_PORT_BLEND: f64 = 1e-2;
+
+/// The same for the solenoid and the leaks, which do carry a standing flow.
+const WIDEST_BLEND: f64 = 2e-4;
+
+/// No blend needs to be narrower than this.
+const NARROWEST_BLEND: f64 = 1e-5;
 
 /// Which groups of terms the equations of a valve have beside the base model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
@@ -51,6 +69,10 @@ macro_rules! coefficients {
             $( $(#[$doc])* pub $field: R, )*
             /// The law of all orifices.
             pub law: OrificeLaw<R>,
+            /// How it is blended at the port.
+            pub port_blend: Blend<R>,
+            /// How it is blended at the solenoid and at leaks.
+            pub blend: Blend<R>,
         }
 
         impl<R: Real> Coefficients<R> {
@@ -63,8 +85,8 @@ macro_rules! coefficients {
                 self.law.centre.set_lane(lane, from.law.centre);
                 self.law.scale.set_lane(lane, from.law.scale);
                 self.law.critical.set_lane(lane, from.law.critical);
-                self.law.blend.set_lane(lane, from.law.blend);
-                self.law.inverse_blend.set_lane(lane, from.law.inverse_blend);
+                self.port_blend.set_lane(lane, from.port_blend);
+                self.blend.set_lane(lane, from.blend);
             }
 
             /// The same valve in every lane.
@@ -77,9 +99,9 @@ macro_rules! coefficients {
                         centre: R::splat(law.centre),
                         scale: R::splat(law.scale),
                         critical: R::splat(law.critical),
-                        blend: R::splat(law.blend),
-                        inverse_blend: R::splat(law.inverse_blend),
                     },
+                    port_blend: Blend::splat(from.port_blend),
+                    blend: Blend::splat(from.blend),
                 }
             }
         }
@@ -176,8 +198,14 @@ pub struct Equations {
     pub terms: Terms,
     /// Custom effects, with their parameter values.
     pub custom: Vec<CustomEffect>,
-    /// The fastest rate of the equations, 1/s: sets the number of substeps.
-    pub fastest_rate_per_s: f64,
+    volumes: Volumes,
+}
+
+/// The volumes that hold gas, m³; chamber with the valve open.
+#[derive(Debug, Clone, Copy)]
+struct Volumes {
+    pipe: f64,
+    dead: f64,
 }
 
 impl Equations {
@@ -229,9 +257,10 @@ impl Equations {
             static_excess: 0.0,
             inverse_stribeck: 0.0,
             seal: 0.0,
-            law: OrificeLaw::ideal_nozzle(p.ratio_of_specific_heats, BLEND),
+            law: OrificeLaw::ideal_nozzle(p.ratio_of_specific_heats),
+            port_blend: Blend::new(NARROWEST_BLEND),
+            blend: Blend::new(NARROWEST_BLEND),
         };
-        let mut line_volume = 0.0;
         for effect in valve.effects().iter().filter(|effect| !effect.is_neutral()) {
             let values = effect.values();
             match effect.kind() {
@@ -278,13 +307,12 @@ impl Equations {
                 EffectKind::SupplyDroop => {
                     terms.line = true;
                     c.line_conductance = 1.0 / values[0];
-                    line_volume = values[1];
-                    c.line_gain = zrt / line_volume;
+                    c.line_gain = zrt / values[1];
                 }
                 EffectKind::VentRestriction => c.vent *= values[0],
                 EffectKind::BackPressure => c.exhaust += values[0],
                 EffectKind::OrificeLaw => {
-                    c.law = OrificeLaw::iso_6358(p.ratio_of_specific_heats, values[0], BLEND);
+                    c.law = OrificeLaw::iso_6358(p.ratio_of_specific_heats, values[0]);
                 }
                 EffectKind::LeakToAtmosphere => c.leak_out += orifice(values[0]),
                 EffectKind::LeakFromSupply => c.leak_in += orifice(values[0]),
@@ -296,8 +324,40 @@ impl Equations {
             terms.custom = true;
             terms.friction |= effect.target() == crate::custom::CustomTarget::Friction;
         }
-        let fastest_rate_per_s = fastest_rate(&c, terms, p.pipe_volume_m3, p.dead_volume_m3, line_volume);
-        Self { coefficients: c, terms, custom: valve.custom().to_vec(), fastest_rate_per_s }
+        let custom = valve.custom().to_vec();
+        let volumes = Volumes { pipe: p.pipe_volume_m3, dead: p.dead_volume_m3 };
+        Self { coefficients: c, terms, custom, volumes }
+    }
+
+    /// The step and the blends of the orifice law that keep every state stable, from the rates at which
+    /// a disturbance of each decays: a step of at most `step_s`, or a whole fraction of it.
+    pub fn pace(&self, step_s: f64) -> Pace {
+        let (c, volumes) = (&self.coefficients, &self.volumes);
+        let warming = if self.terms.heating { c.gamma } else { 1.0 };
+        // Rates of the blended law at equal pressures for a blend of width 1; they grow as its inverse root.
+        let steepest = warming * c.zrt * BLEND_SLOPE * libm::sqrt(c.law.at_equal_pressures());
+        let port = steepest * c.port * (1.0 / volumes.pipe + 1.0 / volumes.dead);
+        let mut solenoid = steepest * (c.fill.max(c.vent) + c.leak_in + c.leak_out) / volumes.pipe;
+        let mut other = (c.viscous + c.closing_damping.max(c.opening_damping)) * c.inverse_mass;
+        other = other.max(libm::sqrt((c.contact + c.adhesion * c.adhesion_inverse_reach) * c.inverse_mass));
+        if self.terms.line {
+            other = other.max(c.line_gain * c.line_conductance);
+            solenoid += steepest / c.zrt * c.line_gain * (c.fill + c.leak_in);
+        }
+        if self.terms.heating {
+            let smallest_mass = c.ambient.min(c.exhaust) * volumes.pipe.min(volumes.dead) / c.zrt;
+            other = other.max(c.gamma * c.wall / smallest_mass);
+        }
+        let substeps = |rate: f64, limit: f64| (rate * step_s / limit).ceil().max(1.0);
+        let count = substeps(other, OTHER_RATE)
+            .max(substeps(port / libm::sqrt(WIDEST_PORT_BLEND), PORT_RATE))
+            .max(substeps(solenoid / libm::sqrt(WIDEST_BLEND), SOLENOID_RATE));
+        let step_s = step_s / count;
+        let blend = |rate: f64, limit: f64| {
+            let root = rate * step_s / limit;
+            (root * root).max(NARROWEST_BLEND)
+        };
+        Pace { step_s, port_blend: blend(port, PORT_RATE), blend: blend(solenoid, SOLENOID_RATE) }
     }
 }
 
@@ -307,24 +367,4 @@ impl Equations {
         let values = |effect: &CustomEffect| effect.parameters().iter().map(|parameter| parameter.value).collect();
         self.custom.iter().map(values).collect()
     }
-}
-
-/// An upper bound of the rates at which a disturbance of each state decays, 1/s.
-fn fastest_rate(c: &Coefficients<f64>, terms: Terms, pipe_volume: f64, dead_volume: f64, line_volume: f64) -> f64 {
-    // Slope of an orifice's flow over the pressure difference at equal pressures, kg/(s Pa).
-    let slope = |coefficient: f64| coefficient * BLEND_SLOPE * c.law.shape(1.0 - c.law.blend) * c.law.inverse_blend;
-    let warming = if terms.heating { c.gamma } else { 1.0 };
-    let solenoid = c.fill.max(c.vent) + c.leak_in + c.leak_out;
-    let pipe = warming * c.zrt * (slope(c.port + solenoid) / pipe_volume + slope(c.port) / dead_volume);
-    let line = if terms.line { c.line_gain * (c.line_conductance + slope(c.fill)) } else { 0.0 };
-    let line = if line_volume > 0.0 { line } else { 0.0 };
-    let damping = (c.viscous + c.closing_damping.max(c.opening_damping)) * c.inverse_mass;
-    let spring = libm::sqrt((c.contact + c.adhesion * c.adhesion_inverse_reach) * c.inverse_mass);
-    let wall = if terms.heating {
-        let smallest_mass = c.ambient.min(c.exhaust) * pipe_volume.min(dead_volume) / c.zrt;
-        c.gamma * c.wall / smallest_mass
-    } else {
-        0.0
-    };
-    pipe.max(line).max(damping).max(spring).max(wall)
 }
