@@ -76,16 +76,16 @@ pub struct BayesConfig {
 impl Default for BayesConfig {
     fn default() -> Self {
         Self {
-            noise: Noise::Estimated { prior_readings: 2.0, prior_sd_s: 0.02 },
+            noise: Noise::Estimated { prior_readings: 2.0, prior_sd_s: 0.015 },
             start: StartPrior::Healthy,
             no_start_leak: 0.8,
             start_sd: 0.01,
             wrong_start: 0.01,
-            life_median_cycles: 100.0,
-            life_ln_sd: 1.75,
+            life_median_cycles: 50.0,
+            life_ln_sd: 1.25,
             no_fault: 0.5,
-            outlier_share: 0.01,
-            growth: GrowthLaw::Linear,
+            outlier_share: 0.005,
+            growth: GrowthLaw::Auto,
             name_from: 0.99,
         }
     }

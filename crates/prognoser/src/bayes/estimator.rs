@@ -1,19 +1,26 @@
-//! All hypotheses of one valve together.
+//! The estimate of one valve: hypotheses, memory, and what to do when the
+//! assumption fails.
 
-use leak_table::{Fault, Stroke, TableBundle};
+use leak_table::{Fault, TableBundle};
 
-use super::config::{BayesConfig, Noise, StartPrior};
+use super::change::{Change, LN_RARE, Watch};
+use super::config::{BayesConfig, GrowthLaw, Noise, StartPrior};
+use super::history::{History, RECENT};
+use super::hypotheses::{Hypotheses, Shape, StartViews};
 use super::model::FaultModel;
-use super::posterior::{
-    GrowthPrior, NoisePrior, Posterior, Quantiles, View, ln_evidence_without_growth, ln_sum,
-    posterior,
-};
-use super::sums::{GlitchModel, Sums};
-use super::track::{Priors, Track};
+use super::posterior::{GrowthPrior, NoisePrior, Posterior, Quantiles, View};
+use super::sums::GlitchModel;
+use super::track::Priors;
 use crate::reading::Reading;
 
-/// Number of first readings that are fitted together.
-const FIRST: usize = 8;
+/// Rates of exponential growth tried, per cycle.
+const RATES: [f64; 8] = [0.01, 0.02, 0.04, 0.06, 0.09, 0.14, 0.2, 0.3];
+/// Logarithm of the odds at which exponential growth replaces linear growth.
+const LN_EXPONENTIAL: f64 = 5.0;
+/// Readings before the law of growth is questioned.
+const LAW_FROM: u64 = 10;
+/// Numbers of last readings to which a change is fitted.
+const CHANGE_WINDOWS: [usize; 2] = [3, RECENT];
 
 /// Probability of each hypothesis.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,230 +48,248 @@ impl FaultProbability {
 pub struct BayesEstimate {
     /// Probability of each hypothesis.
     pub probability: FaultProbability,
-    /// The more probable of the two faults; the fields below hold given it.
+    /// The more probable of the two faults; leak, rate and end of life hold
+    /// given it.
     pub leading: Fault,
     /// Leak area now, in m2.
     pub leak_area_m2: f64,
-    /// Growth of the leak area in m2 per cycle.
+    /// Growth of the leak area now, in m2 per cycle.
     pub leak_rate_m2: f64,
-    /// The cycle at end of life.
-    pub eol_cycle: Quantiles,
+    /// Best single estimate of the cycle at end of life.
+    pub eol_cycle: f64,
+    /// The distribution of the cycle at end of life.
+    pub eol: Quantiles,
     /// Estimated standard deviation of the timings' noise, in s.
     pub noise_sd_s: f64,
-    /// Probability that the close and the open timing of this cycle were
+    /// Probability that the closing and the opening time of this cycle were
     /// proper readings.
     pub inlier: [f64; 2],
-    /// Residuals of this cycle's timings in expected standard deviations.
+    /// Residuals of this cycle's times against what was expected of them, in
+    /// expected standard deviations.
     pub surprise: [Option<f64>; 2],
+    /// What has changed at this cycle.
+    pub change: Option<Change>,
+    /// Whether the leak is taken to grow exponentially.
+    pub exponential: bool,
 }
 
 /// The recursive estimate of one valve. Its size does not grow.
 #[derive(Clone, Debug)]
 pub struct BayesEstimator {
     priors: Priors,
-    ln_none: f64,
-    ln_fault: f64,
-    healthy: Vec<View>,
-    unknown: Vec<View>,
-    first: Vec<Reading>,
-    origin: u64,
-    tracks: Option<[(Track, bool); 2]>,
-    none: NoneTrack,
-}
-
-/// The hypothesis that nothing grows, for a leak that stays at zero.
-#[derive(Clone, Copy, Debug)]
-struct NoneTrack {
-    sums: [Sums; 2],
-    sigma2: f64,
+    starts: StartViews,
+    restart: StartViews,
+    growth: GrowthLaw,
+    history: History,
+    watch: Watch,
+    all: Option<Hypotheses>,
 }
 
 impl BayesEstimator {
     /// An estimator that has seen nothing.
     pub fn new(config: &BayesConfig) -> Self {
-        let noise = match config.noise {
-            Noise::Known { sd_s } => {
-                let a = 1e6;
-                NoisePrior { a, b: a * sd_s * sd_s }
-            }
-            Noise::Estimated { prior_readings, prior_sd_s } => {
-                let a = 0.5 * prior_readings;
-                NoisePrior { a, b: a * prior_sd_s * prior_sd_s }
-            }
+        let a = match config.noise {
+            Noise::Known { .. } => 1e6,
+            Noise::Estimated { prior_readings, .. } => 0.5 * prior_readings,
         };
+        let (Noise::Known { sd_s } | Noise::Estimated { prior_sd_s: sd_s, .. }) = config.noise;
+        let noise = NoisePrior { a, b: a * sd_s * sd_s };
         let growth =
             GrowthPrior { ln_median: -config.life_median_cycles.ln(), ln_sd: config.life_ln_sd };
-        let right = 1.0 - config.wrong_start;
-        let any = |weight: f64| View { ln_weight: weight.ln(), mean: 0.4, sd: 0.4 };
-        let (healthy, unknown) = match config.start {
-            StartPrior::Healthy => (
-                vec![
-                    View { ln_weight: (right * config.no_start_leak).ln(), mean: 0.0, sd: 0.0 },
-                    View {
-                        ln_weight: (right * (1.0 - config.no_start_leak)).ln(),
-                        mean: 0.0,
-                        sd: config.start_sd,
-                    },
-                ],
-                vec![any(config.wrong_start)],
-            ),
-            StartPrior::Unknown => (Vec::new(), vec![any(1.0)]),
+        let healthy = |weight: f64| {
+            let view = |share: f64, sd| View { ln_weight: (weight * share).ln(), mean: 0.0, sd };
+            vec![
+                view(config.no_start_leak, 0.0),
+                view(1.0 - config.no_start_leak, config.start_sd),
+            ]
+        };
+        let any = |weight: f64| vec![View { ln_weight: weight.ln(), mean: 0.4, sd: 0.4 }];
+        let none = healthy(1.0);
+        let starts = match config.start {
+            StartPrior::Healthy => StartViews {
+                healthy: healthy(1.0 - config.wrong_start),
+                unknown: any(config.wrong_start),
+                none: none.clone(),
+            },
+            StartPrior::Unknown => {
+                StartViews { healthy: Vec::new(), unknown: any(1.0), none: none.clone() }
+            }
         };
         Self {
-            priors: Priors { noise, growth, glitch: GlitchModel { share: config.outlier_share } },
-            ln_none: config.no_fault.ln(),
-            ln_fault: (0.5 * (1.0 - config.no_fault)).ln(),
-            healthy,
-            unknown,
-            first: Vec::with_capacity(FIRST),
-            origin: 0,
-            tracks: None,
-            none: NoneTrack { sums: [Sums::default(); 2], sigma2: noise.b / noise.a },
+            priors: Priors {
+                noise,
+                growth,
+                glitch: GlitchModel { share: config.outlier_share },
+                ln_none: config.no_fault.ln(),
+                ln_fault: (0.5 * (1.0 - config.no_fault)).ln(),
+            },
+            starts,
+            restart: StartViews { healthy: healthy(0.5), unknown: any(0.5), none },
+            growth: config.growth,
+            history: History::default(),
+            watch: Watch::default(),
+            all: None,
         }
     }
 
-    /// Takes in one cycle and gives the estimate after it.
+    /// Takes in one cycle and gives the estimate after it. Cycles must rise;
+    /// sorting out repeats is the caller's work.
     pub fn update(&mut self, tables: &TableBundle, reading: &Reading) -> BayesEstimate {
-        if self.first.is_empty() {
-            self.origin = reading.cycle;
-        }
         let models = Fault::ALL.map(|fault| FaultModel::new(tables, fault));
-        let origin = self.origin;
-        let shape = |cycle: u64| cycle.saturating_sub(origin) as f64;
-        if self.first.len() < FIRST {
-            self.first.push(*reading);
-            let tracks = models.map(|model| {
-                let fit = |views: &[View]| {
-                    (!views.is_empty())
-                        .then(|| Track::fit(&model, &self.first, &shape, views, &self.priors))
-                };
-                match (fit(&self.healthy), fit(&self.unknown)) {
-                    (Some(a), Some(b)) if b.state.ln_evidence > a.state.ln_evidence => (b, false),
-                    (Some(a), _) => (a, true),
-                    (None, Some(b)) => (b, false),
-                    (None, None) => unreachable!("there is always a prior of the start"),
+        self.history.push(*reading);
+        let mut change = None;
+        match &mut self.all {
+            Some(all) if self.history.seen() > RECENT as u64 => {
+                let before = all.ln_total();
+                all.update(&models, reading, &self.starts, &self.priors);
+                self.history.predicted(all.ln_total() - before);
+                if self.watch.look(all) {
+                    change = self.explain(&models);
+                    match change {
+                        Some(_) => self.watch.reset(),
+                        None => self.watch.in_vain(),
+                    }
                 }
-            });
-            self.tracks = Some(tracks);
-            self.none = NoneTrack::fit(&models, &self.first, &shape, &self.priors);
-        } else if let Some(tracks) = &mut self.tracks {
-            let phi = shape(reading.cycle);
-            for ((track, healthy), model) in tracks.iter_mut().zip(&models) {
-                let views = if *healthy { &self.healthy } else { &self.unknown };
-                track.update(model, reading, phi, views, &self.priors);
             }
-            self.none.update(&models, reading, phi, &self.priors);
+            previous => {
+                // Few readings: all of them are fitted together, every time.
+                let origin = previous.as_ref().map_or(reading.cycle, |all| all.origin);
+                let shape = previous.as_ref().map_or(Shape::Linear, |all| all.shape);
+                let readings = recent(&self.history, RECENT);
+                *previous = Some(Hypotheses::fit(
+                    &models, &readings, origin, shape, &self.starts, &self.priors,
+                ));
+            }
         }
-        self.estimate(&models, reading)
+        if self.growth == GrowthLaw::Exponential && self.history.seen() >= 3 {
+            self.set_exponential(&models);
+        }
+        self.estimate(&models, reading, change)
     }
 
-    fn estimate(&self, models: &[FaultModel; 2], reading: &Reading) -> BayesEstimate {
-        let tracks = self.tracks.as_ref().expect("the first update makes the tracks");
-        let none = if self.healthy.is_empty() {
-            self.none.ln_evidence(&self.unknown, &self.priors)
-        } else {
-            self.none.ln_evidence(&self.healthy, &self.priors)
+    /// Looks for a story that explains the last readings better than the one
+    /// followed so far, and follows it if there is one.
+    fn explain(&mut self, models: &[FaultModel; 2]) -> Option<Change> {
+        if self.growth == GrowthLaw::Auto
+            && self.history.seen() >= LAW_FROM
+            && self.try_exponential(models)
+        {
+            return Some(Change::Exponential);
+        }
+        let all = self.all.as_ref()?;
+        let (mut best, mut best_gain) = (None, LN_RARE);
+        for window in CHANGE_WINDOWS {
+            let entries = self.history.recent();
+            let entries = &entries[entries.len().saturating_sub(window)..];
+            let present: f64 = entries.iter().map(|entry| entry.ln_predicted).sum();
+            let readings: Vec<Reading> = entries.iter().map(|entry| entry.reading).collect();
+            let from = readings[0].cycle;
+            let known = |views: &[View]| StartViews {
+                healthy: views.to_vec(),
+                unknown: Vec::new(),
+                none: self.restart.none.clone(),
+            };
+            let any = StartViews { healthy: Vec::new(), ..self.restart.clone() };
+            for (kind, origin, starts) in [
+                (Change::Reread, all.origin, &self.starts),
+                (Change::Repaired, from, &known(&self.restart.healthy)),
+                (Change::Broken, from, &any),
+            ] {
+                let shape = if kind == Change::Reread { all.shape } else { Shape::Linear };
+                let fit = Hypotheses::fit(models, &readings, origin, shape, starts, &self.priors);
+                let gain = fit.ln_total() - present;
+                if gain > best_gain {
+                    best_gain = gain;
+                    best = Some((kind, readings.len(), fit));
+                }
+            }
+        }
+        let (kind, keep, fit) = best?;
+        self.all = Some(fit);
+        self.history.restart(keep);
+        if kind != Change::Reread {
+            self.starts = self.restart.clone();
+        }
+        Some(kind)
+    }
+
+    /// Compares linear with exponential growth on the sample of the past.
+    fn try_exponential(&mut self, models: &[FaultModel; 2]) -> bool {
+        let Some(all) = &self.all else { return false };
+        let (origin, noise) = (all.origin, all.tracks[all.leading() as usize].state.sigma2);
+        let sample = self.history.sample();
+        let fit = |shape| {
+            Hypotheses::fit(models, &sample, origin, shape, &self.starts, &self.priors)
         };
-        let ln = [
-            self.ln_none + none,
-            self.ln_fault + tracks[0].0.state.ln_evidence,
-            self.ln_fault + tracks[1].0.state.ln_evidence,
-        ];
-        let total = ln_sum(ln.iter().copied());
-        let [none, atmosphere, supply] = ln.map(|value| (value - total).exp());
-        let leading = if atmosphere >= supply { Fault::Atmosphere } else { Fault::Supply };
-        let (track, _) = &tracks[leading as usize];
+        let linear = fit(Shape::Linear).ln_total();
+        let best = self.best_exponential(models);
+        // A step fits no exponential: the noise would have to be larger.
+        let quiet = best.tracks[best.leading() as usize].state.sigma2 < 2.0 * noise;
+        if quiet && best.ln_total() > linear + LN_EXPONENTIAL && best.shape != all.shape {
+            self.all = Some(best);
+            return true;
+        }
+        false
+    }
+
+    fn best_exponential(&self, models: &[FaultModel; 2]) -> Hypotheses {
+        let sample = self.history.sample();
+        let origin = self.all.as_ref().map_or(0, |all| all.origin);
+        let fit = |rate: f64| {
+            let shape = Shape::Exponential { rate };
+            Hypotheses::fit(models, &sample, origin, shape, &self.starts, &self.priors)
+        };
+        let mut best = fit(RATES[0]);
+        for rate in &RATES[1..] {
+            let next = fit(*rate);
+            if next.ln_total() > best.ln_total() {
+                best = next;
+            }
+        }
+        best
+    }
+
+    /// With exponential growth asked for, its rate is found again from the
+    /// sample whenever that has a new reading in it.
+    fn set_exponential(&mut self, models: &[FaultModel; 2]) {
+        if self.history.seen() <= 32 || self.history.seen().is_multiple_of(8) {
+            self.all = Some(self.best_exponential(models));
+        }
+    }
+
+    fn estimate(
+        &self,
+        models: &[FaultModel; 2],
+        reading: &Reading,
+        change: Option<Change>,
+    ) -> BayesEstimate {
+        let all = self.all.as_ref().expect("an update makes the hypotheses");
+        let total = all.ln_total();
+        let [none, atmosphere, supply] = all.ln.map(|value| (value - total).exp());
+        let leading = all.leading();
         let limit_m2 = models[leading as usize].limit_m2();
-        let Posterior { start, growth, sigma2, eol_phi, .. } = track.state;
-        let phi = reading.cycle.saturating_sub(self.origin) as f64;
-        let origin = self.origin as f64;
+        let track = &all.tracks[leading as usize];
+        let Posterior { start, growth, eol_phi, life_phi, .. } = track.state;
+        let (inlier, surprise, sigma2) = all.view_of_last();
+        let cycles = reading.cycle.saturating_sub(all.origin) as f64;
+        let at = |phi: f64| all.origin as f64 + all.shape.cycles(phi);
         BayesEstimate {
             probability: FaultProbability { none, atmosphere, supply },
             leading,
-            leak_area_m2: (start + growth * phi) * limit_m2,
-            leak_rate_m2: growth * limit_m2,
-            eol_cycle: Quantiles {
-                p05: origin + eol_phi.p05,
-                p50: origin + eol_phi.p50,
-                p95: origin + eol_phi.p95,
-            },
+            leak_area_m2: (start + growth * all.shape.phi(cycles)) * limit_m2,
+            leak_rate_m2: growth * all.shape.rate_at(cycles) * limit_m2,
+            eol_cycle: at(life_phi),
+            eol: Quantiles { p05: at(eol_phi.p05), p50: at(eol_phi.p50), p95: at(eol_phi.p95) },
             noise_sd_s: sigma2.sqrt(),
-            inlier: track.inlier,
-            surprise: track.surprise,
+            inlier,
+            surprise,
+            change,
+            exponential: all.shape != Shape::Linear,
         }
     }
 }
 
-impl NoneTrack {
-    fn fit(
-        models: &[FaultModel; 2],
-        readings: &[Reading],
-        shape: &impl Fn(u64) -> f64,
-        priors: &Priors,
-    ) -> Self {
-        let mut sizes: Vec<f64> = readings
-            .iter()
-            .flat_map(|r| Stroke::ALL.into_iter().filter_map(|s| r.time_s(s).map(|t| (s, t))))
-            .map(|(s, t)| (t - models[0].time_and_slope(s, 0.0).0).abs())
-            .collect();
-        sizes.sort_by(f64::total_cmp);
-        let n = sizes.len() as f64;
-        let sd = sizes.get(sizes.len() / 2).map_or(0.0, |median| 1.4826 * median);
-        let mut track = Self {
-            sums: [Sums::default(); 2],
-            sigma2: (2.0 * priors.noise.b + n * sd * sd) / (2.0 * priors.noise.a + n),
-        };
-        for _ in 0..4 {
-            track.sums = [Sums::default(); 2];
-            for reading in readings {
-                track.add(models, reading, shape(reading.cycle), priors);
-            }
-            track.settle(priors);
-        }
-        track
-    }
-
-    fn update(&mut self, models: &[FaultModel; 2], reading: &Reading, phi: f64, priors: &Priors) {
-        self.add(models, reading, phi, priors);
-        self.settle(priors);
-    }
-
-    fn add(&mut self, models: &[FaultModel; 2], reading: &Reading, phi: f64, priors: &Priors) {
-        for stroke in Stroke::ALL {
-            let Some(time) = reading.time_s(stroke) else {
-                for sums in &mut self.sums {
-                    sums.ln_extra += priors.glitch.share.ln();
-                }
-                continue;
-            };
-            for (sums, model) in self.sums.iter_mut().zip(models) {
-                let (expected, slope) = model.time_and_slope(stroke, 0.0);
-                let residual = time - expected;
-                let window = model.window_s(stroke);
-                let (p, ln_extra) = priors.glitch.inlier(residual, self.sigma2, window);
-                let lin = super::sums::Linearised { leak: 0.0, residual, slope };
-                sums.add(phi, &lin, p);
-                sums.ln_extra += ln_extra;
-            }
-        }
-    }
-
-    fn settle(&mut self, priors: &Priors) {
-        let sums = &self.sums[0];
-        self.sigma2 = (priors.noise.b + 0.5 * sums.c) / (priors.noise.a + 0.5 * sums.n);
-    }
-
-    /// Half of the probability for a constant leak of either kind; without a
-    /// leak the two are the same.
-    fn ln_evidence(&self, views: &[View], priors: &Priors) -> f64 {
-        let one = |sums: &Sums| {
-            ln_evidence_without_growth(sums, views, &priors.noise, self.sigma2) - 2.0_f64.ln()
-        };
-        ln_sum([one(&self.sums[0]), one(&self.sums[1])].into_iter())
-    }
-}
-
-#[expect(dead_code, reason = "placeholder")]
-fn unused() {
-    let _ = posterior;
+fn recent(history: &History, count: usize) -> Vec<Reading> {
+    let all = history.recent();
+    all[all.len().saturating_sub(count)..].iter().map(|entry| entry.reading).collect()
 }

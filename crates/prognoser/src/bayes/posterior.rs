@@ -147,6 +147,9 @@ pub(crate) struct Posterior {
     pub sigma2: f64,
     /// Value of phi at end of life.
     pub eol_phi: Quantiles,
+    /// Best single estimate of phi at end of life: the one with the smallest
+    /// expected relative error of the remaining life.
+    pub life_phi: f64,
 }
 
 /// Logarithm of the probability of the data if the leak stays what it is at
@@ -167,6 +170,7 @@ pub(crate) fn posterior(
     noise: &NoisePrior,
     prior: &GrowthPrior,
     sigma2: f64,
+    phi: f64,
 ) -> Posterior {
     let mut fits = [ViewFit::default(); 3];
     let count = views.len().min(fits.len());
@@ -180,7 +184,30 @@ pub(crate) fn posterior(
         .iter()
         .max_by(|x, y| x.ln_area().total_cmp(&y.ln_area()))
         .expect("there is at least one view of the start");
-    if narrow(best) { closed(fits, prior) } else { summed(fits, prior) }
+    if narrow(best) { closed(fits, prior) } else { summed(fits, prior, phi) }
+}
+
+/// The peak of the likelihood of the view that the data like best, growth kept
+/// inside its prior: enough to linearise about.
+pub(crate) fn most_likely(
+    sums: &Sums,
+    views: &[View],
+    noise: &NoisePrior,
+    prior: &GrowthPrior,
+    sigma2: f64,
+) -> Posterior {
+    let mut out = Posterior::default();
+    let mut best = f64::NEG_INFINITY;
+    for view in views {
+        let fit = ViewFit::new(sums, view, noise, sigma2);
+        let ln_area = fit.ln_area();
+        if ln_area > best || best == f64::NEG_INFINITY {
+            best = ln_area;
+            let highest = (prior.ln_median + 4.0 * prior.ln_sd).exp();
+            out.set_point(&fit, fit.centre.clamp(0.0, highest));
+        }
+    }
+    out
 }
 
 /// All views narrow in g: shift each by the slope of the prior and match the
@@ -225,12 +252,13 @@ fn closed(fits: &[ViewFit], prior: &GrowthPrior) -> Posterior {
         p50: 1.0 / rate,
         p95: 1.0 / (rate - half_width).max(1e-12),
     };
+    out.life_phi = 1.0 / rate;
     out.set_point(&fits[best], shapes[best].0);
     out
 }
 
 /// Some view wide in g: a sum over nodes evenly spaced in ln g.
-fn summed(fits: &[ViewFit], prior: &GrowthPrior) -> Posterior {
+fn summed(fits: &[ViewFit], prior: &GrowthPrior, phi: f64) -> Posterior {
     let lowest = prior.ln_median - 4.0 * prior.ln_sd;
     let highest = prior.ln_median + 4.0 * prior.ln_sd;
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
@@ -259,7 +287,8 @@ fn summed(fits: &[ViewFit], prior: &GrowthPrior) -> Posterior {
     let mut weights = [0.0; NODES];
     let mut lives = [0.0; NODES];
     let mut by_view = [0.0; 3];
-    let (mut total, mut mean) = (0.0, 0.0);
+    let mut urgency = [0.0; NODES];
+    let (mut total, mut mean, mut rate) = (0.0, 0.0, 0.0);
     for i in 0..NODES {
         let (mut weight, mut life) = (0.0, 0.0);
         for (v, fit) in fits.iter().enumerate() {
@@ -273,11 +302,13 @@ fn summed(fits: &[ViewFit], prior: &GrowthPrior) -> Posterior {
         lives[i] = if weight > 0.0 { life / weight } else { 1.0 / growths[i] };
         total += weight;
         mean += weight * growths[i];
+        urgency[i] = weight / (lives[i] - phi).max(0.25 * lives[i]);
+        rate += urgency[i];
     }
     let best = (0..fits.len()).max_by(|&x, &y| by_view[x].total_cmp(&by_view[y])).unwrap_or(0);
     let mut out = Posterior { ln_evidence: top + (total * step).ln(), ..Posterior::default() };
     // A long life is a small growth: the quantiles run against each other.
-    let life_at = |share: f64| {
+    let life_at = |share: f64, weights: &[f64; NODES], total: f64| {
         let mut below = 0.0;
         for i in (0..NODES).rev() {
             let next = below + weights[i];
@@ -292,7 +323,9 @@ fn summed(fits: &[ViewFit], prior: &GrowthPrior) -> Posterior {
         }
         lives[0]
     };
-    out.eol_phi = Quantiles { p05: life_at(0.05), p50: life_at(0.5), p95: life_at(0.95) };
+    let quantile = |share| life_at(share, &weights, total);
+    out.eol_phi = Quantiles { p05: quantile(0.05), p50: quantile(0.5), p95: quantile(0.95) };
+    out.life_phi = life_at(0.5, &urgency, rate);
     out.set_point(&fits[best], mean / total);
     out
 }

@@ -3,12 +3,15 @@
 use leak_table::Stroke;
 
 use super::model::FaultModel;
-use super::posterior::{GrowthPrior, NoisePrior, Posterior, View, posterior};
+use super::posterior::{GrowthPrior, NoisePrior, Posterior, View, most_likely, posterior};
 use super::sums::{GlitchModel, Linearised, Sums};
 use crate::reading::Reading;
 
 /// Rounds of reweighting when the first readings are fitted together.
-const ROUNDS: usize = 6;
+const ROUNDS: usize = 5;
+/// Change of leak (in limits) and of noise (relative) below which the rounds
+/// end.
+const SETTLED: f64 = 1e-3;
 /// Smallest growth at which the timings are linearised, in limits per cycle.
 const SMALLEST_GROWTH: f64 = 1e-5;
 /// Predicted standard deviations beyond which a timing is linearised again
@@ -21,6 +24,10 @@ pub(crate) struct Priors {
     pub noise: NoisePrior,
     pub growth: GrowthPrior,
     pub glitch: GlitchModel,
+    /// Logarithm of the prior probability of no fault.
+    pub ln_none: f64,
+    /// Logarithm of the prior probability of each fault.
+    pub ln_fault: f64,
 }
 
 /// Sums and estimate of one fault, one law of growth and one kind of start.
@@ -53,6 +60,7 @@ impl Track {
             inlier: [1.0; 2],
             surprise: [None; 2],
         };
+        let last = readings.last().map_or(0.0, |reading| shape(reading.cycle));
         for _ in 0..ROUNDS {
             track.sums = Sums::default();
             for reading in readings {
@@ -75,11 +83,16 @@ impl Track {
                     }
                 }
             }
-            track.state = posterior(&track.sums, views, &priors.noise, &priors.growth, sigma2);
-            start = track.state.start;
-            growth = track.state.growth;
-            sigma2 = track.state.sigma2;
+            let peak = most_likely(&track.sums, views, &priors.noise, &priors.growth, sigma2);
+            let moved = (peak.start - start).abs() + (peak.growth - growth).abs() * last.max(1.0)
+                + (peak.sigma2 / sigma2 - 1.0).abs();
+            (start, growth, sigma2) = (peak.start, peak.growth, peak.sigma2);
+            track.state.cov = peak.cov;
+            if moved < SETTLED {
+                break;
+            }
         }
+        track.state = posterior(&track.sums, views, &priors.noise, &priors.growth, sigma2, last);
         track
     }
 
@@ -122,7 +135,7 @@ impl Track {
                 self.sums.add(phi, &lin, p);
             }
         }
-        self.state = posterior(&self.sums, views, &priors.noise, &priors.growth, sigma2);
+        self.state = posterior(&self.sums, views, &priors.noise, &priors.growth, sigma2, phi);
     }
 
     /// Adds a stroke that did not finish. If the leak is expected beyond the
@@ -223,8 +236,7 @@ fn first_guess(
     }
 }
 
-/// Noise variance from the median residual about a first guess, with the
-/// prior's weight.
+/// Noise variance from the median residual about a first guess.
 fn first_variance(
     model: &FaultModel,
     readings: &[Reading],
@@ -232,16 +244,18 @@ fn first_variance(
     (start, growth): (f64, f64),
     prior: &NoisePrior,
 ) -> f64 {
-    let mut sizes: Vec<f64> = readings
-        .iter()
-        .flat_map(|reading| {
-            let leak = start + growth * shape(reading.cycle);
-            Stroke::ALL.into_iter().filter_map(move |stroke| {
-                let time = reading.time_s(stroke)?;
-                Some(linearise(model, stroke, leak, time).residual.abs())
-            })
+    let residuals = readings.iter().flat_map(|reading| {
+        let leak = start + growth * shape(reading.cycle);
+        Stroke::ALL.into_iter().filter_map(move |stroke| {
+            Some(linearise(model, stroke, leak, reading.time_s(stroke)?).residual)
         })
-        .collect();
+    });
+    robust_variance(residuals, prior)
+}
+
+/// Variance from the median size of residuals, with the prior's weight.
+pub(crate) fn robust_variance(residuals: impl Iterator<Item = f64>, prior: &NoisePrior) -> f64 {
+    let mut sizes: Vec<f64> = residuals.map(f64::abs).collect();
     let n = sizes.len() as f64;
     let sd = 1.4826 * median(&mut sizes).unwrap_or(0.0);
     (2.0 * prior.b + n * sd * sd) / (2.0 * prior.a + n)
