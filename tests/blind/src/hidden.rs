@@ -3,6 +3,8 @@
 /// Catalogue effects as one set of numbers; the default hides nothing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Hidden {
+    /// How all dry friction of this valve gives before it slides.
+    pub bristles: Bristles,
     /// Dry friction, if any.
     pub dry_friction: Option<DryFriction>,
     /// Seal friction per pressure of the chamber, m2.
@@ -39,6 +41,15 @@ pub struct Hidden {
     pub clock_offset_s: f64,
     /// Things no catalogue holds.
     pub outside: Vec<Outside>,
+}
+
+/// How dry friction gives before it slides.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Bristles {
+    /// As elastomer seals do: 0.2 MN/m, some tenths of a millimetre.
+    Compliant,
+    /// As metal does: about a micrometre.
+    Stiff,
 }
 
 /// Dry friction that does not depend on the place.
@@ -146,6 +157,7 @@ pub enum Outside {
 impl Default for Hidden {
     fn default() -> Self {
         Self {
+            bristles: Bristles::Compliant,
             dry_friction: None,
             seal_friction_m2: 0.0,
             hardening: 0.0,

@@ -7,13 +7,21 @@
 
 mod body;
 mod bristle;
+mod conditions;
 mod orifice;
 mod rig;
 mod spool;
 
+pub mod campaign;
+pub mod draw;
+pub mod effects;
 pub mod hidden;
 pub mod record;
+pub mod strange;
+pub mod truth;
 pub mod valve;
 
+pub use campaign::Campaign;
+pub use draw::{DrawSpec, draw};
 pub use rig::{Conditions, STEP_S};
 pub use spool::Edge;

@@ -84,7 +84,10 @@ mod tests {
     use super::*;
 
     fn at(pressure_pa: f64) -> Gas {
-        Gas { pressure_pa, temperature_k: 293.15 }
+        Gas {
+            pressure_pa,
+            temperature_k: 293.15,
+        }
     }
 
     #[test]

@@ -48,7 +48,10 @@ impl Travel {
 
     /// The first corner after `t`.
     pub fn next_corner(&self, t: f64) -> Option<f64> {
-        self.corners.iter().map(|corner| corner.0).find(|&at| at > t)
+        self.corners
+            .iter()
+            .map(|corner| corner.0)
+            .find(|&at| at > t)
     }
 }
 
@@ -69,8 +72,21 @@ mod tests {
 
     #[test]
     fn an_early_reversal_turns_the_spool_on_its_way() {
-        let spool = Spool { energise_s: 0.02, release_s: 0.01, travel_s: 0.1 };
-        let edges = [Edge { at_s: 0.0, close: true }, Edge { at_s: 0.06, close: false }];
+        let spool = Spool {
+            energise_s: 0.02,
+            release_s: 0.01,
+            travel_s: 0.1,
+        };
+        let edges = [
+            Edge {
+                at_s: 0.0,
+                close: true,
+            },
+            Edge {
+                at_s: 0.06,
+                close: false,
+            },
+        ];
         let travel = Travel::new(&edges, spool);
         assert_eq!(travel.at(0.02), 0.0);
         assert!((travel.at(0.045) - 0.25).abs() < 1e-12);
@@ -81,7 +97,16 @@ mod tests {
 
     #[test]
     fn without_delays_it_jumps_with_the_command() {
-        let edges = [Edge { at_s: 0.0, close: true }, Edge { at_s: 4.0, close: false }];
+        let edges = [
+            Edge {
+                at_s: 0.0,
+                close: true,
+            },
+            Edge {
+                at_s: 4.0,
+                close: false,
+            },
+        ];
         let travel = Travel::new(&edges, Spool::default());
         assert_eq!(travel.at(-1e-9), 0.0);
         assert_eq!(travel.at(0.0), 1.0);

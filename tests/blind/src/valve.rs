@@ -171,7 +171,10 @@ impl Valve {
                 ("preload_compression", self.preload_m * 1e3, "mm"),
             ],
         );
-        section("stops", &[("contact_stiffness", self.contact_n_per_m, "N/m")]);
+        section(
+            "stops",
+            &[("contact_stiffness", self.contact_n_per_m, "N/m")],
+        );
         section(
             "gas",
             &[
@@ -204,7 +207,11 @@ impl Valve {
             "limits",
             &[
                 ("close_within", self.open_at_s * 0.75, "s"),
-                ("open_within", (self.cycle_end_s - self.open_at_s) * 0.75, "s"),
+                (
+                    "open_within",
+                    (self.cycle_end_s - self.open_at_s) * 0.75,
+                    "s",
+                ),
             ],
         );
         text.push_str("\n[tolerance]\n");
@@ -212,7 +219,10 @@ impl Valve {
             let _ = writeln!(text, "\"{key}\" = {sigma:.2}");
         }
         if self.orientation != Orientation::Upright {
-            let line = format!("[actuator]\norientation = \"{}\"\n", self.orientation.word());
+            let line = format!(
+                "[actuator]\norientation = \"{}\"\n",
+                self.orientation.word()
+            );
             text = text.replacen("[actuator]\n", &line, 1);
         }
         text
@@ -222,7 +232,9 @@ impl Valve {
     /// memory tell the same.
     #[must_use]
     pub fn rounded(&self) -> Self {
-        let r = |value: f64, scale: f64| tidy(value * scale).parse::<f64>().unwrap_or(value * scale) / scale;
+        let r = |value: f64, scale: f64| {
+            tidy(value * scale).parse::<f64>().unwrap_or(value * scale) / scale
+        };
         Self {
             mass_kg: r(self.mass_kg, 1.0),
             stroke_m: r(self.stroke_m, 1e3),
