@@ -2,10 +2,10 @@
 
 use crate::conditions::Conditions;
 use crate::custom::CustomEffect;
-use crate::effects::EffectKind;
+use crate::effects::{Effect, EffectKind};
 use crate::integrator::Pace;
 use crate::orifice::{BLEND_SLOPE, Blend, OrificeLaw};
-use crate::params::{STANDARD_GRAVITY_M_PER_S2, Valve};
+use crate::params::{Parameters, STANDARD_GRAVITY_M_PER_S2, Valve};
 use crate::real::Real;
 
 /// Largest product of rate and step for pipe and chamber together; with that of the solenoid and the
@@ -215,7 +215,6 @@ impl Equations {
         let zr = p.compressibility * p.specific_gas_constant_j_per_kg_k;
         let zrt = zr * conditions.temperature_k;
         let orifice = |area: f64| p.flow_coefficient * area / libm::sqrt(zrt);
-        let scale = |area: f64| if area == 0.0 { 0.0 } else { 1.0 / area };
         let mut terms = Terms::default();
         let mut c = Coefficients {
             inverse_mass: 1.0 / p.moving_mass_kg,
@@ -262,63 +261,7 @@ impl Equations {
             blend: Blend::new(NARROWEST_BLEND),
         };
         for effect in valve.effects().iter().filter(|effect| !effect.is_neutral()) {
-            let values = effect.values();
-            match effect.kind() {
-                EffectKind::DryFriction => {
-                    terms.friction = true;
-                    terms.stribeck |= values[1] > values[0];
-                    c.coulomb = values[0];
-                    c.static_excess = values[1] - values[0];
-                    c.inverse_stribeck = scale(values[2]);
-                }
-                EffectKind::SealFriction => {
-                    terms.friction = true;
-                    c.seal = values[0];
-                }
-                EffectKind::ProgressiveSpring => {
-                    terms.forces = true;
-                    c.hardening = values[0] / p.stroke_m;
-                }
-                EffectKind::ClosingCushion => {
-                    terms.forces = true;
-                    c.closing_damping = values[0];
-                    c.closing_inverse_length = scale(values[1]);
-                }
-                EffectKind::OpeningCushion => {
-                    terms.forces = true;
-                    c.opening_damping = values[0];
-                    c.opening_inverse_length = scale(values[1]);
-                }
-                EffectKind::SeatAdhesion => {
-                    terms.forces = true;
-                    c.adhesion = values[0];
-                    c.adhesion_inverse_reach = scale(values[1]);
-                }
-                EffectKind::ProcessForce => {
-                    terms.forces = true;
-                    terms.power |= values[1] != 1.0;
-                    c.process = values[0];
-                    c.process_exponent = values[1];
-                }
-                EffectKind::GasHeating => {
-                    terms.heating = true;
-                    c.wall = values[0] * c.work_gain;
-                }
-                EffectKind::SupplyDroop => {
-                    terms.line = true;
-                    c.line_conductance = 1.0 / values[0];
-                    c.line_gain = zrt / values[1];
-                }
-                EffectKind::VentRestriction => c.vent *= values[0],
-                EffectKind::BackPressure => c.exhaust += values[0],
-                EffectKind::OrificeLaw => {
-                    c.law = OrificeLaw::iso_6358(p.ratio_of_specific_heats, values[0]);
-                }
-                EffectKind::LeakToAtmosphere => c.leak_out += orifice(values[0]),
-                EffectKind::LeakFromSupply => c.leak_in += orifice(values[0]),
-                EffectKind::SolenoidLag => terms.spool = values[2] > 0.0,
-                EffectKind::SensorLag | EffectKind::ClockOffset => {}
-            }
+            add_effect(&mut c, &mut terms, effect, p, orifice);
         }
         for effect in valve.custom() {
             terms.custom = true;
@@ -366,5 +309,74 @@ impl Equations {
     pub fn custom_values(&self) -> Vec<Vec<f64>> {
         let values = |effect: &CustomEffect| effect.parameters().iter().map(|parameter| parameter.value).collect();
         self.custom.iter().map(values).collect()
+    }
+}
+
+/// Adds one effect of the catalogue to the numbers of the base model. `orifice` turns an area into a
+/// flow coefficient.
+fn add_effect(
+    c: &mut Coefficients<f64>,
+    terms: &mut Terms,
+    effect: &Effect,
+    p: &Parameters,
+    orifice: impl Fn(f64) -> f64,
+) {
+    let scale = |length: f64| if length == 0.0 { 0.0 } else { 1.0 / length };
+    let values = effect.values();
+    match effect.kind() {
+        EffectKind::DryFriction => {
+            terms.friction = true;
+            terms.stribeck |= values[1] > values[0];
+            c.coulomb = values[0];
+            c.static_excess = values[1] - values[0];
+            c.inverse_stribeck = scale(values[2]);
+        }
+        EffectKind::SealFriction => {
+            terms.friction = true;
+            c.seal = values[0];
+        }
+        EffectKind::ProgressiveSpring => {
+            terms.forces = true;
+            c.hardening = values[0] / p.stroke_m;
+        }
+        EffectKind::ClosingCushion => {
+            terms.forces = true;
+            c.closing_damping = values[0];
+            c.closing_inverse_length = scale(values[1]);
+        }
+        EffectKind::OpeningCushion => {
+            terms.forces = true;
+            c.opening_damping = values[0];
+            c.opening_inverse_length = scale(values[1]);
+        }
+        EffectKind::SeatAdhesion => {
+            terms.forces = true;
+            c.adhesion = values[0];
+            c.adhesion_inverse_reach = scale(values[1]);
+        }
+        EffectKind::ProcessForce => {
+            terms.forces = true;
+            terms.power |= values[1] != 1.0;
+            c.process = values[0];
+            c.process_exponent = values[1];
+        }
+        EffectKind::GasHeating => {
+            terms.heating = true;
+            c.wall = values[0] * c.work_gain;
+        }
+        EffectKind::SupplyDroop => {
+            terms.line = true;
+            c.line_conductance = 1.0 / values[0];
+            c.line_gain = c.zrt / values[1];
+        }
+        EffectKind::VentRestriction => c.vent *= values[0],
+        EffectKind::BackPressure => c.exhaust += values[0],
+        EffectKind::OrificeLaw => {
+            c.law = OrificeLaw::iso_6358(p.ratio_of_specific_heats, values[0]);
+        }
+        EffectKind::LeakToAtmosphere => c.leak_out += orifice(values[0]),
+        EffectKind::LeakFromSupply => c.leak_in += orifice(values[0]),
+        EffectKind::SolenoidLag => terms.spool = values[2] > 0.0,
+        EffectKind::SensorLag | EffectKind::ClockOffset => {}
     }
 }

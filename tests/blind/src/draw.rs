@@ -27,19 +27,9 @@ const TIMING_NOISE_S: f64 = 3e-3;
 /// Resolution of the position sensor.
 const RESOLUTION_M: f64 = 5e-6;
 /// Scatter where conditions are repeated.
-const SCATTER: Scatter = Scatter {
-    delay_s: 1e-3,
-    preload: 0.003,
-    flow: 0.003,
-    supply: 0.003,
-};
+const SCATTER: Scatter = Scatter { delay_s: 1e-3, preload: 0.003, flow: 0.003, supply: 0.003 };
 /// Scatter of stroke times taken from limit switches.
-const TIMING_SCATTER: Scatter = Scatter {
-    delay_s: 0.0,
-    preload: 0.002,
-    flow: 0.002,
-    supply: 0.0,
-};
+const TIMING_SCATTER: Scatter = Scatter { delay_s: 0.0, preload: 0.002, flow: 0.002, supply: 0.0 };
 
 /// What to draw. Where an option is none, the campaign's own random numbers decide evenly.
 #[derive(Debug, Clone, PartialEq)]
@@ -83,9 +73,8 @@ impl Default for DrawSpec {
 pub fn draw(seed: u64, index: usize, spec: &DrawSpec) -> Campaign {
     let (category, rank) = category_of(index, spec.weights);
     for attempt in 0_u64.. {
-        let mixed = seed
-            ^ (index as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15)
-            ^ attempt.wrapping_mul(0xd1b5_4a32_d192_ed03);
+        let mixed =
+            seed ^ (index as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ attempt.wrapping_mul(0xd1b5_4a32_d192_ed03);
         let mut rng = StdRng::seed_from_u64(mixed);
         if let Some(campaign) = attempt_draw(seed, index, category, rank, spec, &mut rng) {
             return campaign;
@@ -97,21 +86,13 @@ pub fn draw(seed: u64, index: usize, spec: &DrawSpec) -> Campaign {
 /// The category of an index and how many of that category came before it: at every index the one
 /// that lags most behind its weight.
 fn category_of(index: usize, weights: [f64; 4]) -> (Category, usize) {
-    const ORDER: [Category; 4] = [
-        Category::Nothing,
-        Category::One,
-        Category::Two,
-        Category::Outside,
-    ];
+    const ORDER: [Category; 4] = [Category::Nothing, Category::One, Category::Two, Category::Outside];
     let total: f64 = weights.iter().sum();
     let mut counts = [0_usize; 4];
     let mut last = 0;
     for step in 0..=index {
         let behind = |k: usize| weights[k] / total * (step + 1) as f64 - counts[k] as f64;
-        last = (0..4)
-            .filter(|&k| weights[k] > 0.0)
-            .max_by(|&a, &b| behind(a).total_cmp(&behind(b)))
-            .unwrap_or(0);
+        last = (0..4).filter(|&k| weights[k] > 0.0).max_by(|&a, &b| behind(a).total_cmp(&behind(b))).unwrap_or(0);
         counts[last] += 1;
     }
     (ORDER[last], counts[last] - 1)
@@ -137,15 +118,11 @@ fn attempt_draw(
     let testbed = rng.random_bool(spec.testbed_share);
     let has_pressures = spec.pressures.unwrap_or_else(|| rng.random_bool(0.5));
     let repeats = spec.repeats.unwrap_or_else(|| rng.random_bool(0.5));
-    let noise_m = spec
-        .position_noise_m
-        .unwrap_or_else(|| POSITION_NOISES_M[rng.random_range(0..POSITION_NOISES_M.len())]);
+    let noise_m =
+        spec.position_noise_m.unwrap_or_else(|| POSITION_NOISES_M[rng.random_range(0..POSITION_NOISES_M.len())]);
     let (believed, plan, close_s) = believed_valve(testbed, spec.timings_only, repeats, rng)?;
 
-    let mut hidden = Hidden {
-        bristles: spec.bristles,
-        ..Hidden::default()
-    };
+    let mut hidden = Hidden { bristles: spec.bristles, ..Hidden::default() };
     let scale = Scale::of(&believed, close_s);
     // Stroke times say less than a trace: sizes as for a noisy position.
     let size_noise_m = if spec.timings_only { 2e-4 } else { noise_m };
@@ -153,33 +130,17 @@ fn attempt_draw(
     let mut outside: Vec<Drawn> = Vec::new();
     match category {
         Category::Nothing => {}
-        Category::One => effects.push(hide(
-            walk(seed, rank, &CATALOGUE),
-            scale,
-            size_noise_m,
-            rng,
-            &mut hidden,
-        )),
+        Category::One => effects.push(hide(walk(seed, rank, &CATALOGUE), scale, size_noise_m, rng, &mut hidden)),
         Category::Two => {
             let first = walk(seed, rank, &CATALOGUE);
-            let others: Vec<_> = CATALOGUE
-                .into_iter()
-                .filter(|other| go_together(first, other))
-                .collect();
+            let others: Vec<_> = CATALOGUE.into_iter().filter(|other| go_together(first, other)).collect();
             let second = others[rng.random_range(0..others.len())];
             effects.push(hide(first, scale, size_noise_m, rng, &mut hidden));
             effects.push(hide(second, scale, size_noise_m, rng, &mut hidden));
         }
         Category::Outside => {
             let id = walk(seed, rank, &OUTSIDE);
-            outside.push(hide_outside(
-                id,
-                &believed,
-                scale,
-                size_noise_m,
-                rng,
-                &mut hidden,
-            ));
+            outside.push(hide_outside(id, &believed, scale, size_noise_m, rng, &mut hidden));
         }
     }
 
@@ -191,10 +152,9 @@ fn attempt_draw(
     }
     let actual = believed.scaled(&factors);
     let label = match (category, effects.first(), outside.first()) {
-        (_, Some(one), _) => effects.get(1).map_or_else(
-            || one.id.to_owned(),
-            |two| format!("{}-and-{}", one.id, two.id),
-        ),
+        (_, Some(one), _) => {
+            effects.get(1).map_or_else(|| one.id.to_owned(), |two| format!("{}-and-{}", one.id, two.id))
+        }
         (_, None, Some(one)) => format!("outside-{}", one.id),
         _ => "nothing".to_owned(),
     };
@@ -215,16 +175,8 @@ fn attempt_draw(
             has_pressures: has_pressures && !spec.timings_only,
             timings_only: spec.timings_only,
             position_noise_m: noise_m,
-            timing_noise_s: if spec.timings_only {
-                TIMING_NOISE_S
-            } else {
-                0.0
-            },
-            scatter: if spec.timings_only {
-                Some(TIMING_SCATTER)
-            } else {
-                repeats.then_some(SCATTER)
-            },
+            timing_noise_s: if spec.timings_only { TIMING_NOISE_S } else { 0.0 },
+            scatter: if spec.timings_only { Some(TIMING_SCATTER) } else { repeats.then_some(SCATTER) },
             repeats: repeats || spec.timings_only,
         },
     };
@@ -237,12 +189,7 @@ fn attempt_draw(
 }
 
 /// The valve and conditions of one stroke, scattered.
-fn scattered(
-    actual: &Valve,
-    set: &Conditions,
-    scatter: Option<Scatter>,
-    rng: &mut StdRng,
-) -> (Valve, Conditions, f64) {
+fn scattered(actual: &Valve, set: &Conditions, scatter: Option<Scatter>, rng: &mut StdRng) -> (Valve, Conditions, f64) {
     let (mut valve, mut conditions, mut delay_s) = (actual.clone(), set.clone(), 0.0);
     if let Some(sigma) = scatter {
         delay_s = (sigma.delay_s * normal(rng)).clamp(-10e-3, 10e-3);
@@ -257,40 +204,15 @@ fn scattered(
     (valve, conditions, delay_s)
 }
 
-fn take_traces(
-    campaign: &mut Campaign,
-    actual: &Valve,
-    hidden: &Hidden,
-    plan: &Plan,
-    rng: &mut StdRng,
-) -> Option<()> {
-    let edges = [
-        Edge {
-            at_s: 0.0,
-            close: true,
-        },
-        Edge {
-            at_s: campaign.valve.open_at_s,
-            close: false,
-        },
-    ];
+fn take_traces(campaign: &mut Campaign, actual: &Valve, hidden: &Hidden, plan: &Plan, rng: &mut StdRng) -> Option<()> {
+    let edges = [Edge { at_s: 0.0, close: true }, Edge { at_s: campaign.valve.open_at_s, close: false }];
     for set in &plan.conditions {
         let (valve, conditions, delay_s) = scattered(actual, set, campaign.truth.scatter, rng);
-        let ideal = record(
-            &valve,
-            hidden,
-            &conditions,
-            &edges,
-            delay_s,
-            plan.end_s,
-            INTERVAL_S,
-        );
+        let ideal = record(&valve, hidden, &conditions, &edges, delay_s, plan.end_s, INTERVAL_S);
         if !full_strokes(&ideal, &campaign.valve) {
             return None;
         }
-        campaign
-            .runs
-            .push(measured(set.clone(), ideal, &campaign.truth, rng));
+        campaign.runs.push(measured(set.clone(), ideal, &campaign.truth, rng));
     }
     Some(())
 }
@@ -302,9 +224,7 @@ fn full_strokes(trace: &Trace, valve: &Valve) -> bool {
     let shut = until(0.9 * valve.open_at_s);
     let end = trace.time_s.len();
     trace.position_m[..shut].iter().any(|&x| x <= 0.0)
-        && trace.position_m[end - end / 50..]
-            .iter()
-            .all(|&x| x >= valve.stroke_m)
+        && trace.position_m[end - end / 50..].iter().all(|&x| x >= valve.stroke_m)
 }
 
 /// What the sensors make of an ideal trace.
@@ -315,30 +235,13 @@ fn measured(set: Conditions, ideal: Trace, truth: &Truth, rng: &mut StdRng) -> R
         .map(|x| ((x + truth.position_noise_m * normal(rng)) / RESOLUTION_M).round() * RESOLUTION_M)
         .collect();
     let mut gauge = |pressures: &[f64]| -> Vec<f64> {
-        pressures
-            .iter()
-            .map(|p| ((p + PRESSURE_NOISE_PA * normal(rng)) / 10.0).round() * 10.0)
-            .collect()
+        pressures.iter().map(|p| ((p + PRESSURE_NOISE_PA * normal(rng)) / 10.0).round() * 10.0).collect()
     };
-    let pressures_pa = truth
-        .has_pressures
-        .then(|| (gauge(&ideal.chamber_pa), gauge(&ideal.pipe_pa)));
-    Run {
-        conditions: set,
-        time_s: ideal.time_s,
-        command: ideal.command,
-        position_m,
-        pressures_pa,
-    }
+    let pressures_pa = truth.has_pressures.then(|| (gauge(&ideal.chamber_pa), gauge(&ideal.pipe_pa)));
+    Run { conditions: set, time_s: ideal.time_s, command: ideal.command, position_m, pressures_pa }
 }
 
-fn take_times(
-    campaign: &mut Campaign,
-    actual: &Valve,
-    hidden: &Hidden,
-    plan: &Plan,
-    rng: &mut StdRng,
-) -> Option<()> {
+fn take_times(campaign: &mut Campaign, actual: &Valve, hidden: &Hidden, plan: &Plan, rng: &mut StdRng) -> Option<()> {
     for set in &plan.conditions {
         let (valve, conditions, _) = scattered(actual, set, campaign.truth.scatter, rng);
         let leaks = set.leak_to_atmosphere_m2 > 0.0 || set.leak_from_supply_m2 > 0.0;

@@ -45,9 +45,7 @@ const NEVER_TOGETHER: [(&str, &str); 6] = [
 
 /// Whether two effects may be hidden in one campaign.
 pub(crate) fn go_together(one: &str, other: &str) -> bool {
-    one != other
-        && !NEVER_TOGETHER.contains(&(one, other))
-        && !NEVER_TOGETHER.contains(&(other, one))
+    one != other && !NEVER_TOGETHER.contains(&(one, other)) && !NEVER_TOGETHER.contains(&(other, one))
 }
 
 /// A drawn parameter of a hidden effect.
@@ -84,8 +82,7 @@ impl Scale {
     /// `close_s` is the nominal closing time at the usual supply pressure.
     pub fn of(valve: &Valve, close_s: f64) -> Self {
         let testbed = Valve::testbed();
-        let force =
-            valve.spring_n_per_m * valve.preload_m / (testbed.spring_n_per_m * testbed.preload_m);
+        let force = valve.spring_n_per_m * valve.preload_m / (testbed.spring_n_per_m * testbed.preload_m);
         Self {
             force,
             pressure: force * testbed.piston_area_m2 / valve.piston_area_m2,
@@ -113,10 +110,7 @@ impl SizeRange {
     /// and 0.25 mm, the upper end gives way so that the range spans at least a factor of two.
     pub fn for_noise(low: f64, high: f64, noise_m: f64) -> Self {
         let low = low * (noise_m / 1e-4).clamp(0.4, 2.5);
-        Self {
-            low,
-            high: high.max(2.0 * low),
-        }
+        Self { low, high: high.max(2.0 * low) }
     }
 
     pub fn draw(self, rng: &mut StdRng) -> f64 {
@@ -135,13 +129,7 @@ pub(crate) fn three_digits(value: f64) -> f64 {
 }
 
 /// Draws the size of the effect `id`, puts it into `hidden` and tells it.
-pub(crate) fn hide(
-    id: &'static str,
-    scale: Scale,
-    noise_m: f64,
-    rng: &mut StdRng,
-    hidden: &mut Hidden,
-) -> Drawn {
+pub(crate) fn hide(id: &'static str, scale: Scale, noise_m: f64, rng: &mut StdRng, hidden: &mut Hidden) -> Drawn {
     let mut parameters = Vec::new();
     let size = |rng: &mut StdRng, low: f64, high: f64, scale: f64| {
         three_digits(SizeRange::for_noise(low, high, noise_m).draw(rng) * scale)
@@ -153,47 +141,28 @@ pub(crate) fn hide(
     match id {
         "dry-friction" => {
             let coulomb = size(rng, 35.0, 130.0, scale.force);
-            let over = if rng.random_bool(0.5) {
-                1.0
-            } else {
-                rng.random_range(1.2..2.0)
-            };
+            let over = if rng.random_bool(0.5) { 1.0 } else { rng.random_range(1.2..2.0) };
             hidden.dry_friction = Some(DryFriction {
                 coulomb_n: tell("coulomb_force", coulomb, "N"),
                 static_n: tell("static_force", three_digits(coulomb * over), "N"),
-                stribeck_m_per_s: tell(
-                    "stribeck_velocity",
-                    three_digits(log_uniform(rng, 0.005, 0.02)),
-                    "m/s",
-                ),
+                stribeck_m_per_s: tell("stribeck_velocity", three_digits(log_uniform(rng, 0.005, 0.02)), "m/s"),
             });
         }
         "seal-friction" => {
-            hidden.seal_friction_m2 = tell(
-                "friction_per_pressure",
-                size(rng, 1e-4, 4e-4, scale.force / scale.pressure),
-                "m2",
-            );
+            hidden.seal_friction_m2 =
+                tell("friction_per_pressure", size(rng, 1e-4, 4e-4, scale.force / scale.pressure), "m2");
         }
         "progressive-spring" => hidden.hardening = tell("hardening", size(rng, 0.08, 0.4, 1.0), ""),
         "closing-cushion" => {
             hidden.closing_cushion = (
                 tell("damping", size(rng, 1500.0, 12e3, scale.damping()), "N s/m"),
-                tell(
-                    "length",
-                    three_digits(rng.random_range(3e-3..8e-3) * scale.length),
-                    "m",
-                ),
+                tell("length", three_digits(rng.random_range(3e-3..8e-3) * scale.length), "m"),
             );
         }
         "opening-cushion" => {
             hidden.opening_cushion = (
                 tell("damping", size(rng, 4000.0, 30e3, scale.damping()), "N s/m"),
-                tell(
-                    "length",
-                    three_digits(rng.random_range(3e-3..8e-3) * scale.length),
-                    "m",
-                ),
+                tell("length", three_digits(rng.random_range(3e-3..8e-3) * scale.length), "m"),
             );
         }
         "seat-adhesion" => {
@@ -212,61 +181,38 @@ pub(crate) fn hide(
         "gas-heating" => {
             // Here a large effect is a small number.
             let exchange = log_uniform(rng, 0.04, 0.5) * scale.area;
-            hidden.wall_conductance_w_per_k =
-                Some(tell("wall_conductance", three_digits(exchange), "W/K"));
+            hidden.wall_conductance_w_per_k = Some(tell("wall_conductance", three_digits(exchange), "W/K"));
         }
         "supply-droop" => {
             hidden.supply_droop = Some((
-                tell(
-                    "resistance",
-                    size(rng, 2e7, 1.2e8, 1.0 / scale.area),
-                    "Pa s/kg",
-                ),
+                tell("resistance", size(rng, 2e7, 1.2e8, 1.0 / scale.area), "Pa s/kg"),
                 tell("line_volume", 20e-6, "m3"),
             ));
         }
         "vent-restriction" => {
-            hidden.vent_factor = tell(
-                "area_factor",
-                three_digits(1.0 - size(rng, 0.03, 0.4, 1.0)),
-                "",
-            );
+            hidden.vent_factor = tell("area_factor", three_digits(1.0 - size(rng, 0.03, 0.4, 1.0)), "");
         }
-        "back-pressure" => {
-            hidden.back_pressure_pa = tell("pressure", size(rng, 16e3, 55e3, scale.pressure), "Pa")
-        }
+        "back-pressure" => hidden.back_pressure_pa = tell("pressure", size(rng, 16e3, 55e3, scale.pressure), "Pa"),
         "orifice-law" => {
-            hidden.critical_ratio = Some(tell(
-                "critical_ratio",
-                three_digits(rng.random_range(0.1..0.4)),
-                "",
-            ));
+            hidden.critical_ratio = Some(tell("critical_ratio", three_digits(rng.random_range(0.1..0.4)), ""));
         }
         "leak-to-atmosphere" => {
-            hidden.leak_to_atmosphere_m2 =
-                tell("area", size(rng, 0.02e-6, 0.15e-6, scale.area), "m2");
+            hidden.leak_to_atmosphere_m2 = tell("area", size(rng, 0.02e-6, 0.15e-6, scale.area), "m2");
         }
         "leak-from-supply" => {
-            hidden.leak_from_supply_m2 =
-                tell("area", size(rng, 0.01e-6, 0.06e-6, scale.area), "m2");
+            hidden.leak_from_supply_m2 = tell("area", size(rng, 0.01e-6, 0.06e-6, scale.area), "m2");
         }
         "solenoid-lag" => {
             let energise = size(rng, 12e-3, 60e-3, 1.0);
             let release = size(rng, 12e-3, 60e-3, 1.0);
-            let travel = if rng.random_bool(0.5) {
-                0.0
-            } else {
-                size(rng, 20e-3, 100e-3, 1.0)
-            };
+            let travel = if rng.random_bool(0.5) { 0.0 } else { size(rng, 20e-3, 100e-3, 1.0) };
             hidden.solenoid = Spool {
                 energise_s: tell("energise_delay", energise, "s"),
                 release_s: tell("deenergise_delay", release, "s"),
                 travel_s: tell("travel_time", travel, "s"),
             };
         }
-        "sensor-lag" => {
-            hidden.sensor_lag_s = tell("time_constant", size(rng, 10e-3, 60e-3, 1.0), "s")
-        }
+        "sensor-lag" => hidden.sensor_lag_s = tell("time_constant", size(rng, 10e-3, 60e-3, 1.0), "s"),
         _ => {
             let sign = if rng.random_bool(0.5) { 1.0 } else { -1.0 };
             hidden.clock_offset_s = tell("offset", sign * size(rng, 10e-3, 60e-3, 1.0), "s");

@@ -57,11 +57,7 @@ pub(crate) fn hide_outside(
         },
         "supply-ripple" => Outside::SupplyRipple {
             amplitude_pa: tell("amplitude", size(rng, 15e3, 60e3, 1.0), "Pa"),
-            frequency_hz: tell(
-                "frequency",
-                part(rng, 1.2 / scale.time, 3.5 / scale.time),
-                "Hz",
-            ),
+            frequency_hz: tell("frequency", part(rng, 1.2 / scale.time, 3.5 / scale.time), "Hz"),
             phase_rad: tell("phase", part(rng, 0.1, 6.2), "rad"),
         },
         "dwell-friction" => Outside::DwellFriction {

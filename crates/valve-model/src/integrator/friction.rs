@@ -21,11 +21,11 @@ impl Changes {
     /// Shortens the step of each lane that changes to end at its change; returns what is left of them, s.
     pub(super) fn shorten<R: Real>(&self, front: &mut Front<R>) -> [f64; MAX_LANES] {
         let mut cut = [0.0; MAX_LANES];
-        for lane in 0..R::LANES {
+        for (lane, cut) in cut.iter_mut().enumerate() {
             let Some(share) = self.share[lane] else { continue };
             let whole = front.step.lane(lane);
             front.step.set_lane(lane, share * whole);
-            cut[lane] = whole - share * whole;
+            *cut = whole - share * whole;
             if self.stick_now[lane] {
                 front.slide.set_lane(lane, 0.0);
             }

@@ -135,8 +135,8 @@ fn march<R: Real, const BASE: bool>(
                     if stage == 0 {
                         first = last;
                     }
-                    if stage < 4 {
-                        sum = sum.advanced::<BASE>(&last.rate, front.step * R::splat(WEIGHTS[stage]));
+                    if let Some(weight) = WEIGHTS.get(stage) {
+                        sum = sum.advanced::<BASE>(&last.rate, front.step * R::splat(*weight));
                     }
                 }
                 if !friction {
