@@ -2,13 +2,31 @@
 
 use crate::conditions::Conditions;
 use crate::custom::CustomEffect;
-use crate::effects::EffectKind;
-use crate::orifice::{BLEND_SLOPE, OrificeLaw};
-use crate::params::{STANDARD_GRAVITY_M_PER_S2, Valve};
+use crate::effects::{Effect, EffectKind};
+use crate::integrator::Pace;
+use crate::orifice::{BLEND_SLOPE, Blend, OrificeLaw};
+use crate::params::{Parameters, STANDARD_GRAVITY_M_PER_S2, Valve};
 use crate::real::Real;
 
-/// Relative pressure difference below which orifice flow turns linear.
-pub(crate) const BLEND: f64 = 1e-4;
+/// Largest product of rate and step for pipe and chamber together; with that of the solenoid and the
+/// leaks inside the stability of the method (2.78 on the real axis).
+const PORT_RATE: f64 = 2.0;
+
+/// The same for the solenoid and the leaks.
+const SOLENOID_RATE: f64 = 0.7;
+
+/// The same for every other state, where it also has to be followed.
+const OTHER_RATE: f64 = 1.6;
+
+/// Largest relative pressure difference over which the port's law may be blended to a line. Nothing
+/// flows through it at rest, so that its blend biases no pressure there.
+const WIDEST_PORT_BLEND: f64 = 1e-2;
+
+/// The same for the solenoid and the leaks, which do carry a standing flow.
+const WIDEST_BLEND: f64 = 2e-4;
+
+/// No blend needs to be narrower than this.
+const NARROWEST_BLEND: f64 = 1e-5;
 
 /// Which groups of terms the equations of a valve have beside the base model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
@@ -51,6 +69,10 @@ macro_rules! coefficients {
             $( $(#[$doc])* pub $field: R, )*
             /// The law of all orifices.
             pub law: OrificeLaw<R>,
+            /// How it is blended at the port.
+            pub port_blend: Blend<R>,
+            /// How it is blended at the solenoid and at leaks.
+            pub blend: Blend<R>,
         }
 
         impl<R: Real> Coefficients<R> {
@@ -63,8 +85,8 @@ macro_rules! coefficients {
                 self.law.centre.set_lane(lane, from.law.centre);
                 self.law.scale.set_lane(lane, from.law.scale);
                 self.law.critical.set_lane(lane, from.law.critical);
-                self.law.blend.set_lane(lane, from.law.blend);
-                self.law.inverse_blend.set_lane(lane, from.law.inverse_blend);
+                self.port_blend.set_lane(lane, from.port_blend);
+                self.blend.set_lane(lane, from.blend);
             }
 
             /// The same valve in every lane.
@@ -77,9 +99,9 @@ macro_rules! coefficients {
                         centre: R::splat(law.centre),
                         scale: R::splat(law.scale),
                         critical: R::splat(law.critical),
-                        blend: R::splat(law.blend),
-                        inverse_blend: R::splat(law.inverse_blend),
                     },
+                    port_blend: Blend::splat(from.port_blend),
+                    blend: Blend::splat(from.blend),
                 }
             }
         }
@@ -176,8 +198,14 @@ pub struct Equations {
     pub terms: Terms,
     /// Custom effects, with their parameter values.
     pub custom: Vec<CustomEffect>,
-    /// The fastest rate of the equations, 1/s: sets the number of substeps.
-    pub fastest_rate_per_s: f64,
+    volumes: Volumes,
+}
+
+/// The volumes that hold gas, m³; chamber with the valve open.
+#[derive(Debug, Clone, Copy)]
+struct Volumes {
+    pipe: f64,
+    dead: f64,
 }
 
 impl Equations {
@@ -187,7 +215,6 @@ impl Equations {
         let zr = p.compressibility * p.specific_gas_constant_j_per_kg_k;
         let zrt = zr * conditions.temperature_k;
         let orifice = |area: f64| p.flow_coefficient * area / libm::sqrt(zrt);
-        let scale = |area: f64| if area == 0.0 { 0.0 } else { 1.0 / area };
         let mut terms = Terms::default();
         let mut c = Coefficients {
             inverse_mass: 1.0 / p.moving_mass_kg,
@@ -229,75 +256,51 @@ impl Equations {
             static_excess: 0.0,
             inverse_stribeck: 0.0,
             seal: 0.0,
-            law: OrificeLaw::ideal_nozzle(p.ratio_of_specific_heats, BLEND),
+            law: OrificeLaw::ideal_nozzle(p.ratio_of_specific_heats),
+            port_blend: Blend::new(NARROWEST_BLEND),
+            blend: Blend::new(NARROWEST_BLEND),
         };
-        let mut line_volume = 0.0;
         for effect in valve.effects().iter().filter(|effect| !effect.is_neutral()) {
-            let values = effect.values();
-            match effect.kind() {
-                EffectKind::DryFriction => {
-                    terms.friction = true;
-                    terms.stribeck |= values[1] > values[0];
-                    c.coulomb = values[0];
-                    c.static_excess = values[1] - values[0];
-                    c.inverse_stribeck = scale(values[2]);
-                }
-                EffectKind::SealFriction => {
-                    terms.friction = true;
-                    c.seal = values[0];
-                }
-                EffectKind::ProgressiveSpring => {
-                    terms.forces = true;
-                    c.hardening = values[0] / p.stroke_m;
-                }
-                EffectKind::ClosingCushion => {
-                    terms.forces = true;
-                    c.closing_damping = values[0];
-                    c.closing_inverse_length = scale(values[1]);
-                }
-                EffectKind::OpeningCushion => {
-                    terms.forces = true;
-                    c.opening_damping = values[0];
-                    c.opening_inverse_length = scale(values[1]);
-                }
-                EffectKind::SeatAdhesion => {
-                    terms.forces = true;
-                    c.adhesion = values[0];
-                    c.adhesion_inverse_reach = scale(values[1]);
-                }
-                EffectKind::ProcessForce => {
-                    terms.forces = true;
-                    terms.power |= values[1] != 1.0;
-                    c.process = values[0];
-                    c.process_exponent = values[1];
-                }
-                EffectKind::GasHeating => {
-                    terms.heating = true;
-                    c.wall = values[0] * c.work_gain;
-                }
-                EffectKind::SupplyDroop => {
-                    terms.line = true;
-                    c.line_conductance = 1.0 / values[0];
-                    line_volume = values[1];
-                    c.line_gain = zrt / line_volume;
-                }
-                EffectKind::VentRestriction => c.vent *= values[0],
-                EffectKind::BackPressure => c.exhaust += values[0],
-                EffectKind::OrificeLaw => {
-                    c.law = OrificeLaw::iso_6358(p.ratio_of_specific_heats, values[0], BLEND);
-                }
-                EffectKind::LeakToAtmosphere => c.leak_out += orifice(values[0]),
-                EffectKind::LeakFromSupply => c.leak_in += orifice(values[0]),
-                EffectKind::SolenoidLag => terms.spool = values[2] > 0.0,
-                EffectKind::SensorLag | EffectKind::ClockOffset => {}
-            }
+            add_effect(&mut c, &mut terms, effect, p, orifice);
         }
         for effect in valve.custom() {
             terms.custom = true;
             terms.friction |= effect.target() == crate::custom::CustomTarget::Friction;
         }
-        let fastest_rate_per_s = fastest_rate(&c, terms, p.pipe_volume_m3, p.dead_volume_m3, line_volume);
-        Self { coefficients: c, terms, custom: valve.custom().to_vec(), fastest_rate_per_s }
+        let custom = valve.custom().to_vec();
+        let volumes = Volumes { pipe: p.pipe_volume_m3, dead: p.dead_volume_m3 };
+        Self { coefficients: c, terms, custom, volumes }
+    }
+
+    /// The step and the blends of the orifice law that keep every state stable, from the rates at which
+    /// a disturbance of each decays: a step of at most `step_s`, or a whole fraction of it.
+    pub fn pace(&self, step_s: f64) -> Pace {
+        let (c, volumes) = (&self.coefficients, &self.volumes);
+        let warming = if self.terms.heating { c.gamma } else { 1.0 };
+        // Rates of the blended law at equal pressures for a blend of width 1; they grow as its inverse root.
+        let steepest = warming * c.zrt * BLEND_SLOPE * libm::sqrt(c.law.at_equal_pressures());
+        let port = steepest * c.port * (1.0 / volumes.pipe + 1.0 / volumes.dead);
+        let mut solenoid = steepest * (c.fill.max(c.vent) + c.leak_in + c.leak_out) / volumes.pipe;
+        let mut other = (c.viscous + c.closing_damping.max(c.opening_damping)) * c.inverse_mass;
+        other = other.max(libm::sqrt((c.contact + c.adhesion * c.adhesion_inverse_reach) * c.inverse_mass));
+        if self.terms.line {
+            other = other.max(c.line_gain * c.line_conductance);
+            solenoid += steepest / c.zrt * c.line_gain * (c.fill + c.leak_in);
+        }
+        if self.terms.heating {
+            let smallest_mass = c.ambient.min(c.exhaust) * volumes.pipe.min(volumes.dead) / c.zrt;
+            other = other.max(c.gamma * c.wall / smallest_mass);
+        }
+        let substeps = |rate: f64, limit: f64| (rate * step_s / limit).ceil().max(1.0);
+        let count = substeps(other, OTHER_RATE)
+            .max(substeps(port / libm::sqrt(WIDEST_PORT_BLEND), PORT_RATE))
+            .max(substeps(solenoid / libm::sqrt(WIDEST_BLEND), SOLENOID_RATE));
+        let step_s = step_s / count;
+        let blend = |rate: f64, limit: f64| {
+            let root = rate * step_s / limit;
+            (root * root).max(NARROWEST_BLEND)
+        };
+        Pace { step_s, port_blend: blend(port, PORT_RATE), blend: blend(solenoid, SOLENOID_RATE) }
     }
 }
 
@@ -309,22 +312,71 @@ impl Equations {
     }
 }
 
-/// An upper bound of the rates at which a disturbance of each state decays, 1/s.
-fn fastest_rate(c: &Coefficients<f64>, terms: Terms, pipe_volume: f64, dead_volume: f64, line_volume: f64) -> f64 {
-    // Slope of an orifice's flow over the pressure difference at equal pressures, kg/(s Pa).
-    let slope = |coefficient: f64| coefficient * BLEND_SLOPE * c.law.shape(1.0 - c.law.blend) * c.law.inverse_blend;
-    let warming = if terms.heating { c.gamma } else { 1.0 };
-    let solenoid = c.fill.max(c.vent) + c.leak_in + c.leak_out;
-    let pipe = warming * c.zrt * (slope(c.port + solenoid) / pipe_volume + slope(c.port) / dead_volume);
-    let line = if terms.line { c.line_gain * (c.line_conductance + slope(c.fill)) } else { 0.0 };
-    let line = if line_volume > 0.0 { line } else { 0.0 };
-    let damping = (c.viscous + c.closing_damping.max(c.opening_damping)) * c.inverse_mass;
-    let spring = libm::sqrt((c.contact + c.adhesion * c.adhesion_inverse_reach) * c.inverse_mass);
-    let wall = if terms.heating {
-        let smallest_mass = c.ambient.min(c.exhaust) * pipe_volume.min(dead_volume) / c.zrt;
-        c.gamma * c.wall / smallest_mass
-    } else {
-        0.0
-    };
-    pipe.max(line).max(damping).max(spring).max(wall)
+/// Adds one effect of the catalogue to the numbers of the base model. `orifice` turns an area into a
+/// flow coefficient.
+fn add_effect(
+    c: &mut Coefficients<f64>,
+    terms: &mut Terms,
+    effect: &Effect,
+    p: &Parameters,
+    orifice: impl Fn(f64) -> f64,
+) {
+    let scale = |length: f64| if length == 0.0 { 0.0 } else { 1.0 / length };
+    let values = effect.values();
+    match effect.kind() {
+        EffectKind::DryFriction => {
+            terms.friction = true;
+            terms.stribeck |= values[1] > values[0];
+            c.coulomb = values[0];
+            c.static_excess = values[1] - values[0];
+            c.inverse_stribeck = scale(values[2]);
+        }
+        EffectKind::SealFriction => {
+            terms.friction = true;
+            c.seal = values[0];
+        }
+        EffectKind::ProgressiveSpring => {
+            terms.forces = true;
+            c.hardening = values[0] / p.stroke_m;
+        }
+        EffectKind::ClosingCushion => {
+            terms.forces = true;
+            c.closing_damping = values[0];
+            c.closing_inverse_length = scale(values[1]);
+        }
+        EffectKind::OpeningCushion => {
+            terms.forces = true;
+            c.opening_damping = values[0];
+            c.opening_inverse_length = scale(values[1]);
+        }
+        EffectKind::SeatAdhesion => {
+            terms.forces = true;
+            c.adhesion = values[0];
+            c.adhesion_inverse_reach = scale(values[1]);
+        }
+        EffectKind::ProcessForce => {
+            terms.forces = true;
+            terms.power |= values[1] != 1.0;
+            c.process = values[0];
+            c.process_exponent = values[1];
+        }
+        EffectKind::GasHeating => {
+            terms.heating = true;
+            c.wall = values[0] * c.work_gain;
+        }
+        EffectKind::SupplyDroop => {
+            terms.line = true;
+            c.line_conductance = 1.0 / values[0];
+            c.line_gain = c.zrt / values[1];
+        }
+        EffectKind::VentRestriction => c.vent *= values[0],
+        EffectKind::BackPressure => c.exhaust += values[0],
+        EffectKind::OrificeLaw => {
+            c.law = OrificeLaw::iso_6358(p.ratio_of_specific_heats, values[0]);
+        }
+        EffectKind::LeakToAtmosphere => c.leak_out += orifice(values[0]),
+        EffectKind::LeakFromSupply => c.leak_in += orifice(values[0]),
+        EffectKind::SolenoidLag => terms.spool = values[2] > 0.0,
+        EffectKind::SensorLag | EffectKind::ClockOffset => {}
+    }
 }

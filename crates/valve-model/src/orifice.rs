@@ -13,8 +13,7 @@
 //! serves both.
 //!
 //! The slope of the square root is infinite at equal pressures. Within a relative pressure
-//! difference `blend` it gives way to an odd polynomial that agrees with it in value, slope and
-//! curvature at the edge.
+//! difference `blend` it gives way to an odd cubic that agrees with it in value and slope at the edge.
 
 use crate::real::Real;
 
@@ -33,19 +32,44 @@ pub struct OrificeLaw<R> {
     pub scale: R,
     /// Critical pressure ratio.
     pub critical: R,
-    /// Relative pressure difference below which the blend acts.
-    pub blend: R,
+}
+
+/// The relative pressure difference within which an orifice's law is blended to a line.
+#[derive(Debug, Clone, Copy)]
+pub struct Blend<R> {
+    /// The difference.
+    pub width: R,
     /// Its inverse.
-    pub inverse_blend: R,
+    pub inverse: R,
+}
+
+impl Blend<f64> {
+    /// A blend of this width.
+    pub fn new(width: f64) -> Self {
+        Self { width, inverse: 1.0 / width }
+    }
+}
+
+impl<R: Real> Blend<R> {
+    /// The same blend in every lane.
+    pub fn splat(from: Blend<f64>) -> Self {
+        Self { width: R::splat(from.width), inverse: R::splat(from.inverse) }
+    }
+
+    /// Puts a blend into a lane.
+    pub fn set_lane(&mut self, lane: usize, from: Blend<f64>) {
+        self.width.set_lane(lane, from.width);
+        self.inverse.set_lane(lane, from.inverse);
+    }
 }
 
 /// Slope of the blend at equal pressures, in units of that of the chord.
-pub const BLEND_SLOPE: f64 = 15.0 / 8.0;
+pub const BLEND_SLOPE: f64 = 1.25;
 
 impl OrificeLaw<f64> {
     /// The ideal nozzle for a ratio of specific heats, with the flow coefficient's factor
     /// sqrt(2 gamma/(gamma - 1)) included in q.
-    pub fn ideal_nozzle(gamma: f64, blend: f64) -> Self {
+    pub fn ideal_nozzle(gamma: f64) -> Self {
         let critical = libm::pow(2.0 / (gamma + 1.0), gamma / (gamma - 1.0));
         let factor = 2.0 * gamma / (gamma - 1.0);
         let q = |r: f64| {
@@ -56,22 +80,20 @@ impl OrificeLaw<f64> {
             let quotient = if r == 1.0 { limit } else { gap / -libm::expm1(ln_r) };
             factor * w * quotient
         };
-        Self::from_function(critical, blend, q)
+        Self::from_function(critical, q)
     }
 
     /// ISO 6358 with critical ratio b and the choked flow of the ideal nozzle.
-    pub fn iso_6358(gamma: f64, critical_ratio: f64, blend: f64) -> Self {
-        let nozzle = Self::ideal_nozzle(gamma, blend);
-        let sonic = nozzle.shape(nozzle.critical);
+    pub fn iso_6358(gamma: f64, critical_ratio: f64) -> Self {
+        let nozzle = Self::ideal_nozzle(gamma);
+        let sonic = nozzle.shape(nozzle.critical, Blend::new(1e-9));
         let width = 1.0 - critical_ratio;
-        Self::from_function(critical_ratio, blend, |r| {
-            sonic * sonic * (1.0 + r - 2.0 * critical_ratio) / (width * width)
-        })
+        Self::from_function(critical_ratio, |r| sonic * sonic * (1.0 + r - 2.0 * critical_ratio) / (width * width))
     }
 
     /// Interpolates q at Chebyshev nodes on [critical, 1] (Trefethen, Approximation Theory and
     /// Approximation Practice, 2013, chapter 3), as a polynomial in powers.
-    fn from_function(critical: f64, blend: f64, q: impl Fn(f64) -> f64) -> Self {
+    fn from_function(critical: f64, q: impl Fn(f64) -> f64) -> Self {
         const NODES: usize = DEGREE + 1;
         let centre = 0.5 * (1.0 + critical);
         let half = 0.5 * (1.0 - critical);
@@ -97,30 +119,37 @@ impl OrificeLaw<f64> {
             previous = current;
             current = next;
         }
-        Self { q: powers, centre, scale: 1.0 / half, critical, blend, inverse_blend: 1.0 / blend }
+        Self { q: powers, centre, scale: 1.0 / half, critical }
+    }
+}
+
+impl OrificeLaw<f64> {
+    /// q at equal pressures.
+    pub fn at_equal_pressures(&self) -> f64 {
+        polynomial(&self.q, (1.0 - self.centre) * self.scale)
     }
 }
 
 impl<R: Real> OrificeLaw<R> {
     /// sqrt((1 - r) q(r)) for a pressure ratio r <= 1, choked below the critical ratio.
     #[inline(always)]
-    pub fn shape(&self, ratio: R) -> R {
+    pub fn shape(&self, ratio: R, blend: Blend<R>) -> R {
         let r = ratio.max(self.critical);
         let t = (r - self.centre) * self.scale;
         let q = polynomial(&self.q, t);
         let gap = R::splat(1.0) - r;
-        let s = gap * self.inverse_blend;
-        let root = (gap.max(self.blend) * q).sqrt();
-        let odd = s * (R::splat(BLEND_SLOPE) + s * (R::splat(-1.25) + s * R::splat(0.375)));
-        root * gap.select_lt(self.blend, odd, R::splat(1.0))
+        let s = gap * blend.inverse;
+        let root = (gap.max(blend.width) * q).sqrt();
+        let odd = s * (R::splat(BLEND_SLOPE) - s * s * R::splat(0.25));
+        root * gap.select_lt(blend.width, odd, R::splat(1.0))
     }
 
     /// Mass flow from `p1` to `p2`, kg/s, for a coefficient C A / sqrt(Z R T); negative where it runs back.
     #[inline(always)]
-    pub fn flow(&self, p1: R, p2: R, coefficient: R) -> R {
+    pub fn flow(&self, p1: R, p2: R, coefficient: R, blend: Blend<R>) -> R {
         let high = p1.max(p2);
         let low = p1.min(p2);
-        let magnitude = coefficient * high * self.shape(low / high);
+        let magnitude = coefficient * high * self.shape(low / high, blend);
         p1.select_lt(p2, -magnitude, magnitude)
     }
 }
@@ -149,42 +178,44 @@ mod tests {
     #[test]
     fn the_polynomial_is_the_nozzle_law() {
         for gamma in [1.1, 1.289, 1.4, 1.667] {
-            let law = OrificeLaw::ideal_nozzle(gamma, 1e-9);
+            let law = OrificeLaw::ideal_nozzle(gamma);
             let worst = (0..=999)
                 .map(|i| f64::from(i) / 1000.0)
-                .map(|r| (law.shape(r) / exact(gamma, r) - 1.0).abs())
+                .map(|r| (law.shape(r, Blend::new(1e-9)) / exact(gamma, r) - 1.0).abs())
                 .fold(0.0, f64::max);
-            assert!(worst < 2e-14 + 1e-13 * f64::from(u8::from(gamma > 1.5)), "gamma {gamma}: {worst:e}");
+            assert!(worst < 1e-12, "gamma {gamma}: {worst:e}");
         }
     }
 
     #[test]
     fn choked_flow_is_the_textbook_value() {
         let gamma: f64 = 1.4;
-        let law = OrificeLaw::ideal_nozzle(gamma, 1e-4);
+        let law = OrificeLaw::ideal_nozzle(gamma);
         let sonic = (gamma * libm::pow(2.0 / (gamma + 1.0), (gamma + 1.0) / (gamma - 1.0))).sqrt();
-        assert!((law.flow(6e5, 1e5, 1e-9) - 1e-9 * 6e5 * sonic).abs() < 1e-18);
-        assert_eq!(law.flow(6e5, 1e5, 1e-9), law.flow(6e5, 2e5, 1e-9));
+        assert!((law.flow(6e5, 1e5, 1e-9, Blend::new(1e-3)) - 1e-9 * 6e5 * sonic).abs() < 1e-18);
+        assert_eq!(law.flow(6e5, 1e5, 1e-9, Blend::new(1e-3)), law.flow(6e5, 2e5, 1e-9, Blend::new(1e-3)));
     }
 
     #[test]
     fn flow_is_odd_and_smooth_at_equal_pressures() {
-        let law = OrificeLaw::ideal_nozzle(1.4, 1e-3);
-        assert_eq!(law.flow(3e5, 3e5, 1e-9), 0.0);
-        assert_eq!(law.flow(3e5, 2e5, 1e-9), -law.flow(2e5, 3e5, 1e-9));
+        let law = OrificeLaw::ideal_nozzle(1.4);
+        assert_eq!(law.flow(3e5, 3e5, 1e-9, Blend::new(1e-3)), 0.0);
+        assert_eq!(law.flow(3e5, 2e5, 1e-9, Blend::new(1e-3)), -law.flow(2e5, 3e5, 1e-9, Blend::new(1e-3)));
         for gap in [0.999e-3, 1.001e-3] {
-            let slope = |at: f64| (law.shape(1.0 - at - 1e-9) - law.shape(1.0 - at + 1e-9)) / 2e-9;
+            let slope = |at: f64| {
+                (law.shape(1.0 - at - 1e-9, Blend::new(1e-3)) - law.shape(1.0 - at + 1e-9, Blend::new(1e-3))) / 2e-9
+            };
             let reference = exact(1.4, 1.0 - gap - 1e-9) - exact(1.4, 1.0 - gap + 1e-9);
-            assert!((slope(gap) / (reference / 2e-9) - 1.0).abs() < 1e-4);
+            assert!((slope(gap) / (reference / 2e-9) - 1.0).abs() < 5e-3);
         }
     }
 
     #[test]
     fn iso_6358_keeps_the_sonic_flow_and_falls_as_an_ellipse() {
-        let nozzle = OrificeLaw::ideal_nozzle(1.4, 1e-9);
-        let law = OrificeLaw::iso_6358(1.4, 0.3, 1e-9);
-        assert!((law.shape(0.2) / nozzle.shape(0.2) - 1.0).abs() < 1e-13);
+        let nozzle = OrificeLaw::ideal_nozzle(1.4);
+        let law = OrificeLaw::iso_6358(1.4, 0.3);
+        assert!((law.shape(0.2, Blend::new(1e-3)) / nozzle.shape(0.2, Blend::new(1e-3)) - 1.0).abs() < 1e-13);
         let ellipse = (1.0_f64 - (0.4_f64 / 0.7).powi(2)).sqrt();
-        assert!((law.shape(0.7) / nozzle.shape(0.2) - ellipse).abs() < 1e-13);
+        assert!((law.shape(0.7, Blend::new(1e-3)) / nozzle.shape(0.2, Blend::new(1e-3)) - ellipse).abs() < 1e-13);
     }
 }

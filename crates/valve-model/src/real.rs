@@ -135,7 +135,7 @@ macro_rules! lanewise {
             #[inline(always)]
             fn $method(mut self, other: Self) -> Self {
                 for lane in 0..N {
-                    self.0[lane] = self.0[lane] $op other.0[lane];
+                    self.0[lane] $op other.0[lane];
                 }
                 self
             }
@@ -144,10 +144,10 @@ macro_rules! lanewise {
 }
 
 lanewise! {
-    Add add +;
-    Sub sub -;
-    Mul mul *;
-    Div div /;
+    Add add +=;
+    Sub sub -=;
+    Mul mul *=;
+    Div div /=;
 }
 
 impl<const N: usize> Neg for Lanes<N> {

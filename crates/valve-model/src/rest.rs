@@ -1,22 +1,24 @@
 //! Where a run starts: at rest, open and vented, any leak in balance.
 
 use crate::coefficients::Equations;
+use crate::orifice::Blend;
 use crate::rhs::{Inputs, State, System};
 
 /// The state of rest with the solenoid vented.
 pub fn vented_rest(equations: &Equations) -> State<f64> {
     let c = &equations.coefficients;
+    let exact = Blend::new(1e-9);
     let line = |pipe: f64| {
         if !equations.terms.line {
             return c.supply;
         }
         // The line feeds only the leak: p = p_s - R_d f(p, p_pipe), falling in p.
-        let excess = |p: f64| (c.supply - p) * c.line_conductance - c.law.flow(p, pipe, c.leak_in);
+        let excess = |p: f64| (c.supply - p) * c.line_conductance - c.law.flow(p, pipe, c.leak_in, exact);
         bisect(pipe.min(c.supply), c.supply, excess)
     };
     let balance = |pipe: f64| {
-        c.law.flow(c.exhaust, pipe, c.vent) + c.law.flow(line(pipe), pipe, c.leak_in)
-            - c.law.flow(pipe, c.ambient, c.leak_out)
+        c.law.flow(c.exhaust, pipe, c.vent, exact) + c.law.flow(line(pipe), pipe, c.leak_in, exact)
+            - c.law.flow(pipe, c.ambient, c.leak_out, exact)
     };
     let low = c.exhaust.min(c.ambient);
     let pipe = bisect(low, c.supply.max(c.exhaust), balance);

@@ -5,6 +5,7 @@
 
 use crate::coefficients::{Coefficients, Terms};
 use crate::custom::{CustomEffect, CustomTarget, Variables};
+use crate::orifice::Blend;
 use crate::real::Real;
 
 /// The state of a valve.
@@ -181,13 +182,15 @@ impl<R: Real> System<'_, R> {
         let source = if !BASE && self.terms.line { state.line_pressure } else { c.supply };
         let (filled, vented);
         if !BASE && self.terms.spool {
-            filled = self.flow::<BASE>(source, pipe, c.fill * inputs.spool, c.temperature, state.pipe_temperature);
+            filled =
+                self.flow::<BASE>(source, pipe, c.fill * inputs.spool, c.temperature, state.pipe_temperature, c.blend);
             let closed = R::splat(1.0) - inputs.spool;
-            vented = self.flow::<BASE>(c.exhaust, pipe, c.vent * closed, c.temperature, state.pipe_temperature);
+            vented =
+                self.flow::<BASE>(c.exhaust, pipe, c.vent * closed, c.temperature, state.pipe_temperature, c.blend);
         } else {
             let upstream = half.select_lt(inputs.spool, source, c.exhaust);
             let coefficient = half.select_lt(inputs.spool, c.fill, c.vent);
-            let flow = self.flow::<BASE>(upstream, pipe, coefficient, c.temperature, state.pipe_temperature);
+            let flow = self.flow::<BASE>(upstream, pipe, coefficient, c.temperature, state.pipe_temperature, c.blend);
             if BASE || !self.terms.line {
                 (filled, vented) = (zero, flow);
             } else {
@@ -195,9 +198,10 @@ impl<R: Real> System<'_, R> {
                 vented = half.select_lt(inputs.spool, zero, flow);
             }
         }
-        let leaked_in = self.flow::<BASE>(source, pipe, c.leak_in, c.temperature, state.pipe_temperature);
-        let leaked_out = self.flow::<BASE>(pipe, c.ambient, c.leak_out, state.pipe_temperature, c.temperature);
-        let through_port = self.flow::<BASE>(pipe, chamber, c.port, state.pipe_temperature, state.chamber_temperature);
+        let leaked_in = self.flow::<BASE>(source, pipe, c.leak_in, c.temperature, state.pipe_temperature, c.blend);
+        let leaked_out = self.flow::<BASE>(pipe, c.ambient, c.leak_out, state.pipe_temperature, c.temperature, c.blend);
+        let through_port =
+            self.flow::<BASE>(pipe, chamber, c.port, state.pipe_temperature, state.chamber_temperature, c.port_blend);
 
         let mut hold = zero;
         let mut acceleration_force = net;
@@ -255,8 +259,8 @@ impl<R: Real> System<'_, R> {
 
     /// Flow from `p1` to `p2`; gas that is not at the run's temperature flows as sqrt(T_run/T upstream).
     #[inline(always)]
-    fn flow<const BASE: bool>(&self, p1: R, p2: R, coefficient: R, t1: R, t2: R) -> R {
-        let flow = self.coefficients.law.flow(p1, p2, coefficient);
+    fn flow<const BASE: bool>(&self, p1: R, p2: R, coefficient: R, t1: R, t2: R, blend: Blend<R>) -> R {
+        let flow = self.coefficients.law.flow(p1, p2, coefficient, blend);
         if BASE || !self.terms.heating {
             flow
         } else {
@@ -303,6 +307,7 @@ impl<R: Real> System<'_, R> {
         rate.chamber_temperature = sum / state.chamber_mass;
     }
 
+    #[inline(never)]
     fn custom(&self, state: &State<R>, inputs: &Inputs<R>, chamber: R, pipe: R) -> Custom<R> {
         let c = &self.coefficients;
         let variables = Variables {

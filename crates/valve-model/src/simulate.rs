@@ -5,7 +5,7 @@ use crate::command::{CommandEdge, Segment, Solenoid, segments};
 use crate::conditions::Conditions;
 use crate::dispatch::{LANES, integrate_lanes};
 use crate::driven::Driven;
-use crate::integrator::{LaneRun, Recorder, integrate};
+use crate::integrator::{LaneRun, Pace, Recorder, integrate};
 use crate::params::Valve;
 use crate::real::Real;
 use crate::rest::vented_rest;
@@ -13,9 +13,6 @@ use crate::rhs::State;
 
 /// The step of the integrator unless said otherwise, s.
 pub const DEFAULT_STEP_S: f64 = 1e-3;
-
-/// Largest product of rate and substep: well inside the stability of the method (2.78).
-const RATE_LIMIT: f64 = 2.0;
 
 /// One recorded or planned run of a valve.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,7 +33,7 @@ pub struct Prepared {
     equations: Equations,
     segments: Vec<Segment>,
     initial: State<f64>,
-    step_s: f64,
+    pace: Pace,
     driven: Option<Driven>,
 }
 
@@ -50,8 +47,8 @@ impl Prepared {
         }
         let segments = segments(&run.commands, &Solenoid::from_effects(valve.effects()), run.end_s);
         let initial = vented_rest(&equations);
-        let substeps = (equations.fastest_rate_per_s * step_s / RATE_LIMIT).ceil().max(1.0);
-        Self { equations, segments, initial, step_s: step_s / substeps, driven: run.driven.clone() }
+        let pace = equations.pace(step_s);
+        Self { equations, segments, initial, pace, driven: run.driven.clone() }
     }
 
     /// Starts from another state, such as the end of an earlier run.
@@ -66,9 +63,9 @@ impl Prepared {
         &self.initial
     }
 
-    /// The step that it will take, s.
+    /// The longest step that it will take, s.
     pub fn step_s(&self) -> f64 {
-        self.step_s
+        self.pace.step_s
     }
 
     fn lane_run(&self) -> LaneRun<'_> {
@@ -76,7 +73,7 @@ impl Prepared {
             equations: &self.equations,
             segments: &self.segments,
             initial: self.initial,
-            step_s: self.step_s,
+            pace: self.pace,
             driven: self.driven.as_ref(),
         }
     }

@@ -1,26 +1,41 @@
 //! Sticking and sliding (Armstrong-Hélouvry et al. 1994): a sliding lane sticks where its velocity
 //! passes zero, a sticking lane slides where the force passes what friction holds.
 
-use super::Front;
+use super::{Front, MAX_LANES};
 use crate::real::Real;
 use crate::rhs::{Rates, State};
 
 /// What changes within a step, lane by lane.
 pub(super) struct Changes {
     /// The share of the step after which the lane changes.
-    pub share: [Option<f64>; 16],
+    pub share: [Option<f64>; MAX_LANES],
     /// The lane tried to slide from rest and was held: it sticks for the whole step.
-    pub stick_now: [bool; 16],
+    pub stick_now: [bool; MAX_LANES],
 }
 
 impl Changes {
     pub(super) fn any(&self) -> bool {
         self.share.iter().any(Option::is_some)
     }
+
+    /// Shortens the step of each lane that changes to end at its change; returns what is left of them, s.
+    pub(super) fn shorten<R: Real>(&self, front: &mut Front<R>) -> [f64; MAX_LANES] {
+        let mut cut = [0.0; MAX_LANES];
+        for (lane, cut) in cut.iter_mut().enumerate() {
+            let Some(share) = self.share[lane] else { continue };
+            let whole = front.step.lane(lane);
+            front.step.set_lane(lane, share * whole);
+            *cut = whole - share * whole;
+            if self.stick_now[lane] {
+                front.slide.set_lane(lane, 0.0);
+            }
+        }
+        cut
+    }
 }
 
 /// Looks for changes within a step from the rates at its start and end.
-#[inline(always)]
+#[inline(never)]
 pub(super) fn changes<R: Real>(
     front: &Front<R>,
     first: &Rates<R>,
@@ -28,7 +43,7 @@ pub(super) fn changes<R: Real>(
     last: &Rates<R>,
     lanes: usize,
 ) -> Changes {
-    let mut changes = Changes { share: [None; 16], stick_now: [false; 16] };
+    let mut changes = Changes { share: [None; MAX_LANES], stick_now: [false; MAX_LANES] };
     for lane in 0..lanes {
         let step = front.step.lane(lane);
         if step == 0.0 {
@@ -67,7 +82,7 @@ fn zero_crossing(v0: f64, slope: f64, v1: f64) -> f64 {
 }
 
 /// Puts the lanes that have changed into their new state of friction.
-#[inline(always)]
+#[inline(never)]
 pub(super) fn settle<R: Real>(changes: &Changes, next: &mut State<R>, slide: &mut R, at: &Rates<R>) {
     for lane in 0..R::LANES {
         if changes.share[lane].is_none() || changes.stick_now[lane] {

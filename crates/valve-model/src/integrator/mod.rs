@@ -1,14 +1,18 @@
 //! Fixed-step fourth-order Runge-Kutta over lanes: several runs advance together.
 //!
 //! Each lane keeps a clock of its own. A segment of its command is cut into equal steps of at most
-//! the given length, so that no step straddles an edge. Dry friction is set-valued: a lane slides
-//! one way or sticks, and where that changes within a step, the step is cut at that instant.
+//! the given length, so that no step straddles an edge. Two things need more care:
+//!
+//! - Dry friction is set-valued: a lane slides one way or sticks, and where that changes within a
+//!   step, the step is cut at that instant ([`friction`]).
+//! - Pipe and chamber nearly at one pressure while the piston still creeps (close to the leak that
+//!   stalls the valve): the orifice law is stiff there, and the lane takes substeps ([`clock`]).
 
 mod clock;
 mod friction;
 mod recorder;
 
-pub(crate) use clock::Clock;
+pub(crate) use clock::{Clock, Pace};
 pub(crate) use recorder::Recorder;
 
 use crate::coefficients::{Coefficients, Equations};
@@ -22,7 +26,7 @@ pub(crate) struct LaneRun<'a> {
     pub equations: &'a Equations,
     pub segments: &'a [Segment],
     pub initial: State<f64>,
-    pub step_s: f64,
+    pub pace: Pace,
     pub driven: Option<&'a Driven>,
 }
 
@@ -43,6 +47,18 @@ pub(crate) fn integrate<R: Real, const BASE: bool>(
     runs: &[LaneRun<'_>],
     recorder: &mut Recorder<R>,
 ) -> Vec<State<f64>> {
+    let (mut system, mut front) = pack(runs);
+    let mut clocks: Vec<Clock> = runs.iter().map(|run| Clock::new(run.segments, run.pace)).collect();
+    for (lane, clock) in clocks.iter_mut().enumerate() {
+        clock.load(lane, &mut front, &mut system.coefficients);
+    }
+    march::<R, BASE>(&mut system, runs, &mut clocks, &mut front, recorder);
+    (0..runs.len()).map(|lane| front.state.lane(lane)).collect()
+}
+
+/// Puts the runs side by side.
+#[inline(never)]
+fn pack<'a, R: Real>(runs: &[LaneRun<'a>]) -> (System<'a, R>, Front<R>) {
     let first = &runs[0];
     let mut coefficients = Coefficients::splat(&first.equations.coefficients);
     let mut state = State::splat(&first.initial);
@@ -60,155 +76,135 @@ pub(crate) fn integrate<R: Real, const BASE: bool>(
     let system =
         System { coefficients, terms: first.equations.terms, custom: &first.equations.custom, custom_parameters };
     let zero = R::splat(0.0);
-    let mut front =
+    let front =
         Front { state, time: zero, step: zero, spool: zero, spool_rate: zero, since_command: zero, slide: zero };
-    let mut clocks: Vec<Clock> = runs.iter().map(|run| Clock::new(run.segments, run.step_s)).collect();
-    for (lane, clock) in clocks.iter().enumerate() {
-        clock.load(lane, &mut front);
-    }
-    if !BASE && (system.terms.friction || system.terms.driven_pipe || system.terms.driven_chamber) {
-        guarded(&system, runs, &mut clocks, &mut front, recorder);
-    } else {
-        free::<R, BASE>(&system, &mut clocks, &mut front, recorder);
-    }
-    (0..runs.len()).map(|lane| front.state.lane(lane)).collect()
+    (system, front)
 }
 
-/// The plain loop: nothing happens between the ends of segments.
+/// Takes steps until every lane is at the end of its run.
 #[inline(always)]
-fn free<R: Real, const BASE: bool>(
-    system: &System<'_, R>,
-    clocks: &mut [Clock],
-    front: &mut Front<R>,
-    recorder: &mut Recorder<R>,
-) {
-    recorder.node::<BASE>(system, front, &front.inputs());
-    while let Some(count) = clocks.iter().filter_map(Clock::steps_left).min() {
-        for _ in 0..count {
-            let start = front.inputs();
-            let first = system.rates::<BASE>(&front.state, &start, front.slide);
-            let (middle, end) = front.later_inputs();
-            front.state = runge_kutta::<R, BASE>(system, front, &first, &middle, &end);
-            front.advance_time(&end);
-            recorder.node::<BASE>(system, front, &end);
-        }
-        for (lane, clock) in clocks.iter_mut().enumerate() {
-            if clock.finish_steps(count) {
-                clock.load(lane, front);
-            }
-            recorder.close_lane_if(lane, clock.is_done());
-        }
-    }
-}
-
-/// The loop that looks at each step: dry friction may change its state, measured inputs change.
-#[inline(always)]
-fn guarded<R: Real>(
-    system: &System<'_, R>,
+fn march<R: Real, const BASE: bool>(
+    system: &mut System<'_, R>,
     runs: &[LaneRun<'_>],
     clocks: &mut [Clock],
     front: &mut Front<R>,
     recorder: &mut Recorder<R>,
 ) {
-    let driven = system.terms.driven_pipe || system.terms.driven_chamber;
-    let drive = |inputs: &mut Inputs<R>, time: R| {
-        for (lane, run) in runs.iter().enumerate() {
-            if let Some(driven) = run.driven {
-                let (pipe, chamber) = driven.at(time.lane(lane));
-                inputs.pipe_pressure.set_lane(lane, pipe);
-                inputs.chamber_pressure.set_lane(lane, chamber);
-            }
-        }
-    };
+    let zero = R::splat(0.0);
+    let friction = !BASE && system.terms.friction;
+    let driven = !BASE && (system.terms.driven_pipe || system.terms.driven_chamber);
+    let rest = State { x: zero, v: zero, chamber_mass: zero, pipe_mass: zero, ..front.state };
+    let mut first = Rates { rate: rest, net_force: zero, hold: zero };
+    let mut first_is_known = false;
     let mut start = front.inputs();
     if driven {
-        drive(&mut start, front.time);
+        drive(runs, &mut start, front.time);
     }
-    recorder.node::<false>(system, front, &start);
-    let mut first = system.rates::<false>(&front.state, &start, front.slide);
-    while clocks.iter().any(|clock| !clock.is_done()) {
-        let (mut middle, mut end) = front.later_inputs();
-        if driven {
-            drive(&mut middle, front.time + front.step * R::splat(0.5));
-            drive(&mut end, front.time + front.step);
-        }
-        let mut next = runge_kutta::<R, false>(system, front, &first, &middle, &end);
-        let mut last = system.rates::<false>(&next, &end, front.slide);
-        let mut cut = [0.0; 16];
-        if system.terms.friction {
-            let changes = friction::changes(front, &first, &next, &last, clocks.len());
-            if changes.any() {
-                // Take the step again, each lane that changes only up to its change.
-                for lane in 0..clocks.len() {
-                    if let Some(share) = changes.share[lane] {
-                        let whole = front.step.lane(lane);
-                        front.step.set_lane(lane, share * whole);
-                        cut[lane] = whole - share * whole;
-                        if changes.stick_now[lane] {
-                            front.slide.set_lane(lane, 0.0);
-                        }
+    recorder.node::<BASE>(system, front, &start);
+    while let Some(left) = clocks.iter().filter_map(Clock::steps_left).min() {
+        let count = if friction || driven { 1 } else { left };
+        let mut cut = [0.0; MAX_LANES];
+        for _ in 0..count {
+            let mut changes: Option<friction::Changes> = None;
+            // The stages stand in a loop, and a step that is taken again goes through the same loop, so
+            // that the equations are compiled once for each instruction set.
+            let (next, end) = loop {
+                let half = front.step * R::splat(0.5);
+                let (mut middle, mut end) = front.later_inputs();
+                if driven {
+                    drive(runs, &mut middle, front.time + half);
+                    drive(runs, &mut end, front.time + front.step);
+                }
+                let mut sum = front.state;
+                let mut last = first;
+                let begin = if first_is_known {
+                    sum = sum.advanced::<BASE>(&first.rate, front.step * R::splat(WEIGHTS[0]));
+                    1
+                } else {
+                    0
+                };
+                let stages = if friction { 5 } else { 4 };
+                for stage in begin..stages {
+                    let (at, inputs) = match stage {
+                        0 => (front.state, &start),
+                        1 | 2 => (front.state.advanced::<BASE>(&last.rate, half), &middle),
+                        3 => (front.state.advanced::<BASE>(&last.rate, front.step), &end),
+                        _ => (sum, &end),
+                    };
+                    last = system.rates::<BASE>(&at, inputs, front.slide);
+                    if stage == 0 {
+                        first = last;
+                    }
+                    if let Some(weight) = WEIGHTS.get(stage) {
+                        sum = sum.advanced::<BASE>(&last.rate, front.step * R::splat(*weight));
                     }
                 }
-                (middle, end) = front.later_inputs();
-                if driven {
-                    drive(&mut middle, front.time + front.step * R::splat(0.5));
-                    drive(&mut end, front.time + front.step);
+                if !friction {
+                    break (sum, end);
                 }
-                first = system.rates::<false>(&front.state, &start, front.slide);
-                next = runge_kutta::<R, false>(system, front, &first, &middle, &end);
-                last = system.rates::<false>(&next, &end, front.slide);
-                friction::settle(&changes, &mut next, &mut front.slide, &last);
-                last = system.rates::<false>(&next, &end, front.slide);
-            }
+                first_is_known = true;
+                if let Some(changes) = &changes {
+                    friction::settle(changes, &mut sum, &mut front.slide, &last);
+                    first_is_known = false;
+                    break (sum, end);
+                }
+                let found = friction::changes(front, &first, &sum, &last, clocks.len());
+                if !found.any() {
+                    first = last;
+                    break (sum, end);
+                }
+                cut = found.shorten(front);
+                first_is_known = false;
+                changes = Some(found);
+            };
+            front.state = next;
+            front.time = front.time + front.step;
+            front.spool = end.spool;
+            front.since_command = end.since_command;
+            start = end;
+            recorder.node::<BASE>(system, front, &end);
         }
-        front.state = next;
-        front.advance_time(&end);
-        recorder.node::<false>(system, front, &end);
-        let mut reloaded = false;
         for (lane, clock) in clocks.iter_mut().enumerate() {
-            if clock.is_done() {
+            if cut[lane] > SHORTEST_STEP_S {
+                front.step.set_lane(lane, cut[lane]);
                 continue;
             }
-            if cut[lane] > 1e-12 {
-                front.step.set_lane(lane, cut[lane]);
-            } else if clock.finish_steps(1) {
-                clock.load(lane, front);
-                reloaded = true;
+            if clock.finish_steps(count) {
+                clock.load(lane, front, &mut system.coefficients);
+                first_is_known = false;
             } else {
                 front.step.set_lane(lane, clock.step_s());
             }
             recorder.close_lane_if(lane, clock.is_done());
         }
-        start = front.inputs();
-        if driven {
-            drive(&mut start, front.time);
+        if !first_is_known {
+            start = front.inputs();
+            if driven {
+                drive(runs, &mut start, front.time);
+            }
         }
-        first = if reloaded { system.rates::<false>(&front.state, &start, front.slide) } else { last };
     }
 }
 
-/// One step of the classical fourth-order method (Kutta 1901).
-#[inline(always)]
-fn runge_kutta<R: Real, const BASE: bool>(
-    system: &System<'_, R>,
-    front: &Front<R>,
-    first: &Rates<R>,
-    middle: &Inputs<R>,
-    end: &Inputs<R>,
-) -> State<R> {
-    let state = &front.state;
-    let half = front.step * R::splat(0.5);
-    let k1 = &first.rate;
-    let k2 = system.rates::<BASE>(&state.advanced::<BASE>(k1, half), middle, front.slide).rate;
-    let k3 = system.rates::<BASE>(&state.advanced::<BASE>(&k2, half), middle, front.slide).rate;
-    let k4 = system.rates::<BASE>(&state.advanced::<BASE>(&k3, front.step), end, front.slide).rate;
-    let sixth = front.step * R::splat(1.0 / 6.0);
-    let third = front.step * R::splat(1.0 / 3.0);
-    state
-        .advanced::<BASE>(k1, sixth)
-        .advanced::<BASE>(&k2, third)
-        .advanced::<BASE>(&k3, third)
-        .advanced::<BASE>(&k4, sixth)
+/// The most lanes that the integrator is ever given.
+pub(super) const MAX_LANES: usize = 16;
+
+/// What is left of a step after a change of friction is dropped when shorter than this, s.
+const SHORTEST_STEP_S: f64 = 1e-12;
+
+/// Weights of the stages of the classical fourth-order method (Kutta 1901).
+const WEIGHTS: [f64; 4] = [1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0];
+
+/// Fills in the measured pressures at each lane's time.
+#[inline(never)]
+fn drive<R: Real>(runs: &[LaneRun<'_>], inputs: &mut Inputs<R>, time: R) {
+    for (lane, run) in runs.iter().enumerate() {
+        if let Some(driven) = run.driven {
+            let (pipe, chamber) = driven.at(time.lane(lane));
+            inputs.pipe_pressure.set_lane(lane, pipe);
+            inputs.chamber_pressure.set_lane(lane, chamber);
+        }
+    }
 }
 
 impl<R: Real> Front<R> {
@@ -229,12 +225,5 @@ impl<R: Real> Front<R> {
             inputs
         };
         (after(0.5), after(1.0))
-    }
-
-    #[inline(always)]
-    fn advance_time(&mut self, end: &Inputs<R>) {
-        self.time = self.time + self.step;
-        self.spool = end.spool;
-        self.since_command = end.since_command;
     }
 }
