@@ -10,6 +10,8 @@ use crate::warning::{Doubt, Warning};
 const INCH_MM: f64 = 25.4;
 /// Motion below this share of the stroke is none.
 const NO_MOTION: f64 = 0.02;
+/// Motion below this share of the stroke may be the sensor's noise alone.
+const ONLY_NOISE: f64 = 0.1;
 /// Motion below this share of the stroke is worth a word.
 const SHORT_MOTION: f64 = 0.9;
 /// Motion above this many strokes cannot be: the stops give way by a few hundredths.
@@ -46,10 +48,11 @@ pub(crate) fn check(
         warn(first_line, Doubt::OnlyClosing);
     }
     let (span_mm, stroke_mm) = ((highest_m - lowest_m) * 1e3, valve.stroke_m * 1e3);
-    if let Some(hint) = scale_hint(span_mm, stroke_mm) {
+    let only_noise = span_mm < ONLY_NOISE * stroke_mm && is_noise(&trace.position_m, highest_m - lowest_m);
+    if !only_noise && let Some(hint) = scale_hint(span_mm, highest_m * 1e3, stroke_mm) {
         return error(read.header_line, DataProblem::WrongScale { span_mm, stroke_mm, hint });
     }
-    if span_mm < NO_MOTION * stroke_mm {
+    if only_noise || span_mm < NO_MOTION * stroke_mm {
         warn(first_line, Doubt::NoMotion { span_mm, stroke_mm });
         return Ok(());
     }
@@ -69,9 +72,11 @@ pub(crate) fn check(
 }
 
 /// What is likely wrong where the motion's size cannot be right.
-fn scale_hint(span_mm: f64, stroke_mm: f64) -> Option<String> {
+fn scale_hint(span_mm: f64, highest_mm: f64, stroke_mm: f64) -> Option<String> {
     let ratio = span_mm / stroke_mm;
-    let near = |factor: f64| (0.75..1.3).contains(&(ratio / factor));
+    // A short motion that begins at the open stop is a partial stroke; one that never gets near it is in another unit.
+    let possible = ratio > 1.0 || highest_mm < 0.3 * stroke_mm;
+    let near = |factor: f64| possible && (0.75..1.3).contains(&(ratio / factor));
     let unit = |found: &str| format!("the column looks like {found}: give its unit in [columns]");
     if near(1.0 / INCH_MM) {
         Some(unit("inches called mm (a factor of 25.4)"))
@@ -82,12 +87,20 @@ fn scale_hint(span_mm: f64, stroke_mm: f64) -> Option<String> {
     } else if near(1e-3) && span_mm > 0.0 {
         Some(unit("metres called mm (a factor of 1000)"))
     } else if near(0.1) {
-        Some(unit("centimetres called mm (a factor of 10), unless these are partial strokes of a tenth"))
+        Some(unit("centimetres called mm (a factor of 10)"))
     } else if ratio > TOO_LONG {
         Some("check the unit and the scale in [columns], and the stroke in the valve file".into())
     } else {
         None
     }
+}
+
+/// Whether readings that span so much jump about from row to row instead of moving: white noise
+/// spans some four to six times the rms difference of neighbours, a recorded stroke far more.
+fn is_noise(position_m: &[f64], span_m: f64) -> bool {
+    let differences = position_m.windows(2).map(|pair| pair[1] - pair[0]).filter(|difference| difference.is_finite());
+    let (sum, count) = differences.fold((0.0, 0usize), |(sum, count), value| (sum + value * value, count + 1));
+    span_m < 6.5 * (sum / count.max(1) as f64).sqrt()
 }
 
 /// Whether a trace is one closing stroke: from open to closed, and not back.
