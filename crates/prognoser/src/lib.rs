@@ -1,1 +1,7 @@
-//! Timing logs and leak tables to fault, leak, end of life and remaining useful life
+//! From timing logs and leak tables to fault, leak, end of life.
+
+pub mod bayes;
+mod reading;
+pub mod study;
+
+pub use reading::Reading;

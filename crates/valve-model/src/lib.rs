@@ -10,10 +10,25 @@
 //! and uses neither clock nor random numbers. All quantities are SI, pressures
 //! are absolute and areas are geometric (the flow coefficient multiplies them).
 
+pub mod coefficients;
+pub mod command;
+pub mod conditions;
 pub mod custom;
+pub mod cycle;
+pub mod dispatch;
+pub mod driven;
 pub mod effects;
+mod integrator;
+pub mod orifice;
 pub mod params;
 pub mod real;
+pub mod rest;
+pub mod rhs;
+pub mod simulate;
+pub mod stroke;
 
+pub use command::CommandEdge;
+pub use conditions::Conditions;
 pub use effects::{Effect, EffectKind};
 pub use params::{Limits, Orientation, ParameterError, ParameterId, Parameters, Schedule, Switches, Valve};
+pub use simulate::{Nodes, Prepared, Run, simulate};

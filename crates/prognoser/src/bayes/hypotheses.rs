@@ -1,0 +1,152 @@
+//! No fault, a leak to atmosphere, a leak from the supply: followed side by
+//! side from the same first cycle and with the same law of growth.
+
+use leak_table::Fault;
+
+use super::model::FaultModel;
+use super::none::NoneTrack;
+use super::posterior::{View, ln_sum};
+use super::track::{Priors, Track};
+use crate::reading::Reading;
+
+/// How the leak goes with the cycles since the origin: a0 + g phi(cycles).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Shape {
+    /// phi = cycles.
+    Linear,
+    /// phi = (exp(rate cycles) - 1) / rate.
+    Exponential { rate: f64 },
+}
+
+impl Shape {
+    pub(crate) fn phi(self, cycles: f64) -> f64 {
+        match self {
+            Self::Linear => cycles,
+            Self::Exponential { rate } => (rate * cycles).exp_m1() / rate,
+        }
+    }
+
+    /// The cycles at which phi has a value.
+    pub(crate) fn cycles(self, phi: f64) -> f64 {
+        match self {
+            Self::Linear => phi,
+            Self::Exponential { rate } => (rate * phi).max(-1.0).ln_1p() / rate,
+        }
+    }
+
+    /// Growth per cycle, as a multiple of g.
+    pub(crate) fn rate_at(self, cycles: f64) -> f64 {
+        match self {
+            Self::Linear => 1.0,
+            Self::Exponential { rate } => (rate * cycles).exp(),
+        }
+    }
+}
+
+/// The priors of the start of a set of hypotheses.
+#[derive(Clone, Debug)]
+pub(crate) struct StartViews {
+    /// No leak, and a small one.
+    pub healthy: Vec<View>,
+    /// Any leak.
+    pub unknown: Vec<View>,
+    /// No leak, and a small one, for a valve that does not degrade.
+    pub none: Vec<View>,
+}
+
+/// The three hypotheses.
+#[derive(Clone, Debug)]
+pub(crate) struct Hypotheses {
+    pub origin: u64,
+    pub shape: Shape,
+    pub tracks: [Track; 2],
+    /// Whether each fault's track starts from health.
+    healthy: [bool; 2],
+    pub none: NoneTrack,
+    /// Logarithm of prior times probability of the data: none, then the faults
+    /// in the order of [`Fault::ALL`].
+    pub ln: [f64; 3],
+}
+
+impl Hypotheses {
+    /// Fits readings from scratch.
+    pub(crate) fn fit(
+        models: &[FaultModel; 2],
+        readings: &[Reading],
+        origin: u64,
+        shape: Shape,
+        starts: &StartViews,
+        priors: &Priors,
+    ) -> Self {
+        let phi = |cycle: u64| shape.phi(cycle.saturating_sub(origin) as f64);
+        let mut healthy = [true; 2];
+        let tracks = Fault::ALL.map(|fault| {
+            let model = &models[fault as usize];
+            let fit = |views: &[View]| Track::fit(model, readings, &phi, views, priors);
+            let mut best = None;
+            for (views, from_health) in [(&starts.healthy, true), (&starts.unknown, false)] {
+                if views.is_empty() {
+                    continue;
+                }
+                let track = fit(views);
+                let better = best.is_none_or(|old: Track| track.state.ln_evidence > old.state.ln_evidence);
+                if better {
+                    healthy[fault as usize] = from_health;
+                    best = Some(track);
+                }
+            }
+            best.expect("a start has a prior for health, for anything, or for both")
+        });
+        let none = NoneTrack::fit(models, readings, priors);
+        let mut all = Self { origin, shape, tracks, healthy, none, ln: [0.0; 3] };
+        all.weigh(starts, priors);
+        all
+    }
+
+    /// Adds one cycle.
+    pub(crate) fn update(&mut self, models: &[FaultModel; 2], reading: &Reading, starts: &StartViews, priors: &Priors) {
+        let phi = self.phi(reading.cycle);
+        for fault in Fault::ALL {
+            let i = fault as usize;
+            let views = if self.healthy[i] { &starts.healthy } else { &starts.unknown };
+            self.tracks[i].update(&models[i], reading, phi, views, priors);
+        }
+        self.none.update(models, reading, priors);
+        self.weigh(starts, priors);
+    }
+
+    fn weigh(&mut self, starts: &StartViews, priors: &Priors) {
+        let [atmosphere, supply] = &self.tracks;
+        self.ln = [
+            priors.ln_none + self.none.ln_evidence(&starts.none, priors),
+            priors.ln_fault + atmosphere.state.ln_evidence,
+            priors.ln_fault + supply.state.ln_evidence,
+        ];
+    }
+
+    /// Logarithm of the probability of all data under any of the hypotheses.
+    pub(crate) fn ln_total(&self) -> f64 {
+        ln_sum(self.ln.iter().copied())
+    }
+
+    pub(crate) fn phi(&self, cycle: u64) -> f64 {
+        self.shape.phi(cycle.saturating_sub(self.origin) as f64)
+    }
+
+    /// The more probable fault.
+    pub(crate) fn leading(&self) -> Fault {
+        if self.ln[1] >= self.ln[2] { Fault::Atmosphere } else { Fault::Supply }
+    }
+
+    /// What the most probable hypothesis thinks of the last timings: the
+    /// probability that they are proper readings, their residuals in expected
+    /// standard deviations, and its noise variance.
+    pub(crate) fn view_of_last(&self) -> ([f64; 2], [Option<f64>; 2], f64) {
+        let track = &self.tracks[self.leading() as usize];
+        if self.ln[0] > self.ln[1].max(self.ln[2]) {
+            (self.none.inlier, self.none.surprise, self.none.sigma2)
+        } else {
+            (track.inlier, track.surprise, track.state.sigma2)
+        }
+    }
+}

@@ -1,0 +1,94 @@
+//! The hypothesis that the valve does not degrade.
+
+use leak_table::Stroke;
+
+use super::model::FaultModel;
+use super::posterior::{View, ln_evidence_without_growth, ln_sum};
+use super::sums::{Linearised, Sums};
+use super::track::{Priors, robust_variance};
+use crate::reading::Reading;
+
+/// Rounds of reweighting when the first readings are fitted together.
+const ROUNDS: usize = 3;
+
+/// Sums about a leak of zero, for the slopes of either fault.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct NoneTrack {
+    sums: [Sums; 2],
+    /// Estimated noise variance in s2.
+    pub sigma2: f64,
+    /// Probability that the last timings were proper readings.
+    pub inlier: [f64; 2],
+    /// Residuals of the last timings in expected standard deviations.
+    pub surprise: [Option<f64>; 2],
+}
+
+impl NoneTrack {
+    /// Fits readings from scratch.
+    pub(crate) fn fit(models: &[FaultModel; 2], readings: &[Reading], priors: &Priors) -> Self {
+        let residuals = readings.iter().flat_map(|reading| {
+            Stroke::ALL.into_iter().filter_map(|stroke| {
+                let time = reading.time_s(stroke)?;
+                Some(time - models[0].time_and_slope(stroke, 0.0).0)
+            })
+        });
+        let mut track = Self {
+            sums: [Sums::default(); 2],
+            sigma2: robust_variance(residuals, &priors.noise),
+            inlier: [1.0; 2],
+            surprise: [None; 2],
+        };
+        for _ in 0..ROUNDS {
+            track.sums = [Sums::default(); 2];
+            for reading in readings {
+                track.add(models, reading, priors);
+            }
+            track.settle(priors);
+        }
+        track
+    }
+
+    /// Adds one more cycle.
+    pub(crate) fn update(&mut self, models: &[FaultModel; 2], reading: &Reading, priors: &Priors) {
+        self.add(models, reading, priors);
+        self.settle(priors);
+    }
+
+    fn add(&mut self, models: &[FaultModel; 2], reading: &Reading, priors: &Priors) {
+        for (i, stroke) in Stroke::ALL.into_iter().enumerate() {
+            let Some(time) = reading.time_s(stroke) else {
+                for sums in &mut self.sums {
+                    sums.ln_extra += priors.glitch.share.ln();
+                }
+                self.inlier[i] = 0.0;
+                self.surprise[i] = None;
+                continue;
+            };
+            let (expected, slope) = models[0].time_and_slope(stroke, 0.0);
+            let (_, other) = models[1].time_and_slope(stroke, 0.0);
+            let residual = time - expected;
+            let window = models[0].window_s(stroke);
+            let (p, ln_extra) = priors.glitch.inlier(residual, self.sigma2, window);
+            self.inlier[i] = p;
+            self.surprise[i] = Some(residual / self.sigma2.sqrt());
+            for (sums, slope) in self.sums.iter_mut().zip([slope, other]) {
+                sums.add(0.0, &Linearised { leak: 0.0, residual, slope }, p);
+                sums.ln_extra += ln_extra;
+            }
+        }
+    }
+
+    fn settle(&mut self, priors: &Priors) {
+        let sums = &self.sums[0];
+        self.sigma2 = (priors.noise.b + 0.5 * sums.c) / (priors.noise.a + 0.5 * sums.n);
+    }
+
+    /// Logarithm of the probability of the data. A small constant leak may be
+    /// of either kind, half of the probability each; without a leak the two
+    /// are the same.
+    pub(crate) fn ln_evidence(&self, views: &[View], priors: &Priors) -> f64 {
+        let one =
+            |sums: &Sums| ln_evidence_without_growth(sums, views, &priors.noise, self.sigma2) - std::f64::consts::LN_2;
+        ln_sum([one(&self.sums[0]), one(&self.sums[1])].into_iter())
+    }
+}

@@ -1,0 +1,90 @@
+//! Least-squares sums of timings linearised about a leak trajectory.
+//!
+//! A timing y taken when the leak is a0 + g phi is linearised about some leak
+//! a: d = y - T(a) + T'(a) a = T'(a) (a0 + g phi) + noise. Everything that a
+//! posterior of (a0, g) and of the noise needs are the sums below.
+
+/// Sums over all timings so far, each counted with its probability of being a
+/// proper reading.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Sums {
+    /// Effective number of timings.
+    pub n: f64,
+    /// Sum of T'^2.
+    pub s0: f64,
+    /// Sum of T'^2 phi.
+    pub s1: f64,
+    /// Sum of T'^2 phi^2.
+    pub s2: f64,
+    /// Sum of T' d.
+    pub b0: f64,
+    /// Sum of T' d phi.
+    pub b1: f64,
+    /// Sum of d^2.
+    pub c: f64,
+    /// Logarithm of the probability of everything that is not in the
+    /// Gaussian part: glitches, and strokes that did not finish.
+    pub ln_extra: f64,
+}
+
+impl Sums {
+    /// Adds one timing.
+    #[inline]
+    pub(crate) fn add(&mut self, phi: f64, lin: &Linearised, inlier: f64) {
+        let d = lin.residual + lin.slope * lin.leak;
+        let weight = inlier * lin.slope * lin.slope;
+        let moment = inlier * lin.slope * d;
+        self.n += inlier;
+        self.s0 += weight;
+        self.s1 += weight * phi;
+        self.s2 += weight * phi * phi;
+        self.b0 += moment;
+        self.b1 += moment * phi;
+        self.c += inlier * d * d;
+    }
+}
+
+/// A timing linearised about a leak.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Linearised {
+    /// The leak, as a fraction of the limit.
+    pub leak: f64,
+    /// Timing minus table at that leak, in s.
+    pub residual: f64,
+    /// Derivative of the time by the leak, in s.
+    pub slope: f64,
+}
+
+/// How glitches are told from readings: a share of the timings is spread
+/// evenly over the window of the stroke.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct GlitchModel {
+    /// Prior share of glitches.
+    pub share: f64,
+}
+
+impl GlitchModel {
+    /// Probability that a timing is a proper reading, given its residual, the
+    /// variance expected of it and the stroke's window; and the logarithm of
+    /// what the two kinds are worth beyond the Gaussian itself.
+    #[inline]
+    pub(crate) fn inlier(&self, residual: f64, variance: f64, window_s: f64) -> (f64, f64) {
+        let glitch = self.share / window_s;
+        let density = (1.0 - self.share) * (-0.5 * residual * residual / variance).exp()
+            / (std::f64::consts::TAU * variance).sqrt();
+        let p = density / (density + glitch);
+        (p, self.ln_extra(p, glitch))
+    }
+
+    /// The part of the evidence bound that is not Gaussian: the cost of the
+    /// glitch and the entropy of not knowing which it is.
+    #[inline]
+    fn ln_extra(&self, p: f64, glitch: f64) -> f64 {
+        let q = 1.0 - p;
+        if q < 1e-9 {
+            return -self.share;
+        }
+        let entropy = if p > 0.0 { -p * p.ln() } else { 0.0 } - q * q.ln();
+        p * (1.0 - self.share).ln() + q * glitch.ln() + entropy
+    }
+}

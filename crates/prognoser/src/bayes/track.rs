@@ -1,0 +1,253 @@
+//! One fault hypothesis followed over the cycles.
+
+use leak_table::Stroke;
+
+use super::model::FaultModel;
+use super::posterior::{GrowthPrior, NoisePrior, Posterior, View, most_likely, posterior};
+use super::sums::{GlitchModel, Linearised, Sums};
+use crate::reading::Reading;
+
+/// Rounds of reweighting when the first readings are fitted together.
+const ROUNDS: usize = 5;
+/// Change of leak (in limits) and of noise (relative) below which the rounds
+/// end.
+const SETTLED: f64 = 1e-3;
+/// Smallest growth at which the timings are linearised, in limits per cycle.
+const SMALLEST_GROWTH: f64 = 1e-5;
+/// Predicted standard deviations beyond which a timing is linearised again
+/// about the leak it gives.
+const RELINEARISE_FROM: f64 = 1e-3;
+
+/// The priors all hypotheses share.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Priors {
+    pub noise: NoisePrior,
+    pub growth: GrowthPrior,
+    pub glitch: GlitchModel,
+    /// Logarithm of the prior probability of no fault.
+    pub ln_none: f64,
+    /// Logarithm of the prior probability of each fault.
+    pub ln_fault: f64,
+}
+
+/// Sums and estimate of one fault, one law of growth and one kind of start.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Track {
+    pub sums: Sums,
+    pub state: Posterior,
+    /// Probability that the last close and open timing were proper readings.
+    pub inlier: [f64; 2],
+    /// Residuals of the last timings against the leak estimated before them,
+    /// in units of their expected standard deviation.
+    pub surprise: [Option<f64>; 2],
+}
+
+impl Track {
+    /// Fits the first readings together, from scratch: `shape` gives phi of a
+    /// cycle.
+    pub(crate) fn fit(
+        model: &FaultModel,
+        readings: &[Reading],
+        shape: &impl Fn(u64) -> f64,
+        views: &[View],
+        priors: &Priors,
+    ) -> Self {
+        let (mut start, mut growth) = first_guess(model, readings, shape, views);
+        let mut sigma2 = first_variance(model, readings, shape, (start, growth), &priors.noise);
+        let mut track =
+            Self { sums: Sums::default(), state: Posterior::default(), inlier: [1.0; 2], surprise: [None; 2] };
+        let last = readings.last().map_or(0.0, |reading| shape(reading.cycle));
+        for _ in 0..ROUNDS {
+            track.sums = Sums::default();
+            for reading in readings {
+                let phi = shape(reading.cycle);
+                let leak = start + growth.max(SMALLEST_GROWTH) * phi;
+                for (i, stroke) in Stroke::ALL.into_iter().enumerate() {
+                    track.inlier[i] = 1.0;
+                    match reading.time_s(stroke) {
+                        Some(time) => {
+                            let lin = linearise(model, stroke, leak, time);
+                            let window = model.window_s(stroke);
+                            let (p, ln_extra) = priors.glitch.inlier(lin.residual, sigma2, window);
+                            track.sums.add(phi, &lin, p);
+                            track.sums.ln_extra += ln_extra;
+                            track.inlier[i] = p;
+                            track.surprise[i] = Some(lin.residual / sigma2.sqrt());
+                        }
+                        None => track.miss(model, stroke, i, phi, leak, sigma2, priors),
+                    }
+                }
+            }
+            let peak = most_likely(&track.sums, views, &priors.noise, &priors.growth, sigma2);
+            let moved = (peak.start - start).abs()
+                + (peak.growth - growth).abs() * last.max(1.0)
+                + (peak.sigma2 / sigma2 - 1.0).abs();
+            (start, growth, sigma2) = (peak.start, peak.growth, peak.sigma2);
+            track.state.cov = peak.cov;
+            if moved < SETTLED {
+                break;
+            }
+        }
+        track.state = posterior(&track.sums, views, &priors.noise, &priors.growth, sigma2, last);
+        track
+    }
+
+    /// Adds one more cycle.
+    pub(crate) fn update(&mut self, model: &FaultModel, reading: &Reading, phi: f64, views: &[View], priors: &Priors) {
+        let Posterior { start, growth, cov, sigma2, .. } = self.state;
+        let leak = start + growth.max(SMALLEST_GROWTH) * phi;
+        let leak_var = (cov[0] + phi * (2.0 * cov[1] + phi * cov[2])).max(0.0);
+        let mut lins = [None; 2];
+        let (mut info, mut pull) = (1.0 / leak_var.max(f64::MIN_POSITIVE), 0.0);
+        for (i, stroke) in Stroke::ALL.into_iter().enumerate() {
+            let Some(time) = reading.time_s(stroke) else {
+                self.miss(model, stroke, i, phi, leak, sigma2, priors);
+                continue;
+            };
+            let lin = linearise(model, stroke, leak, time);
+            let variance = sigma2 * (1.0 + lin.slope * lin.slope * leak_var);
+            let window = model.window_s(stroke);
+            let (p, ln_extra) = priors.glitch.inlier(lin.residual, variance, window);
+            self.sums.ln_extra += ln_extra;
+            self.inlier[i] = p;
+            self.surprise[i] = Some(lin.residual / variance.sqrt());
+            info += p * lin.slope * lin.slope;
+            pull += p * lin.slope * lin.residual;
+            lins[i] = Some((lin, p, time));
+        }
+        let shift = pull / info;
+        for (stroke, entry) in Stroke::ALL.into_iter().zip(lins) {
+            if let Some((mut lin, p, time)) = entry {
+                if shift.abs() > RELINEARISE_FROM {
+                    lin = linearise(model, stroke, leak + shift, time);
+                }
+                self.sums.add(phi, &lin, p);
+            }
+        }
+        self.state = posterior(&self.sums, views, &priors.noise, &priors.growth, sigma2, phi);
+    }
+
+    /// Adds a stroke that did not finish. If the leak is expected beyond the
+    /// stall this says nothing more; otherwise it pulls the leak there, unless
+    /// it is so unlikely that it must be a glitch.
+    #[expect(clippy::too_many_arguments, reason = "the state of one timing, used in two places")]
+    fn miss(
+        &mut self,
+        model: &FaultModel,
+        stroke: Stroke,
+        index: usize,
+        phi: f64,
+        leak: f64,
+        sigma2: f64,
+        priors: &Priors,
+    ) {
+        self.surprise[index] = None;
+        let Some(stall) = model.stall(stroke) else {
+            // No leak of this kind stops the stroke.
+            self.sums.ln_extra += priors.glitch.share.ln();
+            self.inlier[index] = 0.0;
+            return;
+        };
+        let (_, slope) = model.time_and_slope(stroke, stall);
+        let cov = self.state.cov;
+        let leak_var = (cov[0] + phi * (2.0 * cov[1] + phi * cov[2])).clamp(0.0, 1e6);
+        let spread = (sigma2 * (1.0 / (slope * slope) + leak_var)).sqrt().max(1e-6);
+        let z = (stall - leak) / spread;
+        let tail = super::special::normal_tail(z);
+        let kept = (1.0 - priors.glitch.share) * tail;
+        let p = kept / (kept + priors.glitch.share);
+        self.sums.ln_extra += (kept + priors.glitch.share).ln();
+        self.inlier[index] = p;
+        if z > -3.0 && p > 1e-6 {
+            // Mean of what lies beyond the stall, by the inverse Mills ratio,
+            // with the information a bound has there.
+            let density = (-0.5 * z * z).exp() / std::f64::consts::TAU.sqrt();
+            let mills = density / tail.max(1e-300);
+            let information = p * (mills * (mills - z)).clamp(0.0, 1.0);
+            let lin = Linearised { leak, residual: slope * spread * mills, slope };
+            // A bound tells nothing of the noise: the residual is left out of
+            // the count and of the sum of squares.
+            let (n, c) = (self.sums.n, self.sums.c);
+            let excess = {
+                self.sums.add(phi, &lin, information);
+                information * lin.residual * lin.residual
+            };
+            self.sums.n = n;
+            self.sums.c = (self.sums.c - excess).max(c);
+        }
+    }
+}
+
+fn linearise(model: &FaultModel, stroke: Stroke, leak: f64, time_s: f64) -> Linearised {
+    let (time, slope) = model.time_and_slope(stroke, leak);
+    Linearised { leak, residual: time_s - time, slope }
+}
+
+/// Start and growth from medians of the inverted timings: not moved by a few
+/// glitches.
+fn first_guess(model: &FaultModel, readings: &[Reading], shape: &impl Fn(u64) -> f64, views: &[View]) -> (f64, f64) {
+    let leaks = |reading: &Reading| {
+        let reading = *reading;
+        Stroke::ALL.into_iter().filter_map(move |s| reading.time_s(s).map(|t| model.leak_at(s, t)))
+    };
+    let healthy = views.iter().any(|view| view.sd == 0.0);
+    if healthy {
+        let mut rates: Vec<f64> = readings
+            .iter()
+            .filter(|r| shape(r.cycle) > 0.0)
+            .flat_map(|r| {
+                let phi = shape(r.cycle);
+                leaks(r).map(move |leak| leak / phi)
+            })
+            .collect();
+        return (0.0, median(&mut rates).unwrap_or(0.01).clamp(SMALLEST_GROWTH, 1.0));
+    }
+    let half = readings.len().div_ceil(2);
+    let centre = |part: &[Reading]| {
+        let mut values: Vec<f64> = part.iter().flat_map(leaks).collect();
+        let phi = part.iter().map(|r| shape(r.cycle)).sum::<f64>() / part.len().max(1) as f64;
+        median(&mut values).map(|leak| (phi, leak))
+    };
+    match (centre(&readings[..half]), centre(&readings[half..])) {
+        (Some((p, a)), Some((q, b))) if q > p => {
+            let growth = ((b - a) / (q - p)).max(SMALLEST_GROWTH);
+            (a - growth * p, growth)
+        }
+        (Some((_, a)), _) => (a, SMALLEST_GROWTH),
+        _ => (0.0, SMALLEST_GROWTH),
+    }
+}
+
+/// Noise variance from the median residual about a first guess.
+fn first_variance(
+    model: &FaultModel,
+    readings: &[Reading],
+    shape: &impl Fn(u64) -> f64,
+    (start, growth): (f64, f64),
+    prior: &NoisePrior,
+) -> f64 {
+    let residuals = readings.iter().flat_map(|reading| {
+        let leak = start + growth * shape(reading.cycle);
+        Stroke::ALL
+            .into_iter()
+            .filter_map(move |stroke| Some(linearise(model, stroke, leak, reading.time_s(stroke)?).residual))
+    });
+    robust_variance(residuals, prior)
+}
+
+/// Variance from the median size of residuals, with the prior's weight.
+pub(crate) fn robust_variance(residuals: impl Iterator<Item = f64>, prior: &NoisePrior) -> f64 {
+    let mut sizes: Vec<f64> = residuals.map(f64::abs).collect();
+    let n = sizes.len() as f64;
+    let sd = 1.4826 * median(&mut sizes).unwrap_or(0.0);
+    (2.0 * prior.b + n * sd * sd) / (2.0 * prior.a + n)
+}
+
+fn median(values: &mut [f64]) -> Option<f64> {
+    if values.is_empty() {
+        return None;
+    }
+    values.sort_by(f64::total_cmp);
+    let middle = values.len() / 2;
+    Some(if values.len() % 2 == 1 { values[middle] } else { 0.5 * (values[middle - 1] + values[middle]) })
+}
