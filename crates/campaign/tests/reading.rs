@@ -329,3 +329,37 @@ fn files_are_found_beside_the_campaign() {
     std::fs::write(folder.path().join("a.csv"), b"time_s,command,position_mm\n0,1,\xff\n").unwrap();
     assert!(Campaign::read(&path, &VALVE).unwrap_err().to_string().contains("a.csv:2: is not UTF-8"));
 }
+
+proptest::proptest! {
+    #![proptest_config(proptest::test_runner::Config::with_cases(64))]
+    #[test]
+    fn no_damaged_file_makes_the_reader_panic(
+        place in 0usize..30_000,
+        length in 0usize..20_000,
+        slip in proptest::collection::vec(proptest::num::u8::ANY, 0..6),
+        in_table in proptest::bool::ANY,
+    ) {
+        let campaign = format!(
+            "{RUN}[columns]\ntime = \"time_s\"\nposition = {{ unit = \"mm\", scale = 1.0, offset = \"0 mm\" }}\n\
+             [sensors]\nposition_noise = \"0.01 mm\"\n[[run]]\ncommands = [{{ at = \"0 s\", close = true }}]\n"
+        );
+        let csv = usual();
+        let damaged = |text: &str| {
+            let bytes = text.as_bytes();
+            let start = place % bytes.len();
+            [&bytes[..start], &slip, &bytes[(start + length).min(bytes.len())..]].concat()
+        };
+        let (campaign, csv) = if in_table {
+            (campaign.into_bytes(), damaged(&csv))
+        } else {
+            (damaged(&campaign), csv.into_bytes())
+        };
+        let text = String::from_utf8_lossy(&campaign);
+        if let Err(error) = Campaign::parse(&text, "c.toml", &VALVE, &|_| Ok(csv.clone())) {
+            // Every refusal names a file and a line.
+            let mut parts = error.to_string().split(':').map(str::to_owned).collect::<Vec<_>>().into_iter();
+            proptest::prop_assert!(parts.next().is_some_and(|file| !file.is_empty()));
+            proptest::prop_assert!(parts.next().is_some_and(|line| line.parse::<usize>().is_ok()));
+        }
+    }
+}
