@@ -99,9 +99,7 @@ fn unit_in_name(header: &str, channel: &str, dimension: Dimension) -> Option<&'s
     if dimension == Dimension::Pure {
         return rest.is_empty().then_some("");
     }
-    let unit = dimension.unit_ignoring_case(rest.strip_prefix('_')?)?;
-    // A bare psi does not say from where it counts.
-    (unit != "psi").then_some(unit)
+    dimension.unit_ignoring_case(rest.strip_prefix('_')?)
 }
 
 /// Finds a channel's column; `None` where the file has none.
