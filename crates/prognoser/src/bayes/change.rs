@@ -14,8 +14,9 @@ const NEWEST: f64 = 0.25;
 const SUSPICIOUS_MEAN: f64 = 1.32;
 /// Residuals count up to this many standard deviations.
 const CLIP: f64 = 4.0;
-/// Logarithm of how rarely something changes: about once in a thousand cycles.
-pub(crate) const LN_RARE: f64 = 7.0;
+/// Logarithm of how rarely something changes. It also covers what the
+/// bounds of the evidence are too wide by.
+pub(crate) const LN_RARE: f64 = 15.0;
 
 /// What has changed, as far as the readings tell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

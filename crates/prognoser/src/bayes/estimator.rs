@@ -16,9 +16,15 @@ use crate::reading::Reading;
 /// Rates of exponential growth tried, per cycle.
 const RATES: [f64; 8] = [0.01, 0.02, 0.04, 0.06, 0.09, 0.14, 0.2, 0.3];
 /// Logarithm of the odds at which exponential growth replaces linear growth.
-const LN_EXPONENTIAL: f64 = 5.0;
+const LN_EXPONENTIAL: f64 = 9.0;
 /// Readings before the law of growth is questioned.
 const LAW_FROM: u64 = 10;
+/// Numbers of readings at which all of them are fitted together, from scratch;
+/// between and after them the estimate is recursive.
+const REFIT_AT: [u64; 6] = [1, 2, 3, 4, 6, RECENT as u64];
+/// Among the first readings: probability of being a proper reading below which
+/// all of them are fitted together again.
+const DOUBTFUL: f64 = 0.9;
 /// Numbers of last readings to which a change is fitted.
 const CHANGE_WINDOWS: [usize; 2] = [3, RECENT];
 
@@ -139,11 +145,17 @@ impl BayesEstimator {
         self.history.push(*reading);
         let mut change = None;
         match &mut self.all {
-            Some(all) if self.history.seen() > RECENT as u64 => {
+            Some(all) if !REFIT_AT.contains(&self.history.seen()) => {
                 let before = all.ln_total();
                 all.update(&models, reading, &self.starts, &self.priors);
                 self.history.predicted(all.ln_total() - before);
-                if self.watch.look(all) {
+                let first = self.history.seen() <= RECENT as u64;
+                if first {
+                    let (inlier, _, _) = all.view_of_last();
+                    if inlier.iter().any(|p| *p < DOUBTFUL) {
+                        self.fit_first(&models, reading.cycle);
+                    }
+                } else if self.watch.look(all) {
                     change = self.explain(&models);
                     match change {
                         Some(_) => self.watch.reset(),
@@ -151,20 +163,23 @@ impl BayesEstimator {
                     }
                 }
             }
-            previous => {
-                // Few readings: all of them are fitted together, every time.
-                let origin = previous.as_ref().map_or(reading.cycle, |all| all.origin);
-                let shape = previous.as_ref().map_or(Shape::Linear, |all| all.shape);
-                let readings = recent(&self.history, RECENT);
-                *previous = Some(Hypotheses::fit(
-                    &models, &readings, origin, shape, &self.starts, &self.priors,
-                ));
-            }
+            _ => self.fit_first(&models, reading.cycle),
         }
         if self.growth == GrowthLaw::Exponential && self.history.seen() >= 3 {
             self.set_exponential(&models);
         }
         self.estimate(&models, reading, change)
+    }
+
+    /// Fits the first readings together.
+    fn fit_first(&mut self, models: &[FaultModel; 2], cycle: u64) {
+        let origin = self.all.as_ref().map_or(cycle, |all| all.origin);
+        let shape = self.all.as_ref().map_or(Shape::Linear, |all| all.shape);
+        let readings: Vec<Reading> =
+            self.history.recent().iter().map(|entry| entry.reading).collect();
+        let all =
+            Hypotheses::fit(models, &readings, origin, shape, &self.starts, &self.priors);
+        self.all = Some(all);
     }
 
     /// Looks for a story that explains the last readings better than the one
@@ -287,9 +302,4 @@ impl BayesEstimator {
             exponential: all.shape != Shape::Linear,
         }
     }
-}
-
-fn recent(history: &History, count: usize) -> Vec<Reading> {
-    let all = history.recent();
-    all[all.len().saturating_sub(count)..].iter().map(|entry| entry.reading).collect()
 }

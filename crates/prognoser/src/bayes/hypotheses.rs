@@ -9,6 +9,9 @@ use super::posterior::{View, ln_sum};
 use super::track::{Priors, Track};
 use crate::reading::Reading;
 
+/// Logarithm of the odds at which a hypothesis is not worth exact numbers.
+const NEGLIGIBLE: f64 = 20.0;
+
 /// How the leak goes with the cycles since the origin: a0 + g phi(cycles).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Shape {
@@ -114,12 +117,18 @@ impl Hypotheses {
         priors: &Priors,
     ) {
         let phi = self.phi(reading.cycle);
-        for fault in Fault::ALL {
+        self.none.update(models, reading, priors);
+        let mut best = priors.ln_none - priors.ln_fault + self.none.ln_evidence(&starts.none, priors);
+        // The leading fault first: it may make the other one not worth much.
+        let leading = self.leading();
+        let other = Fault::ALL.into_iter().find(|fault| *fault != leading);
+        for fault in [leading].into_iter().chain(other) {
             let i = fault as usize;
             let views = if self.healthy[i] { &starts.healthy } else { &starts.unknown };
-            self.tracks[i].update(&models[i], reading, phi, views, priors);
+            let floor = best - NEGLIGIBLE;
+            self.tracks[i].update(&models[i], reading, phi, views, priors, floor);
+            best = best.max(self.tracks[i].state.ln_evidence);
         }
-        self.none.update(models, reading, priors);
         self.weigh(starts, priors);
     }
 

@@ -92,11 +92,11 @@ impl Track {
                 break;
             }
         }
-        track.state = posterior(&track.sums, views, &priors.noise, &priors.growth, sigma2, last);
+        track.state = posterior(&track.sums, views, &priors.noise, &priors.growth, sigma2, last, f64::MIN);
         track
     }
 
-    /// Adds one more cycle.
+    /// Adds one more cycle; `floor` as for [`posterior`].
     pub(crate) fn update(
         &mut self,
         model: &FaultModel,
@@ -104,6 +104,7 @@ impl Track {
         phi: f64,
         views: &[View],
         priors: &Priors,
+        floor: f64,
     ) {
         let Posterior { start, growth, cov, sigma2, .. } = self.state;
         let leak = start + growth.max(SMALLEST_GROWTH) * phi;
@@ -135,7 +136,7 @@ impl Track {
                 self.sums.add(phi, &lin, p);
             }
         }
-        self.state = posterior(&self.sums, views, &priors.noise, &priors.growth, sigma2, phi);
+        self.state = posterior(&self.sums, views, &priors.noise, &priors.growth, sigma2, phi, floor);
     }
 
     /// Adds a stroke that did not finish. If the leak is expected beyond the
