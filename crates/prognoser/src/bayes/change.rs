@@ -5,7 +5,7 @@
 //! present one if it makes those readings so much more probable that it
 //! outweighs how rarely such a thing happens.
 
-use super::hypotheses::Hypotheses;
+use super::hypotheses::{Hypotheses, LastView};
 
 /// Weight of the newest residual in the running mean.
 const NEWEST: f64 = 0.25;
@@ -45,7 +45,7 @@ pub(crate) struct Watch {
 impl Watch {
     /// Takes in the residuals of a cycle and says whether to look closer.
     pub(crate) fn look(&mut self, all: &Hypotheses) -> bool {
-        let (inlier, surprise, _) = all.view_of_last();
+        let LastView { inlier, surprise, .. } = all.view_of_last();
         let mut drifting = false;
         for (mean, z) in self.mean.iter_mut().zip(surprise) {
             if let Some(z) = z {

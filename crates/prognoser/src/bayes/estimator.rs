@@ -2,11 +2,12 @@
 //! assumption fails.
 
 use leak_table::{Fault, TableBundle};
+use serde::Serialize;
 
 use super::change::{Change, LN_RARE, Watch};
 use super::config::{BayesConfig, GrowthLaw, Noise, StartPrior};
 use super::history::{History, RECENT};
-use super::hypotheses::{Hypotheses, Shape, StartViews};
+use super::hypotheses::{Hypotheses, LastView, Shape, StartViews};
 use super::model::FaultModel;
 use super::posterior::{GrowthPrior, NoisePrior, Posterior, Quantiles, View};
 use super::sums::GlitchModel;
@@ -29,7 +30,7 @@ const DOUBTFUL: f64 = 0.9;
 const CHANGE_WINDOWS: [usize; 2] = [3, RECENT];
 
 /// Probability of each hypothesis.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct FaultProbability {
     /// The leak does not grow.
     pub none: f64,
@@ -73,6 +74,8 @@ pub struct BayesEstimate {
     /// Residuals of this cycle's times against what was expected of them, in
     /// expected standard deviations.
     pub surprise: [Option<f64>; 2],
+    /// The same residuals in s.
+    pub residual_s: [Option<f64>; 2],
     /// What has changed at this cycle.
     pub change: Option<Change>,
     /// Whether the leak is taken to grow exponentially.
@@ -151,8 +154,7 @@ impl BayesEstimator {
                 self.history.predicted(all.ln_total() - before);
                 let first = self.history.seen() <= RECENT as u64;
                 if first {
-                    let (inlier, _, _) = all.view_of_last();
-                    if inlier.iter().any(|p| *p < DOUBTFUL) {
+                    if all.view_of_last().inlier.iter().any(|p| *p < DOUBTFUL) {
                         self.fit_first(&models, reading.cycle);
                     }
                 } else if self.watch.look(all) {
@@ -285,7 +287,7 @@ impl BayesEstimator {
         let limit_m2 = models[leading as usize].limit_m2();
         let track = &all.tracks[leading as usize];
         let Posterior { start, growth, eol_phi, life_phi, .. } = track.state;
-        let (inlier, surprise, sigma2) = all.view_of_last();
+        let LastView { inlier, surprise, residual_s, sigma2 } = all.view_of_last();
         let cycles = reading.cycle.saturating_sub(all.origin) as f64;
         let at = |phi: f64| all.origin as f64 + all.shape.cycles(phi);
         BayesEstimate {
@@ -298,6 +300,7 @@ impl BayesEstimator {
             noise_sd_s: sigma2.sqrt(),
             inlier,
             surprise,
+            residual_s,
             change,
             exponential: all.shape != Shape::Linear,
         }

@@ -155,15 +155,35 @@ impl Hypotheses {
         if self.ln[1] >= self.ln[2] { Fault::Atmosphere } else { Fault::Supply }
     }
 
-    /// What the most probable hypothesis thinks of the last timings: the
-    /// probability that they are proper readings, their residuals in expected
-    /// standard deviations, and its noise variance.
-    pub(crate) fn view_of_last(&self) -> ([f64; 2], [Option<f64>; 2], f64) {
+    /// What the most probable hypothesis thinks of the last timings.
+    pub(crate) fn view_of_last(&self) -> LastView {
         let track = &self.tracks[self.leading() as usize];
         if self.ln[0] > self.ln[1].max(self.ln[2]) {
-            (self.none.inlier, self.none.surprise, self.none.sigma2)
+            LastView {
+                inlier: self.none.inlier,
+                surprise: self.none.surprise,
+                residual_s: self.none.residual_s,
+                sigma2: self.none.sigma2,
+            }
         } else {
-            (track.inlier, track.surprise, track.state.sigma2)
+            LastView {
+                inlier: track.inlier,
+                surprise: track.surprise,
+                residual_s: track.residual_s,
+                sigma2: track.state.sigma2,
+            }
         }
     }
+}
+
+/// The last timings as a hypothesis sees them, closing then opening.
+pub(crate) struct LastView {
+    /// Probability of being a proper reading.
+    pub inlier: [f64; 2],
+    /// Residuals in expected standard deviations.
+    pub surprise: [Option<f64>; 2],
+    /// Residuals in s.
+    pub residual_s: [Option<f64>; 2],
+    /// Noise variance in s2.
+    pub sigma2: f64,
 }

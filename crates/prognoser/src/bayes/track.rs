@@ -40,6 +40,8 @@ pub(crate) struct Track {
     /// Residuals of the last timings against the leak estimated before them,
     /// in units of their expected standard deviation.
     pub surprise: [Option<f64>; 2],
+    /// The same residuals in s.
+    pub residual_s: [Option<f64>; 2],
 }
 
 impl Track {
@@ -59,6 +61,7 @@ impl Track {
             state: Posterior::default(),
             inlier: [1.0; 2],
             surprise: [None; 2],
+            residual_s: [None; 2],
         };
         let last = readings.last().map_or(0.0, |reading| shape(reading.cycle));
         for _ in 0..ROUNDS {
@@ -78,6 +81,7 @@ impl Track {
                             track.sums.ln_extra += ln_extra;
                             track.inlier[i] = p;
                             track.surprise[i] = Some(lin.residual / sigma2.sqrt());
+                            track.residual_s[i] = Some(lin.residual);
                         }
                         None => track.miss(model, stroke, i, phi, leak, sigma2, priors),
                     }
@@ -123,6 +127,7 @@ impl Track {
             self.sums.ln_extra += ln_extra;
             self.inlier[i] = p;
             self.surprise[i] = Some(lin.residual / variance.sqrt());
+            self.residual_s[i] = Some(lin.residual);
             info += p * lin.slope * lin.slope;
             pull += p * lin.slope * lin.residual;
             lins[i] = Some((lin, p, time));
@@ -154,6 +159,7 @@ impl Track {
         priors: &Priors,
     ) {
         self.surprise[index] = None;
+        self.residual_s[index] = None;
         let Some(stall) = model.stall(stroke) else {
             // No leak of this kind stops the stroke.
             self.sums.ln_extra += priors.glitch.share.ln();
