@@ -1,49 +1,21 @@
 use leak_table::*;
-use prognoser::Reading;
 use prognoser::bayes::*;
 use prognoser::study::noise::NoiseSource;
+use prognoser::Reading;
 pub fn bundle() -> TableBundle {
     let read = |name: &str, fault| {
         let text = std::fs::read_to_string(format!("{}/tests/data/{name}.csv", env!("CARGO_MANIFEST_DIR"))).unwrap();
-        let pts = text
-            .lines()
-            .skip(1)
-            .map(|l| {
-                let f: Vec<&str> = l.split(',').collect();
-                LeakPoint {
-                    leak_area_m2: m2_from_mm2(f[0].parse().unwrap()),
-                    close_time_s: f[1].parse().ok(),
-                    open_time_s: f[2].parse().ok(),
-                }
-            })
-            .collect();
+        let pts = text.lines().skip(1).map(|l| { let f: Vec<&str> = l.split(',').collect();
+            LeakPoint { leak_area_m2: m2_from_mm2(f[0].parse().unwrap()), close_time_s: f[1].parse().ok(), open_time_s: f[2].parse().ok() } }).collect();
         LeakTable::new(fault, pts).unwrap()
     };
     let (a, s) = (read("atmosphere", Fault::Atmosphere), read("supply", Fault::Supply));
     let limits = Limits { close_within_s: 3.0, open_within_s: 6.0 };
-    TableBundle::new(
-        BundleInfo {
-            valve: "t".into(),
-            model_hash: "x".into(),
-            schedule: CycleSchedule { close_at_s: 0.0, open_at_s: 4.0, end_s: 12.0 },
-            limits,
-            atmosphere: FaultInfo::from_table(&a, &limits),
-            supply: FaultInfo::from_table(&s, &limits),
-        },
-        &a,
-        &s,
-    )
-    .unwrap()
+    TableBundle::new(BundleInfo { valve: "t".into(), model_hash: "x".into(), schedule: CycleSchedule { close_at_s: 0.0, open_at_s: 4.0, end_s: 12.0 }, limits,
+        atmosphere: FaultInfo::from_table(&a, &limits), supply: FaultInfo::from_table(&s, &limits) }, &a, &s).unwrap()
 }
-fn q(v: &mut Vec<f64>, p: f64) -> f64 {
-    v.sort_by(f64::total_cmp);
-    v[((v.len() - 1) as f64 * p).round() as usize]
-}
-fn arg(name: &str, d: f64) -> f64 {
-    std::env::args()
-        .find_map(|a| a.strip_prefix(name).and_then(|v| v.strip_prefix('=')).map(|v| v.parse().unwrap()))
-        .unwrap_or(d)
-}
+fn q(v: &mut Vec<f64>, p: f64) -> f64 { v.sort_by(f64::total_cmp); v[((v.len()-1) as f64 * p).round() as usize] }
+fn arg(name: &str, d: f64) -> f64 { std::env::args().find_map(|a| a.strip_prefix(name).and_then(|v| v.strip_prefix('=')).map(|v| v.parse().unwrap())).unwrap_or(d) }
 fn main() {
     let med = arg("med", 0.0) > 0.0;
     let pt = |e: &BayesEstimate| if med { e.eol.p50 } else { e.eol_cycle };
@@ -67,11 +39,11 @@ fn main() {
             if unk { cfg.start = StartPrior::Unknown; }
             let mut n = NoiseSource::new(seed, fault as u64 * 100 + (1.0/var) as u64);
             let mut e = BayesEstimator::new(&cfg);
-            let mut c = false;
-            let mut c95 = false;
-            for k in 0..1000u64 {
-                let mut t =
-                    |s| b.table(Fault::Supply).curve(s).extrapolated_time_and_slope(0.0).0 + 0.0316 * n.normal();
+            let mut ra = 0.0; let mut converged = 2; let mut isolated = 0;
+            for k in 0..25u64 {
+                let area = b.limit_area_m2(fault) * k as f64 / eol;
+                let mut t = |s| { let x = b.table(fault).curve(s).extrapolated_time_and_slope(area).0 + sd * n.normal();
+                    if outl && n.uniform() < 0.05 { x + 1.0 } else { x } };
                 let r = Reading { cycle: k, close_time_s: Some(t(Stroke::Close)), open_time_s: Some(t(Stroke::Open)) };
                 let est = e.update(&b, &r); if arg("seed", -1.0) == seed as f64 { println!("{k} {:.1} [{:.1} {:.1}] sd {:.4} inl {:.3?} z {:.2?} p {:.3?} {:?}", pt(&est), est.eol.p05, est.eol.p95, est.noise_sd_s, est.inlier, est.surprise, est.probability.of(fault), est.change); } if let Some(c) = est.change { if args.iter().any(|a| a == "dbgc") { println!("seed {seed} {k} {c:?}"); } changes[c as usize] += 1; }
                 if est.probability.of(fault) <= 0.95 { isolated = k + 1; }
@@ -87,8 +59,7 @@ fn main() {
                 if (k == 12 && (pt(&est) - eol).abs() > 6.0) && args.iter().any(|a| a == "dbg") { println!("  seed {seed} k {k} pt {} {:?}", pt(&est), est); }
                 se[k as usize] += (pt(&est) - eol).powi(2) / seeds as f64;
             }
-            called += c as u32;
-            p95 += c95 as u32;
+            ras.push(ra / 23.0); conv.push(converged as f64); isoc.push(isolated as f64);
         }
         // bound
         let mut s2 = 0.0; let mut ratio = vec![];
@@ -125,9 +96,6 @@ fn main() {
         for k in 0..25u64 { let area = b.limit_area_m2(Fault::Supply) * k as f64 / eol;
             let mut t = |s| b.table(Fault::Supply).curve(s).extrapolated_time_and_slope(area).0 + 0.0316 * n.normal();
             let r = Reading { cycle: k, close_time_s: Some(t(Stroke::Close)), open_time_s: Some(t(Stroke::Open)) };
-            sum += e.update(&b, &r).eol.p50;
-            cnt += 1;
-        }
-    }
+            sum += e.update(&b, &r).eol.p50; cnt += 1; } }
     println!("{:.0} ns per update {sum}", t0.elapsed().as_nanos() as f64 / cnt as f64);
 }
