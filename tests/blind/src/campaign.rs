@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use crate::rig::Conditions;
-use crate::truth::Truth;
+use crate::truth::{Channels, Truth};
 use crate::valve::{TEMPERATURE_K, Valve, tidy};
 
 /// A recorded run as its user gets it, noise and resolution included.
@@ -73,11 +73,11 @@ impl Campaign {
                 "position_noise = \"{} mm\"",
                 tidy(self.truth.position_noise_m * 1e3)
             );
-            if self.truth.has_pressures {
+            if self.truth.channels == Channels::PositionAndPressures {
                 let _ = writeln!(
                     text,
                     "pressure_noise = \"{} kPa\"",
-                    tidy(crate::draw::PRESSURE_NOISE_PA / 1e3)
+                    tidy(crate::measure::PRESSURE_NOISE_PA / 1e3)
                 );
             }
         } else {
