@@ -27,10 +27,9 @@ fn scattered(
     set: &Conditions,
     scatter: Option<Scatter>,
     rng: &mut StdRng,
-) -> (Valve, Conditions, f64) {
-    let (mut valve, mut conditions, mut delay_s) = (actual.clone(), set.clone(), 0.0);
+) -> (Valve, Conditions) {
+    let (mut valve, mut conditions) = (actual.clone(), set.clone());
     if let Some(sigma) = scatter {
-        delay_s = (sigma.delay_s * normal(rng)).clamp(-10e-3, 10e-3);
         valve.preload_m *= 1.0 + sigma.preload * normal(rng);
         let flow = 1.0 + sigma.flow * normal(rng);
         valve.solenoid_area_m2 *= flow;
@@ -39,7 +38,7 @@ fn scattered(
         conditions.leak_from_supply_m2 *= flow;
         conditions.supply_psig *= 1.0 + sigma.supply * normal(rng);
     }
-    (valve, conditions, delay_s)
+    (valve, conditions)
 }
 
 /// Records the traces of a plan; none when a stroke was not full.
@@ -61,13 +60,19 @@ pub(crate) fn take_traces(
         },
     ];
     for set in &plan.conditions {
-        let (valve, conditions, delay_s) = scattered(actual, set, campaign.truth.scatter, rng);
+        let (valve, conditions) = scattered(actual, set, campaign.truth.scatter, rng);
+        let late_s = campaign.truth.scatter.map_or(0.0, |sigma| sigma.delay_s);
+        // A switching comes late by its own chance, never early.
+        let switched = edges.map(|edge| Edge {
+            at_s: edge.at_s + late_s * normal(rng).abs(),
+            ..edge
+        });
         let ideal = record(
             &valve,
             hidden,
             &conditions,
             &edges,
-            delay_s,
+            &switched,
             plan.end_s,
             INTERVAL_S,
         );
@@ -126,7 +131,7 @@ pub(crate) fn take_times(
     rng: &mut StdRng,
 ) -> Option<()> {
     for set in &plan.conditions {
-        let (valve, conditions, _) = scattered(actual, set, campaign.truth.scatter, rng);
+        let (valve, conditions) = scattered(actual, set, campaign.truth.scatter, rng);
         let leaks = set.leak_to_atmosphere_m2 > 0.0 || set.leak_from_supply_m2 > 0.0;
         let (close, open) = stroke_times(&valve, hidden, &conditions, if leaks { 2 } else { 1 });
         let mut read = |t: f64| ((t + TIMING_NOISE_S * normal(rng)) * 1e4).round() / 1e4;

@@ -23,30 +23,23 @@ pub struct Trace {
     pub pipe_pa: Vec<f64>,
 }
 
-/// Records a run from 0 s to `end_s` every `interval_s`. `edges` is the command as recorded; the
-/// true switching happens `delay_s` later (or earlier, by at most 15 ms).
+/// Records a run from 0 s to `end_s` every `interval_s`. `commanded` is the command as
+/// recorded; `switched` the edges as they reached the solenoid, none before the first row.
 pub fn record(
     valve: &Valve,
     hidden: &Hidden,
     conditions: &Conditions,
-    edges: &[Edge],
-    delay_s: f64,
+    commanded: &[Edge],
+    switched: &[Edge],
     end_s: f64,
     interval_s: f64,
 ) -> Trace {
-    let real: Vec<Edge> = edges
-        .iter()
-        .map(|e| Edge {
-            at_s: e.at_s + delay_s,
-            ..*e
-        })
-        .collect();
     let offset = hidden.clock_offset_s;
     let mut rig = Rig::new(
         valve,
         hidden,
         conditions,
-        &real,
+        switched,
         -LEAD_S.max(offset + LEAD_S),
     );
     let mut trace = Trace::default();
@@ -56,7 +49,7 @@ pub fn record(
         let t = row * interval_s;
         trace.time_s.push(t);
         trace.command.push(
-            edges
+            commanded
                 .iter()
                 .rev()
                 .find(|e| e.at_s <= t + 1e-9)

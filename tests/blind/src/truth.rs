@@ -45,7 +45,7 @@ pub enum Channels {
 /// How strokes differ from one to the next, one sigma each.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scatter {
-    /// Delay of the command.
+    /// Delay of each switching, the absolute value of a normal number: never early.
     pub delay_s: f64,
     /// Relative preload.
     pub preload: f64,
