@@ -21,6 +21,8 @@ pub(crate) struct NoneTrack {
     pub inlier: [f64; 2],
     /// Residuals of the last timings in expected standard deviations.
     pub surprise: [Option<f64>; 2],
+    /// The same residuals in s.
+    pub residual_s: [Option<f64>; 2],
 }
 
 impl NoneTrack {
@@ -37,6 +39,7 @@ impl NoneTrack {
             sigma2: robust_variance(residuals, &priors.noise),
             inlier: [1.0; 2],
             surprise: [None; 2],
+            residual_s: [None; 2],
         };
         for _ in 0..ROUNDS {
             track.sums = [Sums::default(); 2];
@@ -49,7 +52,12 @@ impl NoneTrack {
     }
 
     /// Adds one more cycle.
-    pub(crate) fn update(&mut self, models: &[FaultModel; 2], reading: &Reading, priors: &Priors) {
+    pub(crate) fn update(
+        &mut self,
+        models: &[FaultModel; 2],
+        reading: &Reading,
+        priors: &Priors,
+    ) {
         self.add(models, reading, priors);
         self.settle(priors);
     }
@@ -62,6 +70,7 @@ impl NoneTrack {
                 }
                 self.inlier[i] = 0.0;
                 self.surprise[i] = None;
+                self.residual_s[i] = None;
                 continue;
             };
             let (expected, slope) = models[0].time_and_slope(stroke, 0.0);
@@ -71,6 +80,7 @@ impl NoneTrack {
             let (p, ln_extra) = priors.glitch.inlier(residual, self.sigma2, window);
             self.inlier[i] = p;
             self.surprise[i] = Some(residual / self.sigma2.sqrt());
+            self.residual_s[i] = Some(residual);
             for (sums, slope) in self.sums.iter_mut().zip([slope, other]) {
                 sums.add(0.0, &Linearised { leak: 0.0, residual, slope }, p);
                 sums.ln_extra += ln_extra;
@@ -87,8 +97,10 @@ impl NoneTrack {
     /// of either kind, half of the probability each; without a leak the two
     /// are the same.
     pub(crate) fn ln_evidence(&self, views: &[View], priors: &Priors) -> f64 {
-        let one =
-            |sums: &Sums| ln_evidence_without_growth(sums, views, &priors.noise, self.sigma2) - std::f64::consts::LN_2;
+        let one = |sums: &Sums| {
+            ln_evidence_without_growth(sums, views, &priors.noise, self.sigma2)
+                - std::f64::consts::LN_2
+        };
         ln_sum([one(&self.sums[0]), one(&self.sums[1])].into_iter())
     }
 }
