@@ -1,6 +1,6 @@
 use leak_table::*;
 use prognoser::bayes::*;
-use prognoser::study::noise::NoiseSource;
+use prognoser::study::NoiseSource;
 use prognoser::Reading;
 pub fn bundle() -> TableBundle {
     let read = |name: &str, fault| {
