@@ -2,6 +2,7 @@
 
 use std::io::Write;
 
+use anyhow::Context;
 use report::figures::TraceFigure;
 use serde::Serialize;
 use valve_file::ValveFile;
@@ -55,7 +56,8 @@ fn conditions(args: &SimulateArgs, file: &ValveFile) -> anyhow::Result<Condition
     conditions.leak_to_atmosphere_m2 = args.leak_to_atmosphere;
     conditions.leak_from_supply_m2 = args.leak_from_supply;
     if let Some(pressure) = &args.supply_pressure {
-        conditions.supply_pressure_pa = pressure.absolute_pa(parameters.ambient_pressure_pa)?;
+        conditions.supply_pressure_pa =
+            pressure.absolute_pa(parameters.ambient_pressure_pa).context("--supply-pressure")?;
     }
     if let Some(temperature) = args.temperature {
         conditions.temperature_k = temperature;
