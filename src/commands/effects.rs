@@ -123,7 +123,11 @@ impl Shown {
     }
 
     fn figure(&self, kind: EffectKind, file: &ValveFile) -> EffectFigure {
-        let times = instants(file.schedule().end_s, DEFAULT_STEP_S);
+        // The rest after both strokes shows nothing.
+        let opened_s = [&self.without, &self.with].map(|cycles| cycles.times_s[0][1].unwrap_or(f64::INFINITY));
+        let schedule = file.schedule();
+        let end_s = (schedule.open_at_s + 1.4 * opened_s[0].max(opened_s[1])).min(schedule.end_s);
+        let times = instants(end_s, DEFAULT_STEP_S);
         let path = |cycles: &Cycles| {
             let mut position = Vec::new();
             cycles.nodes.positions_at(&times, &mut position);
