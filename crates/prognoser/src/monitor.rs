@@ -84,8 +84,7 @@ impl Monitor {
         }
         // Far more scatter than from one cycle to the next: a slow misfit.
         let misfit = |running: &Running| {
-            running.n >= ENOUGH
-                && running.square > 6.0 * running.difference + SMALLEST_S * SMALLEST_S
+            running.n >= ENOUGH && running.square > 6.0 * running.difference + SMALLEST_S * SMALLEST_S
         };
         if !self.unexplained_said && self.strokes.iter().all(misfit) {
             self.unexplained_said = true;

@@ -5,27 +5,16 @@ use crate::hidden::{Hidden, Outside};
 use crate::valve::{AMBIENT_PA, GRAVITY_M_PER_S2, Valve};
 
 /// Everything but dry friction and inertia, + opens.
-pub(crate) fn driving_force(
-    valve: &Valve,
-    hidden: &Hidden,
-    x: f64,
-    v: f64,
-    chamber_pa: f64,
-) -> f64 {
+pub(crate) fn driving_force(valve: &Valve, hidden: &Hidden, x: f64, v: f64, chamber_pa: f64) -> f64 {
     let stroke = valve.stroke_m;
     let squeezed = stroke - x;
-    let spring = valve.spring_n_per_m
-        * (squeezed + valve.preload_m)
-        * (1.0 + hidden.hardening * squeezed / stroke);
+    let spring = valve.spring_n_per_m * (squeezed + valve.preload_m) * (1.0 + hidden.hardening * squeezed / stroke);
     let gas = (chamber_pa - AMBIENT_PA) * valve.piston_area_m2;
     let weight = valve.orientation.opening_sign() * valve.mass_kg * GRAVITY_M_PER_S2;
     let stops = -valve.contact_n_per_m * (x.min(0.0) + (x - stroke).max(0.0));
     let mut force = spring - gas + weight + stops - valve.viscous_ns_per_m * v;
 
-    for ((damping, length), distance) in [
-        (hidden.closing_cushion, x),
-        (hidden.opening_cushion, squeezed),
-    ] {
+    for ((damping, length), distance) in [(hidden.closing_cushion, x), (hidden.opening_cushion, squeezed)] {
         if damping != 0.0 {
             force -= damping * v * (1.0 - distance.max(0.0) / length).max(0.0);
         }
@@ -48,19 +37,11 @@ pub(crate) fn driving_force(
 fn odd_force(effect: &Outside, stroke: f64, x: f64, v: f64) -> f64 {
     match *effect {
         Outside::QuadraticDamping { coefficient } => -coefficient * v * v.abs(),
-        Outside::WavyForce {
-            amplitude_n,
-            waves,
-            phase_rad,
-        } => {
+        Outside::WavyForce { amplitude_n, waves, phase_rad } => {
             let place = (x / stroke).clamp(0.0, 1.0);
             amplitude_n * (std::f64::consts::TAU * waves * place + phase_rad).sin()
         }
-        Outside::Detent {
-            force_n,
-            centre_m,
-            width_m,
-        } => {
+        Outside::Detent { force_n, centre_m, width_m } => {
             let u = (x - centre_m) / width_m;
             -force_n * u * (0.5 - 0.5 * u * u).exp()
         }
@@ -79,11 +60,7 @@ pub(crate) fn grip(hidden: &Hidden, x: f64, lean: f64, chamber_pa: f64, rest_age
     let mut both = hidden.seal_friction_m2 * (chamber_pa - AMBIENT_PA).max(0.0);
     for effect in &hidden.outside {
         both += match *effect {
-            Outside::FrictionBump {
-                height_n,
-                centre_m,
-                width_m,
-            } => {
+            Outside::FrictionBump { height_n, centre_m, width_m } => {
                 let u = (x - centre_m) / width_m;
                 height_n * (-u * u).exp()
             }
@@ -105,19 +82,11 @@ pub(crate) fn chamber_leak_m2(hidden: &Hidden, x: f64) -> f64 {
     let mut area = 0.0;
     for effect in &hidden.outside {
         area += match *effect {
-            Outside::WornLiner {
-                area_m2,
-                centre_m,
-                width_m,
-            } => {
+            Outside::WornLiner { area_m2, centre_m, width_m } => {
                 let u = (x - centre_m) / width_m;
                 area_m2 * (-u * u).exp()
             }
-            Outside::UpperLeak {
-                area_m2,
-                from_m,
-                over_m,
-            } => area_m2 * ((x - from_m) / over_m).clamp(0.0, 1.0),
+            Outside::UpperLeak { area_m2, from_m, over_m } => area_m2 * ((x - from_m) / over_m).clamp(0.0, 1.0),
             _ => 0.0,
         };
     }

@@ -68,24 +68,12 @@ impl Campaign {
     pub fn campaign_toml(&self) -> String {
         let mut text = format!("name = \"{}\"\n\n[sensors]\n", self.name);
         if self.timings.is_empty() {
-            let _ = writeln!(
-                text,
-                "position_noise = \"{} mm\"",
-                tidy(self.truth.position_noise_m * 1e3)
-            );
+            let _ = writeln!(text, "position_noise = \"{} mm\"", tidy(self.truth.position_noise_m * 1e3));
             if self.truth.channels == Channels::PositionAndPressures {
-                let _ = writeln!(
-                    text,
-                    "pressure_noise = \"{} kPa\"",
-                    tidy(crate::measure::PRESSURE_NOISE_PA / 1e3)
-                );
+                let _ = writeln!(text, "pressure_noise = \"{} kPa\"", tidy(crate::measure::PRESSURE_NOISE_PA / 1e3));
             }
         } else {
-            let _ = writeln!(
-                text,
-                "timing_noise = \"{} ms\"",
-                tidy(self.truth.timing_noise_s * 1e3)
-            );
+            let _ = writeln!(text, "timing_noise = \"{} ms\"", tidy(self.truth.timing_noise_s * 1e3));
             text.push_str("\n[timings]\nfile = \"timings.csv\"\n");
         }
         for (index, run) in self.runs.iter().enumerate() {
@@ -93,10 +81,9 @@ impl Campaign {
             let _ = writeln!(text, "\n[[run]]\nfile = \"{}\"", trace_path(index));
             let _ = writeln!(text, "supply_pressure = \"{} psig\"", tidy(c.supply_psig));
             let _ = writeln!(text, "temperature = \"{TEMPERATURE_K} K\"");
-            for (key, area) in [
-                ("leak_to_atmosphere", c.leak_to_atmosphere_m2),
-                ("leak_from_supply", c.leak_from_supply_m2),
-            ] {
+            for (key, area) in
+                [("leak_to_atmosphere", c.leak_to_atmosphere_m2), ("leak_from_supply", c.leak_from_supply_m2)]
+            {
                 if area > 0.0 {
                     let _ = writeln!(text, "{key} = \"{} mm2\"", tidy(area * 1e6));
                 }
@@ -177,15 +164,9 @@ fn trace_path(index: usize) -> String {
 }
 
 fn create(folder: &Path) -> Result<(), WriteError> {
-    std::fs::create_dir_all(folder).map_err(|source| WriteError {
-        path: folder.to_owned(),
-        source,
-    })
+    std::fs::create_dir_all(folder).map_err(|source| WriteError { path: folder.to_owned(), source })
 }
 
 fn write(file: &Path, text: &str) -> Result<(), WriteError> {
-    std::fs::write(file, text).map_err(|source| WriteError {
-        path: file.to_owned(),
-        source,
-    })
+    std::fs::write(file, text).map_err(|source| WriteError { path: file.to_owned(), source })
 }

@@ -30,31 +30,15 @@ pub(crate) fn believed_valve(
     repeats: bool,
     rng: &mut StdRng,
 ) -> Option<(Valve, Plan, f64)> {
-    let (valve, range) = if testbed {
-        (
-            Valve::testbed(),
-            Range {
-                low_psig: 55.0,
-                step_psig: 10.0,
-            },
-        )
-    } else {
-        drawn_valve(rng)?
-    };
-    let at = |psig: f64| Conditions {
-        supply_psig: psig,
-        leak_to_atmosphere_m2: 0.0,
-        leak_from_supply_m2: 0.0,
-    };
+    let (valve, range) =
+        if testbed { (Valve::testbed(), Range { low_psig: 55.0, step_psig: 10.0 }) } else { drawn_valve(rng)? };
+    let at = |psig: f64| Conditions { supply_psig: psig, leak_to_atmosphere_m2: 0.0, leak_from_supply_m2: 0.0 };
     let nothing = Hidden::default();
     let (close, _) = stroke_times(&valve, &nothing, &at(valve.supply_psig), 1);
     // Traces of the testbed valve end after 9 s, of others with the cycle.
     let end_s = if testbed { 9.0 } else { valve.cycle_end_s };
-    let conditions = if timings_only {
-        timing_conditions(&valve, &range)
-    } else {
-        trace_conditions(&valve, &range, repeats)
-    };
+    let conditions =
+        if timings_only { timing_conditions(&valve, &range) } else { trace_conditions(&valve, &range, repeats) };
     Some((valve, Plan { conditions, end_s }, close?))
 }
 
@@ -62,28 +46,18 @@ pub(crate) fn believed_valve(
 /// on the testbed valve.
 fn opened_leaks(valve: &Valve) -> (f64, f64) {
     let round = |area: f64| (area * 1e9).round() / 1e9;
-    (
-        round(0.3 * valve.solenoid_area_m2),
-        round(0.1 * valve.solenoid_area_m2),
-    )
+    (round(0.3 * valve.solenoid_area_m2), round(0.1 * valve.solenoid_area_m2))
 }
 
 /// Five pressures and one stroke with each leak; or three pressures thrice and each leak twice.
 fn trace_conditions(valve: &Valve, range: &Range, repeats: bool) -> Vec<Conditions> {
     let (out, into) = opened_leaks(valve);
-    let (steps, each, leaked): (&[f64], usize, usize) = if repeats {
-        (&[0.0, 2.0, 4.0], 3, 2)
-    } else {
-        (&[0.0, 1.0, 2.0, 3.0, 4.0], 1, 1)
-    };
+    let (steps, each, leaked): (&[f64], usize, usize) =
+        if repeats { (&[0.0, 2.0, 4.0], 3, 2) } else { (&[0.0, 1.0, 2.0, 3.0, 4.0], 1, 1) };
     let mut list = Vec::new();
     let mut add = |psig: f64, out: f64, into: f64, count: usize| {
         for _ in 0..count {
-            list.push(Conditions {
-                supply_psig: psig,
-                leak_to_atmosphere_m2: out,
-                leak_from_supply_m2: into,
-            });
+            list.push(Conditions { supply_psig: psig, leak_to_atmosphere_m2: out, leak_from_supply_m2: into });
         }
     };
     for step in steps {
@@ -100,11 +74,7 @@ fn timing_conditions(valve: &Valve, range: &Range) -> Vec<Conditions> {
     let mut list = Vec::new();
     let mut add = |psig: f64, out: f64, into: f64, count: usize| {
         for _ in 0..count {
-            list.push(Conditions {
-                supply_psig: psig,
-                leak_to_atmosphere_m2: out,
-                leak_from_supply_m2: into,
-            });
+            list.push(Conditions { supply_psig: psig, leak_to_atmosphere_m2: out, leak_from_supply_m2: into });
         }
     };
     for step in 0..7 {
@@ -135,11 +105,8 @@ fn drawn_valve(rng: &mut StdRng) -> Option<(Valve, Range)> {
     let step_psig = [7.5, 10.0][rng.random_range(0..2)];
     // As on the testbed, viscous friction at the usual speed is some hundredths of the preload.
     let viscous_ns_per_m = rng.random_range(0.02..0.08) * preload_n * 0.4 * target_s / stroke_m;
-    let orientation = [
-        Orientation::Upright,
-        Orientation::Inverted,
-        Orientation::Horizontal,
-    ][[0, 0, 1, 2][rng.random_range(0..4)]];
+    let orientation =
+        [Orientation::Upright, Orientation::Inverted, Orientation::Horizontal][[0, 0, 1, 2][rng.random_range(0..4)]];
     let mut valve = Valve {
         mass_kg: 1.5 * (piston_area_m2 / 31e-4) * rng.random_range(0.6..1.6),
         stroke_m,
@@ -160,11 +127,7 @@ fn drawn_valve(rng: &mut StdRng) -> Option<(Valve, Range)> {
     let port_ratio = log_uniform(rng, 3.0, 10.0);
     let nothing = Hidden::default();
     let times = |valve: &Valve, psig: f64| {
-        let set = Conditions {
-            supply_psig: psig,
-            leak_to_atmosphere_m2: 0.0,
-            leak_from_supply_m2: 0.0,
-        };
+        let set = Conditions { supply_psig: psig, leak_to_atmosphere_m2: 0.0, leak_from_supply_m2: 0.0 };
         stroke_times(valve, &nothing, &set, 1)
     };
     for _ in 0..2 {
@@ -178,11 +141,5 @@ fn drawn_valve(rng: &mut StdRng) -> Option<(Valve, Range)> {
     let half_seconds = |t: f64| (2.0 * t).ceil() / 2.0;
     valve.open_at_s = half_seconds(2.0 * slow_close_s?);
     valve.cycle_end_s = valve.open_at_s + half_seconds(1.8 * slow_open_s?);
-    Some((
-        valve.rounded(),
-        Range {
-            low_psig,
-            step_psig,
-        },
-    ))
+    Some((valve.rounded(), Range { low_psig, step_psig }))
 }

@@ -16,19 +16,9 @@ use crate::valve::{TOLERANCES, Valve};
 /// Noise levels of the position sensor, one sigma.
 pub const POSITION_NOISES_M: [f64; 3] = [0.03e-3, 0.1e-3, 0.3e-3];
 /// Scatter where conditions are repeated.
-const SCATTER: Scatter = Scatter {
-    delay_s: 1e-3,
-    preload: 0.003,
-    flow: 0.003,
-    supply: 0.003,
-};
+const SCATTER: Scatter = Scatter { delay_s: 1e-3, preload: 0.003, flow: 0.003, supply: 0.003 };
 /// Scatter of stroke times taken from limit switches.
-const TIMING_SCATTER: Scatter = Scatter {
-    delay_s: 0.0,
-    preload: 0.002,
-    flow: 0.002,
-    supply: 0.0,
-};
+const TIMING_SCATTER: Scatter = Scatter { delay_s: 0.0, preload: 0.002, flow: 0.002, supply: 0.0 };
 
 /// What to draw. Where an option is none, the campaign's own random numbers decide evenly.
 #[derive(Debug, Clone, PartialEq)]
@@ -72,9 +62,8 @@ impl Default for DrawSpec {
 pub fn draw(seed: u64, index: usize, spec: &DrawSpec) -> Campaign {
     let (category, rank) = category_of(index, spec.weights);
     for attempt in 0_u64.. {
-        let mixed = seed
-            ^ (index as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15)
-            ^ attempt.wrapping_mul(0xd1b5_4a32_d192_ed03);
+        let mixed =
+            seed ^ (index as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ attempt.wrapping_mul(0xd1b5_4a32_d192_ed03);
         let mut rng = StdRng::seed_from_u64(mixed);
         if let Some(campaign) = attempt_draw(seed, index, category, rank, spec, &mut rng) {
             return campaign;
@@ -86,21 +75,13 @@ pub fn draw(seed: u64, index: usize, spec: &DrawSpec) -> Campaign {
 /// The category of an index and how many of that category came before it: at every index the one
 /// that lags most behind its weight.
 fn category_of(index: usize, weights: [f64; 4]) -> (Category, usize) {
-    const ORDER: [Category; 4] = [
-        Category::Nothing,
-        Category::One,
-        Category::Two,
-        Category::Outside,
-    ];
+    const ORDER: [Category; 4] = [Category::Nothing, Category::One, Category::Two, Category::Outside];
     let total: f64 = weights.iter().sum();
     let mut counts = [0_usize; 4];
     let mut last = 0;
     for step in 0..=index {
         let behind = |k: usize| weights[k] / total * (step + 1) as f64 - counts[k] as f64;
-        last = (0..4)
-            .filter(|&k| weights[k] > 0.0)
-            .max_by(|&a, &b| behind(a).total_cmp(&behind(b)))
-            .unwrap_or(0);
+        last = (0..4).filter(|&k| weights[k] > 0.0).max_by(|&a, &b| behind(a).total_cmp(&behind(b))).unwrap_or(0);
         counts[last] += 1;
     }
     (ORDER[last], counts[last] - 1)
@@ -126,25 +107,15 @@ fn attempt_draw(
     let testbed = rng.random_bool(spec.testbed_share);
     let has_pressures = spec.pressures.unwrap_or_else(|| rng.random_bool(0.5));
     let repeats = spec.repeats.unwrap_or_else(|| rng.random_bool(0.5));
-    let noise_m = spec
-        .position_noise_m
-        .unwrap_or_else(|| POSITION_NOISES_M[rng.random_range(0..POSITION_NOISES_M.len())]);
+    let noise_m =
+        spec.position_noise_m.unwrap_or_else(|| POSITION_NOISES_M[rng.random_range(0..POSITION_NOISES_M.len())]);
     let (believed, plan, close_s) = believed_valve(testbed, spec.timings_only, repeats, rng)?;
 
     // Stroke times say less than a trace: sizes as for a noisy position.
     let size_noise_m = if spec.timings_only { 2e-4 } else { noise_m };
     let scale = Scale::of(&believed, close_s);
-    let draft = Draft {
-        rng: &mut *rng,
-        scale,
-        noise_m: size_noise_m,
-        parameters: Vec::new(),
-    };
-    let Secret {
-        mut hidden,
-        effects,
-        outside,
-    } = secret(seed, category, rank, &believed, draft);
+    let draft = Draft { rng: &mut *rng, scale, noise_m: size_noise_m, parameters: Vec::new() };
+    let Secret { mut hidden, effects, outside } = secret(seed, category, rank, &believed, draft);
     hidden.bristles = spec.bristles;
     let channels = if spec.timings_only {
         Channels::Timings
@@ -176,16 +147,8 @@ fn attempt_draw(
             bristles: spec.bristles,
             channels,
             position_noise_m: noise_m,
-            timing_noise_s: if spec.timings_only {
-                measure::TIMING_NOISE_S
-            } else {
-                0.0
-            },
-            scatter: if spec.timings_only {
-                Some(TIMING_SCATTER)
-            } else {
-                repeats.then_some(SCATTER)
-            },
+            timing_noise_s: if spec.timings_only { measure::TIMING_NOISE_S } else { 0.0 },
+            scatter: if spec.timings_only { Some(TIMING_SCATTER) } else { repeats.then_some(SCATTER) },
             repeats: repeats || spec.timings_only,
         },
     };
@@ -205,44 +168,25 @@ struct Secret {
 }
 
 /// Draws the hidden effects of a category; `draft` says where their sizes come from.
-fn secret(
-    seed: u64,
-    category: Category,
-    rank: usize,
-    believed: &Valve,
-    mut draft: Draft<'_>,
-) -> Secret {
-    let mut secret = Secret {
-        hidden: Hidden::default(),
-        effects: Vec::new(),
-        outside: Vec::new(),
-    };
+fn secret(seed: u64, category: Category, rank: usize, believed: &Valve, mut draft: Draft<'_>) -> Secret {
+    let mut secret = Secret { hidden: Hidden::default(), effects: Vec::new(), outside: Vec::new() };
     match category {
         Category::Nothing => {}
         Category::One => {
             let id = walk(seed, rank, &CATALOGUE);
-            secret
-                .effects
-                .push(hide(id, &mut draft, &mut secret.hidden));
+            secret.effects.push(hide(id, &mut draft, &mut secret.hidden));
         }
         Category::Two => {
             let first = walk(seed, rank, &CATALOGUE);
-            let others: Vec<_> = CATALOGUE
-                .into_iter()
-                .filter(|other| go_together(first, other))
-                .collect();
+            let others: Vec<_> = CATALOGUE.into_iter().filter(|other| go_together(first, other)).collect();
             let second = others[draft.rng.random_range(0..others.len())];
             for id in [first, second] {
-                secret
-                    .effects
-                    .push(hide(id, &mut draft, &mut secret.hidden));
+                secret.effects.push(hide(id, &mut draft, &mut secret.hidden));
             }
         }
         Category::Outside => {
             let id = walk(seed, rank, &OUTSIDE);
-            secret
-                .outside
-                .push(hide_outside(id, believed, &mut draft, &mut secret.hidden));
+            secret.outside.push(hide_outside(id, believed, &mut draft, &mut secret.hidden));
         }
     }
     secret
@@ -253,11 +197,7 @@ fn label(effects: &[Drawn], outside: &[Drawn]) -> String {
     match (effects, outside) {
         ([], []) => "nothing".to_owned(),
         ([], [odd, ..]) => format!("outside-{}", odd.id),
-        (known, _) => known
-            .iter()
-            .map(|effect| effect.id)
-            .collect::<Vec<_>>()
-            .join("-and-"),
+        (known, _) => known.iter().map(|effect| effect.id).collect::<Vec<_>>().join("-and-"),
     }
 }
 

@@ -47,9 +47,7 @@ const NEVER_TOGETHER: [(&str, &str); 6] = [
 
 /// Whether two effects may be hidden in one campaign.
 pub(crate) fn go_together(one: &str, other: &str) -> bool {
-    one != other
-        && !NEVER_TOGETHER.contains(&(one, other))
-        && !NEVER_TOGETHER.contains(&(other, one))
+    one != other && !NEVER_TOGETHER.contains(&(one, other)) && !NEVER_TOGETHER.contains(&(other, one))
 }
 
 /// A drawn parameter of a hidden effect.
@@ -86,8 +84,7 @@ impl Scale {
     /// `close_s` is the nominal closing time at the usual supply pressure.
     pub fn of(valve: &Valve, close_s: f64) -> Self {
         let testbed = Valve::testbed();
-        let force =
-            valve.spring_n_per_m * valve.preload_m / (testbed.spring_n_per_m * testbed.preload_m);
+        let force = valve.spring_n_per_m * valve.preload_m / (testbed.spring_n_per_m * testbed.preload_m);
         Self {
             force,
             pressure: force * testbed.piston_area_m2 / valve.piston_area_m2,
@@ -120,10 +117,7 @@ impl SizeRange {
     /// and 0.25 mm, the upper end gives way so that the range spans at least a factor of two.
     pub fn for_noise(low: f64, high: f64, noise_m: f64) -> Self {
         let low = low * (noise_m / 1e-4).clamp(0.4, 2.5);
-        Self {
-            low,
-            high: high.max(2.0 * low),
-        }
+        Self { low, high: high.max(2.0 * low) }
     }
 
     pub fn draw(self, rng: &mut StdRng) -> f64 {
@@ -153,10 +147,7 @@ pub(crate) struct Draft<'a> {
 impl Draft<'_> {
     /// A size within the range for the campaign's noise, times `scale`.
     pub fn size(&mut self, low: f64, high: f64, scale: f64) -> f64 {
-        three_digits(
-            SizeRange::for_noise(low, high, self.noise_m / self.scale.length).draw(self.rng)
-                * scale,
-        )
+        three_digits(SizeRange::for_noise(low, high, self.noise_m / self.scale.length).draw(self.rng) * scale)
     }
 
     /// A number that does not follow the noise.
@@ -169,36 +160,20 @@ impl Draft<'_> {
     }
 
     /// Draws a size and notes it.
-    pub fn tell_size(
-        &mut self,
-        name: &'static str,
-        unit: &'static str,
-        low: f64,
-        high: f64,
-        scale: f64,
-    ) -> f64 {
+    pub fn tell_size(&mut self, name: &'static str, unit: &'static str, low: f64, high: f64, scale: f64) -> f64 {
         let size = self.size(low, high, scale);
         self.tell(name, size, unit)
     }
 
     /// Draws a number that does not follow the noise, and notes it.
-    pub fn tell_between(
-        &mut self,
-        name: &'static str,
-        unit: &'static str,
-        low: f64,
-        high: f64,
-    ) -> f64 {
+    pub fn tell_between(&mut self, name: &'static str, unit: &'static str, low: f64, high: f64) -> f64 {
         let value = self.between(low, high);
         self.tell(name, value, unit)
     }
 
     /// The effect as drawn so far; what follows is another one.
     pub fn finish(&mut self, id: &'static str) -> Drawn {
-        Drawn {
-            id,
-            parameters: std::mem::take(&mut self.parameters),
-        }
+        Drawn { id, parameters: std::mem::take(&mut self.parameters) }
     }
 
     /// Notes a parameter and hands its value on.
@@ -222,11 +197,7 @@ fn hide_force(id: &str, d: &mut Draft<'_>, hidden: &mut Hidden) -> bool {
     match id {
         "dry-friction" => {
             let coulomb = d.size(35.0, 130.0, scale.force);
-            let over = if d.sign() > 0.0 {
-                1.0
-            } else {
-                d.between(1.2, 2.0)
-            };
+            let over = if d.sign() > 0.0 { 1.0 } else { d.between(1.2, 2.0) };
             let stribeck = three_digits(log_uniform(d.rng, 0.005, 0.02));
             hidden.dry_friction = Some(DryFriction {
                 coulomb_n: d.tell("coulomb_force", coulomb, "N"),
@@ -235,13 +206,8 @@ fn hide_force(id: &str, d: &mut Draft<'_>, hidden: &mut Hidden) -> bool {
             });
         }
         "seal-friction" => {
-            hidden.seal_friction_m2 = d.tell_size(
-                "friction_per_pressure",
-                "m2",
-                1e-4,
-                4e-4,
-                scale.force / scale.pressure,
-            );
+            hidden.seal_friction_m2 =
+                d.tell_size("friction_per_pressure", "m2", 1e-4, 4e-4, scale.force / scale.pressure);
         }
         "progressive-spring" => {
             hidden.hardening = d.tell_size("hardening", "", 0.08, 0.4, 1.0);
@@ -253,10 +219,7 @@ fn hide_force(id: &str, d: &mut Draft<'_>, hidden: &mut Hidden) -> bool {
             hidden.seat_adhesion = (d.tell("force", size, "N"), d.tell("reach", reach, "m"));
         }
         "process-force" => {
-            let (size, exponent) = (
-                d.sign() * d.size(60.0, 160.0, scale.force),
-                d.between(1.3, 2.5),
-            );
+            let (size, exponent) = (d.sign() * d.size(60.0, 160.0, scale.force), d.between(1.3, 2.5));
             hidden.process_force = (d.tell("force", size, "N"), d.tell("exponent", exponent, ""));
         }
         _ => return false,
@@ -268,10 +231,7 @@ fn cushion(low: f64, high: f64, d: &mut Draft<'_>) -> (f64, f64) {
     let scale = d.scale;
     let (size, length) = (d.size(low, high, scale.damping()), d.between(3e-3, 8e-3));
     let length = three_digits(length * scale.length);
-    (
-        d.tell("damping", size, "N s/m"),
-        d.tell("length", length, "m"),
-    )
+    (d.tell("damping", size, "N s/m"), d.tell("length", length, "m"))
 }
 
 /// Effects on the gas; false when `id` is none of them.
@@ -285,10 +245,7 @@ fn hide_flow(id: &str, d: &mut Draft<'_>, hidden: &mut Hidden) -> bool {
         }
         "supply-droop" => {
             let size = d.size(2e7, 1.2e8, 1.0 / scale.area);
-            hidden.supply_droop = Some((
-                d.tell("resistance", size, "Pa s/kg"),
-                d.tell("line_volume", 20e-6, "m3"),
-            ));
+            hidden.supply_droop = Some((d.tell("resistance", size, "Pa s/kg"), d.tell("line_volume", 20e-6, "m3")));
         }
         "vent-restriction" => {
             let factor = three_digits(1.0 - d.size(0.03, 0.4, 1.0));
@@ -318,11 +275,7 @@ fn hide_timing(id: &str, d: &mut Draft<'_>, hidden: &mut Hidden) {
     match id {
         "solenoid-lag" => {
             let (energise, release) = (d.size(12e-3, 60e-3, delay), d.size(12e-3, 60e-3, delay));
-            let travel = if d.sign() > 0.0 {
-                0.0
-            } else {
-                d.size(20e-3, 100e-3, delay)
-            };
+            let travel = if d.sign() > 0.0 { 0.0 } else { d.size(20e-3, 100e-3, delay) };
             hidden.solenoid = Spool {
                 energise_s: d.tell("energise_delay", energise, "s"),
                 release_s: d.tell("deenergise_delay", release, "s"),

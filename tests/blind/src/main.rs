@@ -56,30 +56,20 @@ enum Friction {
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let Ok(weights) = <[f64; 4]>::try_from(arguments.mix.as_slice()) else {
-        eprintln!(
-            "error: --mix needs four weights such as 1,2,1,1; got {}",
-            arguments.mix.len()
-        );
+        eprintln!("error: --mix needs four weights such as 1,2,1,1; got {}", arguments.mix.len());
         return ExitCode::from(2);
     };
     if weights.iter().any(|w| w.is_nan() || *w < 0.0) || weights.iter().sum::<f64>() <= 0.0 {
-        eprintln!(
-            "error: --mix needs four weights, none below zero and one above; got {weights:?}"
-        );
+        eprintln!("error: --mix needs four weights, none below zero and one above; got {weights:?}");
         return ExitCode::from(2);
     }
     if !(0.0..=1.0).contains(&arguments.testbed_share) {
-        eprintln!(
-            "error: --testbed-share is a share from 0 to 1; got {}",
-            arguments.testbed_share
-        );
+        eprintln!("error: --testbed-share is a share from 0 to 1; got {}", arguments.testbed_share);
         return ExitCode::from(2);
     }
     if arguments.noise.is_some_and(|mm| mm.is_nan() || mm <= 0.0) {
         let usual = POSITION_NOISES_M.map(|m| m * 1e3);
-        eprintln!(
-            "error: --noise is one sigma in mm and above zero, for instance one of {usual:?}"
-        );
+        eprintln!("error: --noise is one sigma in mm and above zero, for instance one of {usual:?}");
         return ExitCode::from(2);
     }
     let spec = DrawSpec {

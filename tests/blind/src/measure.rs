@@ -22,12 +22,7 @@ pub(crate) const TIMING_NOISE_S: f64 = 3e-3;
 const RESOLUTION_M: f64 = 5e-6;
 
 /// The valve and conditions of one stroke, scattered.
-fn scattered(
-    actual: &Valve,
-    set: &Conditions,
-    scatter: Option<Scatter>,
-    rng: &mut StdRng,
-) -> (Valve, Conditions) {
+fn scattered(actual: &Valve, set: &Conditions, scatter: Option<Scatter>, rng: &mut StdRng) -> (Valve, Conditions) {
     let (mut valve, mut conditions) = (actual.clone(), set.clone());
     if let Some(sigma) = scatter {
         valve.preload_m *= 1.0 + sigma.preload * normal(rng);
@@ -49,39 +44,17 @@ pub(crate) fn take_traces(
     plan: &Plan,
     rng: &mut StdRng,
 ) -> Option<()> {
-    let edges = [
-        Edge {
-            at_s: 0.0,
-            close: true,
-        },
-        Edge {
-            at_s: campaign.valve.open_at_s,
-            close: false,
-        },
-    ];
+    let edges = [Edge { at_s: 0.0, close: true }, Edge { at_s: campaign.valve.open_at_s, close: false }];
     for set in &plan.conditions {
         let (valve, conditions) = scattered(actual, set, campaign.truth.scatter, rng);
         let late_s = campaign.truth.scatter.map_or(0.0, |sigma| sigma.delay_s);
         // A switching comes late by its own chance, never early.
-        let switched = edges.map(|edge| Edge {
-            at_s: edge.at_s + late_s * normal(rng).abs(),
-            ..edge
-        });
-        let ideal = record(
-            &valve,
-            hidden,
-            &conditions,
-            &edges,
-            &switched,
-            plan.end_s,
-            INTERVAL_S,
-        );
+        let switched = edges.map(|edge| Edge { at_s: edge.at_s + late_s * normal(rng).abs(), ..edge });
+        let ideal = record(&valve, hidden, &conditions, &edges, &switched, plan.end_s, INTERVAL_S);
         if !full_strokes(&ideal, &campaign.valve) {
             return None;
         }
-        campaign
-            .runs
-            .push(measured(set.clone(), ideal, &campaign.truth, rng));
+        campaign.runs.push(measured(set.clone(), ideal, &campaign.truth, rng));
     }
     Some(())
 }
@@ -93,9 +66,7 @@ fn full_strokes(trace: &Trace, valve: &Valve) -> bool {
     let shut = until(0.9 * valve.open_at_s);
     let end = trace.time_s.len();
     trace.position_m[..shut].iter().any(|&x| x <= 0.0)
-        && trace.position_m[end - end / 50..]
-            .iter()
-            .all(|&x| x >= valve.stroke_m)
+        && trace.position_m[end - end / 50..].iter().all(|&x| x >= valve.stroke_m)
 }
 
 /// What the sensors make of an ideal trace.
@@ -106,20 +77,11 @@ fn measured(set: Conditions, ideal: Trace, truth: &Truth, rng: &mut StdRng) -> R
         .map(|x| ((x + truth.position_noise_m * normal(rng)) / RESOLUTION_M).round() * RESOLUTION_M)
         .collect();
     let mut gauge = |pressures: &[f64]| -> Vec<f64> {
-        pressures
-            .iter()
-            .map(|p| ((p + PRESSURE_NOISE_PA * normal(rng)) / 10.0).round() * 10.0)
-            .collect()
+        pressures.iter().map(|p| ((p + PRESSURE_NOISE_PA * normal(rng)) / 10.0).round() * 10.0).collect()
     };
-    let pressures_pa = (truth.channels == Channels::PositionAndPressures)
-        .then(|| (gauge(&ideal.chamber_pa), gauge(&ideal.pipe_pa)));
-    Run {
-        conditions: set,
-        time_s: ideal.time_s,
-        command: ideal.command,
-        position_m,
-        pressures_pa,
-    }
+    let pressures_pa =
+        (truth.channels == Channels::PositionAndPressures).then(|| (gauge(&ideal.chamber_pa), gauge(&ideal.pipe_pa)));
+    Run { conditions: set, time_s: ideal.time_s, command: ideal.command, position_m, pressures_pa }
 }
 
 /// Takes the stroke times of a plan; none when a stroke was not full.

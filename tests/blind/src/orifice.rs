@@ -63,19 +63,11 @@ impl Outflow {
     /// Mass flow in kg/s from `a` to `b` (negative when it runs the other way) through the area
     /// `effective_m2`, flow coefficient included.
     pub fn mass_flow(&self, effective_m2: f64, a: Gas, b: Gas) -> f64 {
-        let (up, down, sign) = if a.pressure_pa >= b.pressure_pa {
-            (a, b.pressure_pa, 1.0)
-        } else {
-            (b, a.pressure_pa, -1.0)
-        };
+        let (up, down, sign) =
+            if a.pressure_pa >= b.pressure_pa { (a, b.pressure_pa, 1.0) } else { (b, a.pressure_pa, -1.0) };
         let ratio = down / up.pressure_pa;
-        let number = if ratio > 1.0 - CHORD {
-            self.chord_value * (1.0 - ratio) / CHORD
-        } else {
-            self.number(ratio)
-        };
-        sign * effective_m2 * up.pressure_pa * number
-            / (self.gas_constant * up.temperature_k).sqrt()
+        let number = if ratio > 1.0 - CHORD { self.chord_value * (1.0 - ratio) / CHORD } else { self.number(ratio) };
+        sign * effective_m2 * up.pressure_pa * number / (self.gas_constant * up.temperature_k).sqrt()
     }
 }
 
@@ -84,10 +76,7 @@ mod tests {
     use super::*;
 
     fn at(pressure_pa: f64) -> Gas {
-        Gas {
-            pressure_pa,
-            temperature_k: 293.15,
-        }
+        Gas { pressure_pa, temperature_k: 293.15 }
     }
 
     #[test]

@@ -35,26 +35,14 @@ pub fn record(
     interval_s: f64,
 ) -> Trace {
     let offset = hidden.clock_offset_s;
-    let mut rig = Rig::new(
-        valve,
-        hidden,
-        conditions,
-        switched,
-        -LEAD_S.max(offset + LEAD_S),
-    );
+    let mut rig = Rig::new(valve, hidden, conditions, switched, -LEAD_S.max(offset + LEAD_S));
     let mut trace = Trace::default();
     let mut instants: Vec<(f64, bool)> = Vec::new();
     let mut row = 0.0;
     while row * interval_s <= end_s + 1e-9 {
         let t = row * interval_s;
         trace.time_s.push(t);
-        trace.command.push(
-            commanded
-                .iter()
-                .rev()
-                .find(|e| e.at_s <= t + 1e-9)
-                .is_some_and(|e| e.close),
-        );
+        trace.command.push(commanded.iter().rev().find(|e| e.at_s <= t + 1e-9).is_some_and(|e| e.close));
         instants.push((t - offset, true));
         instants.push((t, false));
         row += 1.0;
@@ -85,14 +73,8 @@ pub fn stroke_times(
     let mut last = 0.0;
     for cycle in 0..cycles {
         last = cycle as f64 * valve.cycle_end_s;
-        edges.push(Edge {
-            at_s: last,
-            close: true,
-        });
-        edges.push(Edge {
-            at_s: last + valve.open_at_s,
-            close: false,
-        });
+        edges.push(Edge { at_s: last, close: true });
+        edges.push(Edge { at_s: last + valve.open_at_s, close: false });
     }
     let mut rig = Rig::new(valve, hidden, conditions, &edges, -LEAD_S);
     rig.advance(last, |_, _| true);
@@ -100,13 +82,8 @@ pub fn stroke_times(
     let close = first_crossing(&mut rig, before, last + valve.open_at_s, true, |s| s.x);
     let before = (rig.time_s, rig.state);
     let stroke = valve.stroke_m;
-    let open = first_crossing(&mut rig, before, last + valve.cycle_end_s, false, |s| {
-        stroke - s.x
-    });
-    (
-        close.map(|t| t - last),
-        open.map(|t| t - last - valve.open_at_s),
-    )
+    let open = first_crossing(&mut rig, before, last + valve.cycle_end_s, false, |s| stroke - s.x);
+    (close.map(|t| t - last), open.map(|t| t - last - valve.open_at_s))
 }
 
 /// The first time up to `until_s` at which `level` is not above zero. The rig goes on to `until_s`

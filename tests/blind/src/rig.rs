@@ -9,9 +9,7 @@ use crate::bristle::Bristle;
 use crate::hidden::{Hidden, Outside};
 use crate::orifice::{Gas, Outflow};
 use crate::spool::{Edge, Travel};
-use crate::valve::{
-    AMBIENT_PA, FLOW_COEFFICIENT, GAMMA, GAS_CONSTANT, PSI_PA, TEMPERATURE_K, Valve,
-};
+use crate::valve::{AMBIENT_PA, FLOW_COEFFICIENT, GAMMA, GAS_CONSTANT, PSI_PA, TEMPERATURE_K, Valve};
 
 /// Longest step.
 pub const STEP_S: f64 = 20e-6;
@@ -75,13 +73,7 @@ pub(crate) struct Rig<'a> {
 
 impl<'a> Rig<'a> {
     /// A valve at rest in the open, vented state at the time `start_s`, before the first edge.
-    pub fn new(
-        valve: &'a Valve,
-        hidden: &'a Hidden,
-        conditions: &Conditions,
-        edges: &[Edge],
-        start_s: f64,
-    ) -> Self {
+    pub fn new(valve: &'a Valve, hidden: &'a Hidden, conditions: &Conditions, edges: &[Edge], start_s: f64) -> Self {
         let supply_pa = conditions.supply_psig * PSI_PA + AMBIENT_PA;
         let mut rig = Self {
             valve,
@@ -124,8 +116,7 @@ impl<'a> Rig<'a> {
     }
 
     fn pressures(&self, s: &State) -> (f64, f64) {
-        let volume =
-            self.valve.dead_volume_m3 + self.valve.piston_area_m2 * (self.valve.stroke_m - s.x);
+        let volume = self.valve.dead_volume_m3 + self.valve.piston_area_m2 * (self.valve.stroke_m - s.x);
         (
             s.chamber_kg * GAS_CONSTANT * s.chamber_k / volume,
             s.pipe_kg * GAS_CONSTANT * s.pipe_k / self.valve.pipe_volume_m3,
@@ -141,12 +132,8 @@ impl<'a> Rig<'a> {
             let grip = body::grip(self.hidden, x, -1.0, full + AMBIENT_PA, 7.0);
             largest = largest.max(grip.holding_n);
         }
-        let stribeck = self
-            .hidden
-            .dry_friction
-            .map_or(0.01, |dry| dry.stribeck_m_per_s);
-        (largest > 0.0)
-            .then(|| Bristle::new(self.hidden.bristles, largest, self.valve.mass_kg, stribeck))
+        let stribeck = self.hidden.dry_friction.map_or(0.01, |dry| dry.stribeck_m_per_s);
+        (largest > 0.0).then(|| Bristle::new(self.hidden.bristles, largest, self.valve.mass_kg, stribeck))
     }
 
     /// Puts pipe and chamber where leaks and vent balance, and the piston where the forces do.
@@ -156,11 +143,7 @@ impl<'a> Rig<'a> {
         for _ in 0..200 {
             let middle = 0.5 * (low + high);
             let pipe = warm(middle);
-            let vent = self.flow(
-                self.valve.solenoid_area_m2 * self.hidden.vent_factor,
-                pipe,
-                warm(outside_pa),
-            );
+            let vent = self.flow(self.valve.solenoid_area_m2 * self.hidden.vent_factor, pipe, warm(outside_pa));
             let out = self.flow(self.leak_out_m2, pipe, warm(AMBIENT_PA));
             let into = self.flow(self.leak_in_m2, warm(self.supply_pa), pipe);
             if into - vent - out > 0.0 {
@@ -183,8 +166,7 @@ impl<'a> Rig<'a> {
         let s = &mut self.state;
         s.x = 0.5 * (low + high);
         s.seen = s.x;
-        let volume =
-            self.valve.dead_volume_m3 + self.valve.piston_area_m2 * (self.valve.stroke_m - s.x);
+        let volume = self.valve.dead_volume_m3 + self.valve.piston_area_m2 * (self.valve.stroke_m - s.x);
         s.chamber_kg = pressure * volume / (GAS_CONSTANT * TEMPERATURE_K);
         s.pipe_kg = pressure * self.valve.pipe_volume_m3 / (GAS_CONSTANT * TEMPERATURE_K);
         // The valve has stood for a minute before its first stroke.
@@ -199,22 +181,15 @@ impl<'a> Rig<'a> {
         if geometric_m2 == 0.0 {
             return 0.0;
         }
-        self.outflow
-            .mass_flow(FLOW_COEFFICIENT * geometric_m2, a, b)
+        self.outflow.mass_flow(FLOW_COEFFICIENT * geometric_m2, a, b)
     }
 
     /// The supply before the line's resistance.
     fn source_pa(&self, t: f64) -> f64 {
         let mut pressure = self.supply_pa;
         for effect in &self.hidden.outside {
-            if let Outside::SupplyRipple {
-                amplitude_pa,
-                frequency_hz,
-                phase_rad,
-            } = *effect
-            {
-                pressure +=
-                    amplitude_pa * (std::f64::consts::TAU * frequency_hz * t + phase_rad).sin();
+            if let Outside::SupplyRipple { amplitude_pa, frequency_hz, phase_rad } = *effect {
+                pressure += amplitude_pa * (std::f64::consts::TAU * frequency_hz * t + phase_rad).sin();
             }
         }
         pressure
@@ -223,20 +198,10 @@ impl<'a> Rig<'a> {
     fn rates(&self, t: f64, spool: f64, s: &State) -> Rates {
         let (valve, hidden) = (self.valve, self.hidden);
         let (chamber_pa, pipe_pa) = self.pressures(s);
-        let chamber = Gas {
-            pressure_pa: chamber_pa,
-            temperature_k: s.chamber_k,
-        };
-        let pipe = Gas {
-            pressure_pa: pipe_pa,
-            temperature_k: s.pipe_k,
-        };
+        let chamber = Gas { pressure_pa: chamber_pa, temperature_k: s.chamber_k };
+        let pipe = Gas { pressure_pa: pipe_pa, temperature_k: s.pipe_k };
         let source_pa = self.source_pa(t);
-        let supply = warm(if hidden.supply_droop.is_some() {
-            s.line_pa
-        } else {
-            source_pa
-        });
+        let supply = warm(if hidden.supply_droop.is_some() { s.line_pa } else { source_pa });
         let air = warm(AMBIENT_PA);
 
         let fill = self.flow(spool * valve.solenoid_area_m2, supply, pipe);
@@ -245,17 +210,11 @@ impl<'a> Rig<'a> {
         let leak_out = self.flow(self.leak_out_m2, pipe, air);
         let leak_in = self.flow(self.leak_in_m2, supply, pipe);
         let port = self.flow(valve.port_area_m2, pipe, chamber);
-        let escape = if hidden.outside.is_empty() {
-            0.0
-        } else {
-            self.flow(body::chamber_leak_m2(hidden, s.x), chamber, air)
-        };
+        let escape =
+            if hidden.outside.is_empty() { 0.0 } else { self.flow(body::chamber_leak_m2(hidden, s.x), chamber, air) };
 
-        let mut rates = Rates {
-            chamber_kg: port - escape,
-            pipe_kg: fill + leak_in - vent - leak_out - port,
-            ..Rates::default()
-        };
+        let mut rates =
+            Rates { chamber_kg: port - escape, pipe_kg: fill + leak_in - vent - leak_out - port, ..Rates::default() };
         let mut force = body::driving_force(valve, hidden, s.x, s.v, chamber_pa);
         if let Some(bristle) = &self.bristle {
             let lean = s.bristle + 1e-5 * s.v;
@@ -265,25 +224,19 @@ impl<'a> Rig<'a> {
         rates.v = force / valve.mass_kg;
         if let Some(conductance) = hidden.wall_conductance_w_per_k {
             // Enthalpy that comes in, per c_p: flow times the temperature of where it comes from.
-            let carried =
-                |flow: f64, from: f64, to: f64| flow * if flow >= 0.0 { from } else { to };
+            let carried = |flow: f64, from: f64, to: f64| flow * if flow >= 0.0 { from } else { to };
             let through_port = carried(port, s.pipe_k, s.chamber_k);
-            let pipe_in = carried(fill, TEMPERATURE_K, s.pipe_k)
-                + carried(leak_in, TEMPERATURE_K, s.pipe_k)
+            let pipe_in = carried(fill, TEMPERATURE_K, s.pipe_k) + carried(leak_in, TEMPERATURE_K, s.pipe_k)
                 - carried(vent, s.pipe_k, TEMPERATURE_K)
                 - carried(leak_out, s.pipe_k, TEMPERATURE_K)
                 - through_port;
             let chamber_in = through_port - carried(escape, s.chamber_k, TEMPERATURE_K);
-            let (cv, cp) = (
-                GAS_CONSTANT / (GAMMA - 1.0),
-                GAS_CONSTANT * GAMMA / (GAMMA - 1.0),
-            );
+            let (cv, cp) = (GAS_CONSTANT / (GAMMA - 1.0), GAS_CONSTANT * GAMMA / (GAMMA - 1.0));
             let work = chamber_pa * -valve.piston_area_m2 * s.v;
             rates.chamber_k = (cp * chamber_in - work - rates.chamber_kg * cv * s.chamber_k
                 + conductance * (TEMPERATURE_K - s.chamber_k))
                 / (s.chamber_kg * cv);
-            rates.pipe_k = (cp * pipe_in - rates.pipe_kg * cv * s.pipe_k
-                + conductance * (TEMPERATURE_K - s.pipe_k))
+            rates.pipe_k = (cp * pipe_in - rates.pipe_kg * cv * s.pipe_k + conductance * (TEMPERATURE_K - s.pipe_k))
                 / (s.pipe_kg * cv);
         }
         if let Some((resistance, volume)) = hidden.supply_droop {
@@ -294,14 +247,8 @@ impl<'a> Rig<'a> {
             rates.seen = (s.x - s.seen) / hidden.sensor_lag_s;
         }
         for effect in &hidden.outside {
-            if let Outside::DwellFriction {
-                onset_s,
-                distance_m,
-                ..
-            } = *effect
-            {
-                rates.rest_age =
-                    (-s.rest_age).exp() / onset_s - s.v.abs() * s.rest_age / distance_m;
+            if let Outside::DwellFriction { onset_s, distance_m, .. } = *effect {
+                rates.rest_age = (-s.rest_age).exp() / onset_s - s.v.abs() * s.rest_age / distance_m;
             }
         }
         rates
@@ -375,10 +322,7 @@ impl<'a> Rig<'a> {
 }
 
 fn warm(pressure_pa: f64) -> Gas {
-    Gas {
-        pressure_pa,
-        temperature_k: TEMPERATURE_K,
-    }
+    Gas { pressure_pa, temperature_k: TEMPERATURE_K }
 }
 
 #[cfg(test)]
@@ -389,21 +333,8 @@ mod tests {
     /// First time at or below the closed stop and the place a second after the vent opens.
     fn stroke(hidden: &Hidden, step_s: f64) -> (f64, f64) {
         let valve = Valve::testbed();
-        let edges = [
-            Edge {
-                at_s: 0.0,
-                close: true,
-            },
-            Edge {
-                at_s: 3.0,
-                close: false,
-            },
-        ];
-        let set = Conditions {
-            supply_psig: 75.0,
-            leak_to_atmosphere_m2: 0.0,
-            leak_from_supply_m2: 0.0,
-        };
+        let edges = [Edge { at_s: 0.0, close: true }, Edge { at_s: 3.0, close: false }];
+        let set = Conditions { supply_psig: 75.0, leak_to_atmosphere_m2: 0.0, leak_from_supply_m2: 0.0 };
         let mut rig = Rig::new(&valve, hidden, &set, &edges, 0.0);
         rig.set_step(step_s);
         let (mut closed, mut before) = (f64::NAN, (0.0, rig.state.x));
@@ -422,44 +353,24 @@ mod tests {
         for bristles in [Bristles::Compliant, Bristles::Stiff] {
             let hidden = Hidden {
                 bristles,
-                dry_friction: Some(DryFriction {
-                    coulomb_n: 50.0,
-                    static_n: 50.0,
-                    stribeck_m_per_s: 0.01,
-                }),
+                dry_friction: Some(DryFriction { coulomb_n: 50.0, static_n: 50.0, stribeck_m_per_s: 0.01 }),
                 wall_conductance_w_per_k: Some(0.2),
                 supply_droop: Some((5e7, 20e-6)),
-                solenoid: Spool {
-                    energise_s: 0.0213,
-                    release_s: 0.017_77,
-                    travel_s: 0.033_33,
-                },
+                solenoid: Spool { energise_s: 0.0213, release_s: 0.017_77, travel_s: 0.033_33 },
                 closing_cushion: (4000.0, 5e-3),
                 ..Hidden::default()
             };
             let (coarse, fine) = (stroke(&hidden, STEP_S), stroke(&hidden, 0.5 * STEP_S));
-            assert!(
-                (coarse.0 - fine.0).abs() < 5e-5,
-                "{bristles:?}: {coarse:?} {fine:?}"
-            );
-            assert!(
-                (coarse.1 - fine.1).abs() < 5e-6,
-                "{bristles:?}: {coarse:?} {fine:?}"
-            );
+            assert!((coarse.0 - fine.0).abs() < 5e-5, "{bristles:?}: {coarse:?} {fine:?}");
+            assert!((coarse.1 - fine.1).abs() < 5e-6, "{bristles:?}: {coarse:?} {fine:?}");
         }
     }
 
     #[test]
     fn gas_that_exchanges_heat_at_once_keeps_the_temperature_of_the_wall() {
         let plain = stroke(&Hidden::default(), STEP_S);
-        let quick = Hidden {
-            wall_conductance_w_per_k: Some(200.0),
-            ..Hidden::default()
-        };
-        let adiabatic = Hidden {
-            wall_conductance_w_per_k: Some(0.0),
-            ..Hidden::default()
-        };
+        let quick = Hidden { wall_conductance_w_per_k: Some(200.0), ..Hidden::default() };
+        let adiabatic = Hidden { wall_conductance_w_per_k: Some(0.0), ..Hidden::default() };
         assert!((stroke(&quick, STEP_S).0 - plain.0).abs() < 1e-3);
         assert!((stroke(&adiabatic, STEP_S).0 - plain.0).abs() > 5e-2);
     }

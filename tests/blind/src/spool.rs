@@ -23,11 +23,7 @@ impl Travel {
     pub fn new(edges: &[Edge], spool: Spool) -> Self {
         let mut corners: Vec<(f64, f64)> = vec![(f64::NEG_INFINITY, 0.0)];
         for edge in edges {
-            let (delay, goal) = if edge.close {
-                (spool.energise_s, 1.0)
-            } else {
-                (spool.release_s, 0.0)
-            };
+            let (delay, goal) = if edge.close { (spool.energise_s, 1.0) } else { (spool.release_s, 0.0) };
             let start = edge.at_s + delay;
             let from = place(&corners, start);
             // An edge that acts cuts off whatever was still to come.
@@ -48,10 +44,7 @@ impl Travel {
 
     /// The first corner after `t`.
     pub fn next_corner(&self, t: f64) -> Option<f64> {
-        self.corners
-            .iter()
-            .map(|corner| corner.0)
-            .find(|&at| at > t)
+        self.corners.iter().map(|corner| corner.0).find(|&at| at > t)
     }
 }
 
@@ -72,21 +65,8 @@ mod tests {
 
     #[test]
     fn an_early_reversal_turns_the_spool_on_its_way() {
-        let spool = Spool {
-            energise_s: 0.02,
-            release_s: 0.01,
-            travel_s: 0.1,
-        };
-        let edges = [
-            Edge {
-                at_s: 0.0,
-                close: true,
-            },
-            Edge {
-                at_s: 0.06,
-                close: false,
-            },
-        ];
+        let spool = Spool { energise_s: 0.02, release_s: 0.01, travel_s: 0.1 };
+        let edges = [Edge { at_s: 0.0, close: true }, Edge { at_s: 0.06, close: false }];
         let travel = Travel::new(&edges, spool);
         assert_eq!(travel.at(0.02), 0.0);
         assert!((travel.at(0.045) - 0.25).abs() < 1e-12);
@@ -97,16 +77,7 @@ mod tests {
 
     #[test]
     fn without_delays_it_jumps_with_the_command() {
-        let edges = [
-            Edge {
-                at_s: 0.0,
-                close: true,
-            },
-            Edge {
-                at_s: 4.0,
-                close: false,
-            },
-        ];
+        let edges = [Edge { at_s: 0.0, close: true }, Edge { at_s: 4.0, close: false }];
         let travel = Travel::new(&edges, Spool::default());
         assert_eq!(travel.at(-1e-9), 0.0);
         assert_eq!(travel.at(0.0), 1.0);

@@ -18,12 +18,7 @@ pub const OUTSIDE: [&str; 9] = [
 ];
 
 /// Draws the effect `id`, adds it to `hidden` and tells it.
-pub(crate) fn hide_outside(
-    id: &'static str,
-    valve: &Valve,
-    d: &mut Draft<'_>,
-    hidden: &mut Hidden,
-) -> Drawn {
+pub(crate) fn hide_outside(id: &'static str, valve: &Valve, d: &mut Draft<'_>, hidden: &mut Hidden) -> Drawn {
     let scale = d.scale;
     let stroke = valve.stroke_m;
     let effect = match id {
@@ -57,13 +52,7 @@ pub(crate) fn hide_outside(
             below_m: d.tell_between("below", "m", 0.3 * stroke, 0.6 * stroke),
         },
         "quadratic-damping" => Outside::QuadraticDamping {
-            coefficient: d.tell_size(
-                "coefficient",
-                "N s2/m2",
-                1.5e4,
-                6e4,
-                scale.damping() * scale.time / scale.length,
-            ),
+            coefficient: d.tell_size("coefficient", "N s2/m2", 1.5e4, 6e4, scale.damping() * scale.time / scale.length),
         },
         "wavy-force" => Outside::WavyForce {
             amplitude_n: d.tell_size("amplitude", "N", 30.0, 90.0, scale.force),

@@ -102,10 +102,7 @@ impl Truth {
                 let mut inner = Map::new();
                 for p in &effect.parameters {
                     let text = format!("{:e} {}", p.value, p.unit);
-                    inner.insert(
-                        p.name.to_owned(),
-                        json!({ "si": p.value, "text": text.trim() }),
-                    );
+                    inner.insert(p.name.to_owned(), json!({ "si": p.value, "text": text.trim() }));
                 }
                 map.insert(effect.id.to_owned(), Value::Object(inner));
             }

@@ -166,15 +166,9 @@ impl Valve {
         );
         section(
             "spring",
-            &[
-                ("stiffness", self.spring_n_per_m, "N/m"),
-                ("preload_compression", self.preload_m * 1e3, "mm"),
-            ],
+            &[("stiffness", self.spring_n_per_m, "N/m"), ("preload_compression", self.preload_m * 1e3, "mm")],
         );
-        section(
-            "stops",
-            &[("contact_stiffness", self.contact_n_per_m, "N/m")],
-        );
+        section("stops", &[("contact_stiffness", self.contact_n_per_m, "N/m")]);
         section(
             "gas",
             &[
@@ -195,23 +189,12 @@ impl Valve {
                 ("port_orifice_area", self.port_area_m2 * 1e6, "mm2"),
             ],
         );
-        section(
-            "cycle",
-            &[
-                ("close_at", 0.0, "s"),
-                ("open_at", self.open_at_s, "s"),
-                ("end", self.cycle_end_s, "s"),
-            ],
-        );
+        section("cycle", &[("close_at", 0.0, "s"), ("open_at", self.open_at_s, "s"), ("end", self.cycle_end_s, "s")]);
         section(
             "limits",
             &[
                 ("close_within", self.open_at_s * 0.75, "s"),
-                (
-                    "open_within",
-                    (self.cycle_end_s - self.open_at_s) * 0.75,
-                    "s",
-                ),
+                ("open_within", (self.cycle_end_s - self.open_at_s) * 0.75, "s"),
             ],
         );
         text.push_str("\n[tolerance]\n");
@@ -219,10 +202,7 @@ impl Valve {
             let _ = writeln!(text, "\"{key}\" = {sigma:.2}");
         }
         if self.orientation != Orientation::Upright {
-            let line = format!(
-                "[actuator]\norientation = \"{}\"\n",
-                self.orientation.word()
-            );
+            let line = format!("[actuator]\norientation = \"{}\"\n", self.orientation.word());
             text = text.replacen("[actuator]\n", &line, 1);
         }
         text
@@ -232,12 +212,7 @@ impl Valve {
     /// [`Valve::to_toml`] writes it, so that file and memory tell the same.
     #[must_use]
     pub fn rounded(&self) -> Self {
-        let r = |value: f64, scale: f64| {
-            format!("{:.3e}", value * scale)
-                .parse()
-                .unwrap_or(value * scale)
-                / scale
-        };
+        let r = |value: f64, scale: f64| format!("{:.3e}", value * scale).parse().unwrap_or(value * scale) / scale;
         Self {
             mass_kg: r(self.mass_kg, 1.0),
             stroke_m: r(self.stroke_m, 1e3),

@@ -17,39 +17,22 @@ const SUPPLY_SWEEP: [(f64, f64, f64); 4] = [
 ];
 
 fn plain(supply_psig: f64) -> Conditions {
-    Conditions {
-        supply_psig,
-        leak_to_atmosphere_m2: 0.0,
-        leak_from_supply_m2: 0.0,
-    }
+    Conditions { supply_psig, leak_to_atmosphere_m2: 0.0, leak_from_supply_m2: 0.0 }
 }
 
 #[test]
 fn with_nothing_hidden_the_stroke_times_are_those_of_an_accurate_solution() {
-    let valve = Valve {
-        open_at_s: 6.0,
-        ..Valve::testbed()
-    };
+    let valve = Valve { open_at_s: 6.0, ..Valve::testbed() };
     for (psig, close_s, open_s) in SUPPLY_SWEEP {
         let (close, open) = stroke_times(&valve, &Hidden::default(), &plain(psig), 1);
-        assert!(
-            (close.unwrap() - close_s).abs() < 5e-5,
-            "{psig} psig closes in {close:?}"
-        );
-        assert!(
-            (open.unwrap() - open_s).abs() < 5e-5,
-            "{psig} psig opens in {open:?}"
-        );
+        assert!((close.unwrap() - close_s).abs() < 5e-5, "{psig} psig closes in {close:?}");
+        assert!((open.unwrap() - open_s).abs() < 5e-5, "{psig} psig opens in {open:?}");
     }
 }
 
 #[test]
 fn a_draw_depends_on_its_seed_and_index_alone() {
-    let spec = DrawSpec {
-        repeats: Some(false),
-        testbed_share: 1.0,
-        ..DrawSpec::default()
-    };
+    let spec = DrawSpec { repeats: Some(false), testbed_share: 1.0, ..DrawSpec::default() };
     let once = draw(5, 3, &spec);
     assert_eq!(once, draw(5, 3, &spec));
     assert_ne!(once.truth.factors, draw(6, 3, &spec).truth.factors);
@@ -58,15 +41,9 @@ fn a_draw_depends_on_its_seed_and_index_alone() {
 
 #[test]
 fn categories_follow_their_weights() {
-    let spec = DrawSpec {
-        weights: [1.0, 2.0, 1.0, 0.0],
-        repeats: Some(false),
-        testbed_share: 1.0,
-        ..DrawSpec::default()
-    };
-    let drawn: Vec<_> = (0..8)
-        .map(|index| draw(9, index, &spec).truth.category)
-        .collect();
+    let spec =
+        DrawSpec { weights: [1.0, 2.0, 1.0, 0.0], repeats: Some(false), testbed_share: 1.0, ..DrawSpec::default() };
+    let drawn: Vec<_> = (0..8).map(|index| draw(9, index, &spec).truth.category).collect();
     let count = |category| drawn.iter().filter(|&&other| other == category).count();
     assert_eq!(count(Category::Nothing), 2);
     assert_eq!(count(Category::One), 4);
@@ -75,29 +52,16 @@ fn categories_follow_their_weights() {
 
 #[test]
 fn a_campaign_becomes_a_folder() {
-    let spec = DrawSpec {
-        repeats: Some(false),
-        pressures: Some(true),
-        ..DrawSpec::default()
-    };
+    let spec = DrawSpec { repeats: Some(false), pressures: Some(true), ..DrawSpec::default() };
     let campaign = draw(2, 0, &spec);
     let parent = tempfile::tempdir().unwrap();
     let folder = campaign.write_to(parent.path()).unwrap();
-    for file in [
-        "valve.toml",
-        "campaign.toml",
-        "truth.json",
-        "traces/run-01.csv",
-        "traces/run-07.csv",
-    ] {
+    for file in ["valve.toml", "campaign.toml", "truth.json", "traces/run-01.csv", "traces/run-07.csv"] {
         assert!(folder.join(file).is_file(), "{file} is missing");
     }
     let trace = std::fs::read_to_string(folder.join("traces/run-01.csv")).unwrap();
     let mut lines = trace.lines();
-    assert_eq!(
-        lines.next(),
-        Some("time_s,command,position_mm,chamber_pressure_kpa,pipe_pressure_kpa")
-    );
+    assert_eq!(lines.next(), Some("time_s,command,position_mm,chamber_pressure_kpa,pipe_pressure_kpa"));
     assert!(lines.next().unwrap().starts_with("0.000,1,"));
     assert_eq!(trace.lines().count(), campaign.runs[0].time_s.len() + 1);
     let truth: serde_json::Value =
@@ -107,20 +71,11 @@ fn a_campaign_becomes_a_folder() {
 
 #[test]
 fn drawn_valves_make_full_strokes_and_no_two_are_alike() {
-    let spec = DrawSpec {
-        testbed_share: 0.0,
-        timings_only: true,
-        ..DrawSpec::default()
-    };
+    let spec = DrawSpec { testbed_share: 0.0, timings_only: true, ..DrawSpec::default() };
     let (one, other) = (draw(3, 0, &spec), draw(3, 1, &spec));
     assert_ne!(one.valve, other.valve);
     for campaign in [one, other] {
         assert_eq!(campaign.timings.len(), 46);
-        assert!(
-            campaign
-                .timings
-                .iter()
-                .all(|row| row.close_s.is_some() && row.open_s.is_some())
-        );
+        assert!(campaign.timings.iter().all(|row| row.close_s.is_some() && row.open_s.is_some()));
     }
 }

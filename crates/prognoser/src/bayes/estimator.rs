@@ -103,14 +103,10 @@ impl BayesEstimator {
         };
         let (Noise::Known { sd_s } | Noise::Estimated { prior_sd_s: sd_s, .. }) = config.noise;
         let noise = NoisePrior { a, b: a * sd_s * sd_s };
-        let growth =
-            GrowthPrior { ln_median: -config.life_median_cycles.ln(), ln_sd: config.life_ln_sd };
+        let growth = GrowthPrior { ln_median: -config.life_median_cycles.ln(), ln_sd: config.life_ln_sd };
         let healthy = |weight: f64| {
             let view = |share: f64, sd| View { ln_weight: (weight * share).ln(), mean: 0.0, sd };
-            vec![
-                view(config.no_start_leak, 0.0),
-                view(1.0 - config.no_start_leak, config.start_sd),
-            ]
+            vec![view(config.no_start_leak, 0.0), view(1.0 - config.no_start_leak, config.start_sd)]
         };
         let any = |weight: f64| vec![View { ln_weight: weight.ln(), mean: 0.4, sd: 0.4 }];
         let none = healthy(1.0);
@@ -120,9 +116,7 @@ impl BayesEstimator {
                 unknown: any(config.wrong_start),
                 none: none.clone(),
             },
-            StartPrior::Unknown => {
-                StartViews { healthy: Vec::new(), unknown: any(1.0), none: none.clone() }
-            }
+            StartPrior::Unknown => StartViews { healthy: Vec::new(), unknown: any(1.0), none: none.clone() },
         };
         Self {
             priors: Priors {
@@ -177,20 +171,15 @@ impl BayesEstimator {
     fn fit_first(&mut self, models: &[FaultModel; 2], cycle: u64) {
         let origin = self.all.as_ref().map_or(cycle, |all| all.origin);
         let shape = self.all.as_ref().map_or(Shape::Linear, |all| all.shape);
-        let readings: Vec<Reading> =
-            self.history.recent().iter().map(|entry| entry.reading).collect();
-        let all =
-            Hypotheses::fit(models, &readings, origin, shape, &self.starts, &self.priors);
+        let readings: Vec<Reading> = self.history.recent().iter().map(|entry| entry.reading).collect();
+        let all = Hypotheses::fit(models, &readings, origin, shape, &self.starts, &self.priors);
         self.all = Some(all);
     }
 
     /// Looks for a story that explains the last readings better than the one
     /// followed so far, and follows it if there is one.
     fn explain(&mut self, models: &[FaultModel; 2]) -> Option<Change> {
-        if self.growth == GrowthLaw::Auto
-            && self.history.seen() >= LAW_FROM
-            && self.try_exponential(models)
-        {
+        if self.growth == GrowthLaw::Auto && self.history.seen() >= LAW_FROM && self.try_exponential(models) {
             return Some(Change::Exponential);
         }
         let all = self.all.as_ref()?;
@@ -235,9 +224,7 @@ impl BayesEstimator {
         let Some(all) = &self.all else { return false };
         let (origin, noise) = (all.origin, all.tracks[all.leading() as usize].state.sigma2);
         let sample = self.history.sample();
-        let fit = |shape| {
-            Hypotheses::fit(models, &sample, origin, shape, &self.starts, &self.priors)
-        };
+        let fit = |shape| Hypotheses::fit(models, &sample, origin, shape, &self.starts, &self.priors);
         let linear = fit(Shape::Linear).ln_total();
         let best = self.best_exponential(models);
         // A step fits no exponential: the noise would have to be larger.
@@ -274,12 +261,7 @@ impl BayesEstimator {
         }
     }
 
-    fn estimate(
-        &self,
-        models: &[FaultModel; 2],
-        reading: &Reading,
-        change: Option<Change>,
-    ) -> BayesEstimate {
+    fn estimate(&self, models: &[FaultModel; 2], reading: &Reading, change: Option<Change>) -> BayesEstimate {
         let all = self.all.as_ref().expect("an update makes the hypotheses");
         let total = all.ln_total();
         let [none, atmosphere, supply] = all.ln.map(|value| (value - total).exp());

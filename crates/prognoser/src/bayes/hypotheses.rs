@@ -92,9 +92,7 @@ impl Hypotheses {
                     continue;
                 }
                 let track = fit(views);
-                let better = best.is_none_or(|old: Track| {
-                    track.state.ln_evidence > old.state.ln_evidence
-                });
+                let better = best.is_none_or(|old: Track| track.state.ln_evidence > old.state.ln_evidence);
                 if better {
                     healthy[fault as usize] = from_health;
                     best = Some(track);
@@ -109,13 +107,7 @@ impl Hypotheses {
     }
 
     /// Adds one cycle.
-    pub(crate) fn update(
-        &mut self,
-        models: &[FaultModel; 2],
-        reading: &Reading,
-        starts: &StartViews,
-        priors: &Priors,
-    ) {
+    pub(crate) fn update(&mut self, models: &[FaultModel; 2], reading: &Reading, starts: &StartViews, priors: &Priors) {
         let phi = self.phi(reading.cycle);
         self.none.update(models, reading, priors);
         let mut best = priors.ln_none - priors.ln_fault + self.none.ln_evidence(&starts.none, priors);

@@ -86,8 +86,7 @@ impl ViewFit {
         let centre = (sums.b1 - sums.s1 * start_0) / kappa;
         let rss = (c - b0 * start_0 - kappa * centre * centre).max(0.0);
         let b = noise.b + 0.5 * rss;
-        let ln_peak = view.ln_weight + occam + sums.ln_extra + ln_gamma(a) - ln_gamma(noise.a)
-            + noise.a * noise.b.ln()
+        let ln_peak = view.ln_weight + occam + sums.ln_extra + ln_gamma(a) - ln_gamma(noise.a) + noise.a * noise.b.ln()
             - a * b.ln()
             - 0.5 * sums.n * std::f64::consts::TAU.ln();
         Self { ln_peak, centre, kappa, a, b, start_0, start_g, start_var: 1.0 / s0 }
@@ -109,9 +108,7 @@ impl ViewFit {
 
     /// Logarithm of the integral of the likelihood over all g.
     fn ln_area(&self) -> f64 {
-        self.ln_peak
-            + 0.5 * (std::f64::consts::TAU * self.b / self.kappa).ln()
-            + ln_gamma(self.a - 0.5)
+        self.ln_peak + 0.5 * (std::f64::consts::TAU * self.b / self.kappa).ln() + ln_gamma(self.a - 0.5)
             - ln_gamma(self.a)
     }
 
@@ -154,12 +151,7 @@ pub(crate) struct Posterior {
 
 /// Logarithm of the probability of the data if the leak stays what it is at
 /// the start.
-pub(crate) fn ln_evidence_without_growth(
-    sums: &Sums,
-    views: &[View],
-    noise: &NoisePrior,
-    sigma2: f64,
-) -> f64 {
+pub(crate) fn ln_evidence_without_growth(sums: &Sums, views: &[View], noise: &NoisePrior, sigma2: f64) -> f64 {
     ln_sum(views.iter().map(|view| ViewFit::new(sums, view, noise, sigma2).ln_at(0.0)))
 }
 
@@ -261,11 +253,8 @@ fn closed(fits: &[ViewFit], prior: &GrowthPrior) -> Posterior {
         }
     }
     let half_width = t_quantile_95(dof) * (square - rate * rate).max(0.0).sqrt();
-    out.eol_phi = Quantiles {
-        p05: 1.0 / (rate + half_width),
-        p50: 1.0 / rate,
-        p95: 1.0 / (rate - half_width).max(1e-12),
-    };
+    out.eol_phi =
+        Quantiles { p05: 1.0 / (rate + half_width), p50: 1.0 / rate, p95: 1.0 / (rate - half_width).max(1e-12) };
     out.life_phi = 1.0 / rate;
     out.set_point(&fits[best], shapes[best].0);
     out
@@ -351,11 +340,7 @@ impl Posterior {
         self.start = fit.start_0 - fit.start_g * growth;
         self.sigma2 = fit.sigma2(growth);
         let g_var = 1.0 / fit.kappa;
-        self.cov = [
-            fit.start_var + fit.start_g * fit.start_g * g_var,
-            -fit.start_g * g_var,
-            g_var,
-        ];
+        self.cov = [fit.start_var + fit.start_g * fit.start_g * g_var, -fit.start_g * g_var, g_var];
     }
 }
 

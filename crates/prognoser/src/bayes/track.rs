@@ -75,8 +75,7 @@ impl Track {
                         Some(time) => {
                             let lin = linearise(model, stroke, leak, time);
                             let window = model.window_s(stroke);
-                            let (p, ln_extra) =
-                                priors.glitch.inlier(lin.residual, sigma2, window);
+                            let (p, ln_extra) = priors.glitch.inlier(lin.residual, sigma2, window);
                             track.sums.add(phi, &lin, p);
                             track.sums.ln_extra += ln_extra;
                             track.inlier[i] = p;
@@ -88,7 +87,8 @@ impl Track {
                 }
             }
             let peak = most_likely(&track.sums, views, &priors.noise, &priors.growth, sigma2);
-            let moved = (peak.start - start).abs() + (peak.growth - growth).abs() * last.max(1.0)
+            let moved = (peak.start - start).abs()
+                + (peak.growth - growth).abs() * last.max(1.0)
                 + (peak.sigma2 / sigma2 - 1.0).abs();
             (start, growth, sigma2) = (peak.start, peak.growth, peak.sigma2);
             track.state.cov = peak.cov;
@@ -203,17 +203,10 @@ fn linearise(model: &FaultModel, stroke: Stroke, leak: f64, time_s: f64) -> Line
 
 /// Start and growth from medians of the inverted timings: not moved by a few
 /// glitches.
-fn first_guess(
-    model: &FaultModel,
-    readings: &[Reading],
-    shape: &impl Fn(u64) -> f64,
-    views: &[View],
-) -> (f64, f64) {
+fn first_guess(model: &FaultModel, readings: &[Reading], shape: &impl Fn(u64) -> f64, views: &[View]) -> (f64, f64) {
     let leaks = |reading: &Reading| {
         let reading = *reading;
-        Stroke::ALL
-            .into_iter()
-            .filter_map(move |s| reading.time_s(s).map(|t| model.leak_at(s, t)))
+        Stroke::ALL.into_iter().filter_map(move |s| reading.time_s(s).map(|t| model.leak_at(s, t)))
     };
     let healthy = views.iter().any(|view| view.sd == 0.0);
     if healthy {
@@ -253,9 +246,9 @@ fn first_variance(
 ) -> f64 {
     let residuals = readings.iter().flat_map(|reading| {
         let leak = start + growth * shape(reading.cycle);
-        Stroke::ALL.into_iter().filter_map(move |stroke| {
-            Some(linearise(model, stroke, leak, reading.time_s(stroke)?).residual)
-        })
+        Stroke::ALL
+            .into_iter()
+            .filter_map(move |stroke| Some(linearise(model, stroke, leak, reading.time_s(stroke)?).residual))
     });
     robust_variance(residuals, prior)
 }
@@ -274,9 +267,5 @@ fn median(values: &mut [f64]) -> Option<f64> {
     }
     values.sort_by(f64::total_cmp);
     let middle = values.len() / 2;
-    Some(if values.len() % 2 == 1 {
-        values[middle]
-    } else {
-        0.5 * (values[middle - 1] + values[middle])
-    })
+    Some(if values.len() % 2 == 1 { values[middle] } else { 0.5 * (values[middle - 1] + values[middle]) })
 }
