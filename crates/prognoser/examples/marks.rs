@@ -1,7 +1,7 @@
 use leak_table::*;
 use prognoser::Reading;
 use prognoser::bayes::*;
-use prognoser::study::NoiseSource;
+use prognoser::study::noise::NoiseSource;
 pub fn bundle() -> TableBundle {
     let read = |name: &str, fault| {
         let text = std::fs::read_to_string(format!("{}/tests/data/{name}.csv", env!("CARGO_MANIFEST_DIR"))).unwrap();
