@@ -54,7 +54,7 @@ fn main() {
         c.no_start_leak = arg("spike", c.no_start_leak);
         c.no_fault = arg("none", c.no_fault);
         c.outlier_share = arg("out", c.outlier_share);
-        c.noise = Noise::Estimated { prior_readings: arg("dof", 2.0), prior_sd_s: arg("psd", 0.015) };
+        c.noise = Noise::Estimated { prior_readings: arg("dof", 2.0), prior_sd_s: arg("psd", 0.012) };
         c
     };
     let b = bundle();
@@ -75,7 +75,11 @@ fn main() {
             let mut se = vec![0.0; 25];
             let mut ra_k = vec![0.0; 25];
             let mut bad = 0;
+            let mut changes = [0; 4];
             for seed in 0..seeds {
+                if arg("seed", -1.0) >= 0.0 && arg("seed", -1.0) != seed as f64 {
+                    continue;
+                }
                 let mut cfg = base();
                 if known {
                     cfg.noise = Noise::Known { sd_s: sd };
@@ -97,6 +101,25 @@ fn main() {
                     let r =
                         Reading { cycle: k, close_time_s: Some(t(Stroke::Close)), open_time_s: Some(t(Stroke::Open)) };
                     let est = e.update(&b, &r);
+                    if arg("seed", -1.0) == seed as f64 {
+                        println!(
+                            "{k} {:.1} [{:.1} {:.1}] sd {:.4} inl {:.3?} z {:.2?} p {:.3?} {:?}",
+                            pt(&est),
+                            est.eol.p05,
+                            est.eol.p95,
+                            est.noise_sd_s,
+                            est.inlier,
+                            est.surprise,
+                            est.probability.of(fault),
+                            est.change
+                        );
+                    }
+                    if let Some(c) = est.change {
+                        if args.iter().any(|a| a == "dbgc") {
+                            println!("seed {seed} {k} {c:?}");
+                        }
+                        changes[c as usize] += 1;
+                    }
                     if est.probability.of(fault) <= 0.95 {
                         isolated = k + 1;
                     }
@@ -140,7 +163,7 @@ fn main() {
             }
             let pooled: f64 = cover[2..].iter().sum::<f64>() / 23.0;
             println!(
-                "{fault} {var:.0e}: RA p10 {:.3} p50 {:.3} p90 {:.3} conv {} iso3 {:.3} isop95 {} cov {:.3} [k6 {:.3} k12 {:.3} k18 {:.3} k24 {:.3}] ratio k6 {:.2} k12 {:.2} k15 {:.2} k18 {:.2} k21 {:.2} k24 {:.2} bad {bad}",
+                "{fault} {var:.0e}: RA p10 {:.3} p50 {:.3} p90 {:.3} conv {} iso3 {:.3} isop95 {} cov {:.3} [k6 {:.3} k12 {:.3} k18 {:.3} k24 {:.3}] ratio k6 {:.2} k12 {:.2} k15 {:.2} k18 {:.2} k21 {:.2} k24 {:.2} bad {bad} {changes:?}",
                 q(&mut ras, 0.1),
                 q(&mut ras, 0.5),
                 q(&mut ras, 0.9),
@@ -179,13 +202,47 @@ fn main() {
                 let r = Reading { cycle: k, close_time_s: Some(t(Stroke::Close)), open_time_s: Some(t(Stroke::Open)) };
                 let est = e.update(&b, &r);
                 let m = est.probability.atmosphere.max(est.probability.supply);
-                c |= m > 0.99;
+                c |= m > 0.995;
                 c95 |= m > 0.95;
             }
             called += c as u32;
             p95 += c95 as u32;
         }
         println!("healthy called {called} p95 {p95} of {seeds}");
+    }
+    {
+        let t0 = std::time::Instant::now();
+        let mut cnt = 0;
+        for rep in 0..1000 {
+            let mut e = BayesEstimator::new(&BayesConfig::default());
+            let mut n = NoiseSource::new(rep, 3);
+            for k in 0..8u64 {
+                let area = b.limit_area_m2(Fault::Supply) * k as f64 / eol;
+                let mut t =
+                    |s| b.table(Fault::Supply).curve(s).extrapolated_time_and_slope(area).0 + 0.0316 * n.normal();
+                let r = Reading { cycle: k, close_time_s: Some(t(Stroke::Close)), open_time_s: Some(t(Stroke::Open)) };
+                e.update(&b, &r);
+                cnt += 1;
+            }
+        }
+        println!("first 8: {:.0} ns", t0.elapsed().as_nanos() as f64 / cnt as f64);
+    }
+    for life in [25.0, 1000.0, 1e9] {
+        let t0 = std::time::Instant::now();
+        let mut cnt = 0;
+        for rep in 0..20 {
+            let mut e = BayesEstimator::new(&BayesConfig::default());
+            let mut n = NoiseSource::new(rep, 3);
+            for k in 0..1000u64 {
+                let area = b.limit_area_m2(Fault::Supply) * (k as f64 / life).min(1.0);
+                let mut t =
+                    |s| b.table(Fault::Supply).curve(s).extrapolated_time_and_slope(area).0 + 0.0316 * n.normal();
+                let r = Reading { cycle: k, close_time_s: Some(t(Stroke::Close)), open_time_s: Some(t(Stroke::Open)) };
+                e.update(&b, &r);
+                cnt += 1;
+            }
+        }
+        println!("life {life}: {:.0} ns", t0.elapsed().as_nanos() as f64 / cnt as f64);
     }
     let t0 = std::time::Instant::now();
     let mut sum = 0.0;

@@ -1,7 +1,31 @@
-//! From timing logs and leak tables to fault, leak, end of life.
+//! From timing logs and leak tables to fault, leak, end of life and remaining
+//! useful life.
+//!
+//! ```text
+//! log ──> TimingLog ──> Prognoser (a state per valve) ──> Prognosis per row
+//!                          │
+//!            TableBundle ──┴──> BayesEstimator or OlsEstimator
+//! ```
+//!
+//! Nothing is simulated here: the leak tables are all that is known about the
+//! valve. The state of a valve has a fixed size.
+//!
+//! [`study`] runs whole lives with known ends through the same estimators and
+//! says how good they are.
 
 pub mod bayes;
+mod log;
+mod monitor;
+mod notice;
+mod ols;
+mod prognoser;
 mod reading;
+mod record;
 pub mod study;
 
+pub use log::{FollowFailure, FollowedFile, LogError, LogErrorKind, LogRow, TimingLog};
+pub use notice::Notice;
+pub use ols::{OlsEstimate, OlsEstimator};
+pub use prognoser::{Method, Prognoser};
 pub use reading::Reading;
+pub use record::{FaultCall, Prognosis, Status};

@@ -26,6 +26,10 @@ pub(crate) fn read(document: &Document) -> Result<(Vec<Effect>, Vec<CustomEffect
         let id = section.text("kind", expected)?.ok_or_else(|| section.missing("kind", expected))?;
         if id == "custom" {
             let effect = read_custom(document, &section)?;
+            if EffectKind::from_id(effect.name()).is_some() || effect.name() == "custom" {
+                let expected = "a name that is no id of the catalogue";
+                return Err(section.wrong("name", format!("\"{}\"", effect.name()), expected).into());
+            }
             if custom.iter().any(|other| other.name() == effect.name()) {
                 let found = format!("\"{}\" for a second time", effect.name());
                 return Err(section.wrong("name", found, "a name of its own for each custom effect").into());

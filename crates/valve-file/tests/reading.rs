@@ -180,6 +180,7 @@ fn a_wrong_formula_carries_file_line_and_position() {
     assert!(error.to_string().starts_with("v.toml:49: formula \"F * (x + y)\", character 10"));
     let other = |from: &str, to: &str| refusal(&text.replacen("x + y", "x", 1).replacen(from, to, 1));
     assert!(other("\"force\"", "\"forces\"").contains("v.toml:48: effect.acts_on is \"forces\""));
+    assert!(other("\"mine\"", "\"dry-friction\"").contains("v.toml:47: effect.name is \"dry-friction\""));
     assert!(other("start = 1", "start = 3").contains("v.toml:51: effect.mine.F"));
     assert!(other("\"N\"", "\"Nm/\"").contains("v.toml:51: effect.parameters.F.unit"));
     assert!(other("upper = 2, ", "").contains("\"effect.parameters.F.upper\" is missing"));
@@ -192,4 +193,36 @@ fn files_that_cannot_be_read_are_named() {
     assert!(ValveFile::read(&path).unwrap_err().to_string().contains("gone.toml:1: cannot be read"));
     std::fs::write(&path, b"name = \"a\"\n# \xff\n").unwrap();
     assert!(ValveFile::read(&path).unwrap_err().to_string().contains("gone.toml:2: is not UTF-8"));
+}
+
+/// A valve file with effects, a custom formula and a history.
+fn rich() -> String {
+    let file = read(&with_end(
+        "[[effect]]\nkind = \"custom\"\nname = \"bore\"\nacts_on = \"friction\"\nformula = \"F * exp(-x^2)\"\n\
+         [effect.parameters]\nF = { start = 0.09, lower = 0, upper = 1.0, unit = \"kN\" }\n",
+    ));
+    let friction = valve_model::Effect::new(EffectKind::DryFriction, &[Some(20.0)]).unwrap();
+    let added = file.with_effect(&friction).unwrap().without_custom("bore").unwrap();
+    added.with_history(valve_file::HistoryEntry::new("swapped", "bench", 2.0, 1.0)).unwrap().to_string()
+}
+
+proptest::proptest! {
+    #[test]
+    fn no_slip_of_the_pen_makes_the_reader_panic(place in 0usize..2000, length in 0usize..12, slip in "\\PC{0,6}") {
+        let text = rich();
+        let characters: Vec<char> = text.chars().collect();
+        let start = place % characters.len();
+        let end = (start + length).min(characters.len());
+        let changed: String =
+            characters[..start].iter().copied().chain(slip.chars()).chain(characters[end..].iter().copied()).collect();
+        match ValveFile::parse(&changed, "v.toml") {
+            // What is accepted can be edited and reverted without a panic either.
+            Ok(file) => {
+                let _ = file.reverted();
+                let _ = file.with_parameter(ParameterId::Stroke, 0.019);
+                let _ = file.without_effect(EffectKind::DryFriction);
+            }
+            Err(error) => proptest::prop_assert!(error.to_string().starts_with("v.toml:")),
+        }
+    }
 }

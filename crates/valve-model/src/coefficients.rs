@@ -28,6 +28,16 @@ const WIDEST_BLEND: f64 = 2e-4;
 /// No blend needs to be narrower than this.
 const NARROWEST_BLEND: f64 = 1e-5;
 
+/// Stiffness of the friction bristles: elastomer seals give by a tenth of a millimetre before they
+/// slide (some 100 N over 0.5 mm), which shows in a recorded stroke.
+const BRISTLE_STIFFNESS_N_PER_M: f64 = 2e5;
+
+/// Damping of the friction bristles.
+const BRISTLE_DAMPING_N_S_PER_M: f64 = 250.0;
+
+/// Bound of the rate at which a sliding friction bristle settles, 1/s.
+pub(crate) const FASTEST_BRISTLE_PER_S: f64 = 1500.0;
+
 /// Which groups of terms the equations of a valve have beside the base model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
 #[expect(clippy::struct_excessive_bools, reason = "each is an independent group of terms of the equations")]
@@ -187,6 +197,10 @@ coefficients! {
     inverse_stribeck,
     /// Seal friction per pressure, m².
     seal,
+    /// Stiffness of the friction bristles, N/m.
+    bristle_stiffness,
+    /// Their damping, N s/m.
+    bristle_damping,
 }
 
 /// Everything about one valve under the conditions of one run.
@@ -256,6 +270,8 @@ impl Equations {
             static_excess: 0.0,
             inverse_stribeck: 0.0,
             seal: 0.0,
+            bristle_stiffness: BRISTLE_STIFFNESS_N_PER_M,
+            bristle_damping: BRISTLE_DAMPING_N_S_PER_M,
             law: OrificeLaw::ideal_nozzle(p.ratio_of_specific_heats),
             port_blend: Blend::new(NARROWEST_BLEND),
             blend: Blend::new(NARROWEST_BLEND),
@@ -283,6 +299,10 @@ impl Equations {
         let mut solenoid = steepest * (c.fill.max(c.vent) + c.leak_in + c.leak_out) / volumes.pipe;
         let mut other = (c.viscous + c.closing_damping.max(c.opening_damping)) * c.inverse_mass;
         other = other.max(libm::sqrt((c.contact + c.adhesion * c.adhesion_inverse_reach) * c.inverse_mass));
+        if self.terms.friction {
+            other = other.max(libm::sqrt((c.contact + c.bristle_stiffness) * c.inverse_mass));
+            other = other.max(FASTEST_BRISTLE_PER_S).max((c.viscous + c.bristle_damping) * c.inverse_mass);
+        }
         if self.terms.line {
             other = other.max(c.line_gain * c.line_conductance);
             solenoid += steepest / c.zrt * c.line_gain * (c.fill + c.leak_in);

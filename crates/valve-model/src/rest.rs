@@ -36,6 +36,7 @@ fn at_rest(equations: &Equations, pressure: f64, line_pressure: f64) -> State<f6
         chamber_temperature: c.temperature,
         pipe_temperature: c.temperature,
         line_pressure,
+        bristle: 0.0,
     };
     let system = System {
         coefficients: *c,
@@ -45,7 +46,7 @@ fn at_rest(equations: &Equations, pressure: f64, line_pressure: f64) -> State<f6
     };
     let inputs = Inputs { spool: 0.0, since_command: 0.0, pipe_pressure: pressure, chamber_pressure: pressure };
     // The net force falls with x through both stops; a valve that does not reach a stop rests between them.
-    let force = |x: f64| system.rates::<false>(&state(x), &inputs, 0.0).net_force;
+    let force = |x: f64| system.rates::<false>(&state(x), &inputs).v;
     let slack =
         (c.stiffness * c.free_length + (pressure - c.ambient).abs() * c.piston_area + c.weight.abs()) / c.contact;
     let reach = slack.min(0.5 * (c.closed_volume / c.piston_area - c.stroke));

@@ -3,7 +3,7 @@
 //! Kulkarni et al. 2014, section 3, with its slips put right: the spring force is k (L - x + x0),
 //! filling closes the valve, and the choked test of a flow that runs back uses the inverted ratio.
 
-use crate::coefficients::{Coefficients, Terms};
+use crate::coefficients::{Coefficients, FASTEST_BRISTLE_PER_S, Terms};
 use crate::custom::{CustomEffect, CustomTarget, Variables};
 use crate::orifice::Blend;
 use crate::real::Real;
@@ -25,6 +25,22 @@ pub struct State<R> {
     pub pipe_temperature: R,
     /// Pressure of the supply line, Pa.
     pub line_pressure: R,
+    /// Deflection of the friction bristles, m.
+    pub bristle: R,
+}
+
+impl State<f64> {
+    /// All zero: a rate of change before any is known.
+    pub(crate) const ZERO: Self = State {
+        x: 0.0,
+        v: 0.0,
+        chamber_mass: 0.0,
+        pipe_mass: 0.0,
+        chamber_temperature: 0.0,
+        pipe_temperature: 0.0,
+        line_pressure: 0.0,
+        bristle: 0.0,
+    };
 }
 
 impl<R: Real> State<R> {
@@ -38,6 +54,7 @@ impl<R: Real> State<R> {
             chamber_temperature: R::splat(from.chamber_temperature),
             pipe_temperature: R::splat(from.pipe_temperature),
             line_pressure: R::splat(from.line_pressure),
+            bristle: R::splat(from.bristle),
         }
     }
 
@@ -50,6 +67,7 @@ impl<R: Real> State<R> {
         self.chamber_temperature.set_lane(lane, from.chamber_temperature);
         self.pipe_temperature.set_lane(lane, from.pipe_temperature);
         self.line_pressure.set_lane(lane, from.line_pressure);
+        self.bristle.set_lane(lane, from.bristle);
     }
 
     /// The state in a lane.
@@ -62,6 +80,7 @@ impl<R: Real> State<R> {
             chamber_temperature: self.chamber_temperature.lane(lane),
             pipe_temperature: self.pipe_temperature.lane(lane),
             line_pressure: self.line_pressure.lane(lane),
+            bristle: self.bristle.lane(lane),
         }
     }
 
@@ -79,6 +98,7 @@ impl<R: Real> State<R> {
             next.chamber_temperature = self.chamber_temperature + factor * rate.chamber_temperature;
             next.pipe_temperature = self.pipe_temperature + factor * rate.pipe_temperature;
             next.line_pressure = self.line_pressure + factor * rate.line_pressure;
+            next.bristle = self.bristle + factor * rate.bristle;
         }
         next
     }
@@ -108,17 +128,6 @@ pub struct System<'a, R> {
     pub custom: &'a [CustomEffect],
     /// The parameters of each custom effect, lane by lane.
     pub custom_parameters: Vec<Vec<R>>,
-}
-
-/// The rates of change, and what friction needs to know.
-#[derive(Debug, Clone, Copy)]
-pub struct Rates<R> {
-    /// Time derivative of the state.
-    pub rate: State<R>,
-    /// Force on the piston without dry friction, N (positive opens).
-    pub net_force: R,
-    /// Largest force that dry friction holds at rest, N.
-    pub hold: R,
 }
 
 /// Contributions of the custom effects.
@@ -158,10 +167,9 @@ impl<R: Real> System<'_, R> {
         }
     }
 
-    /// The rates of change at a state. `slide` is the direction in which each lane slides, 1 or -1,
-    /// or 0 where it sticks; without dry friction it is not looked at.
+    /// The rates of change at a state.
     #[inline(always)]
-    pub fn rates<const BASE: bool>(&self, state: &State<R>, inputs: &Inputs<R>, slide: R) -> Rates<R> {
+    pub fn rates<const BASE: bool>(&self, state: &State<R>, inputs: &Inputs<R>) -> State<R> {
         let c = &self.coefficients;
         let zero = R::splat(0.0);
         let half = R::splat(0.5);
@@ -203,8 +211,7 @@ impl<R: Real> System<'_, R> {
         let through_port =
             self.flow::<BASE>(pipe, chamber, c.port, state.pipe_temperature, state.chamber_temperature, c.port_blend);
 
-        let mut hold = zero;
-        let mut acceleration_force = net;
+        let mut bristle_rate = zero;
         let mut pipe_rate = filled + vented + leaked_in - leaked_out - through_port;
         let mut chamber_rate = through_port;
         let mut custom_pipe = zero;
@@ -222,27 +229,22 @@ impl<R: Real> System<'_, R> {
             if self.terms.forces {
                 net = net + self.added_forces(state);
             }
-            acceleration_force = net;
             if self.terms.friction {
                 let coulomb = c.coulomb + c.seal * (chamber - c.ambient).max(zero) + custom.friction.max(zero);
-                hold = coulomb + c.static_excess;
-                let mut sliding = coulomb;
-                if self.terms.stribeck {
-                    let ratio = state.v * c.inverse_stribeck;
-                    sliding = sliding + c.static_excess * (ratio * ratio).exp_of_negative();
-                }
-                let moving = slide * slide;
-                acceleration_force = (net - slide * sliding) * moving;
+                let (friction, bristle) = self.friction(state, coulomb);
+                net = net - friction;
+                bristle_rate = bristle;
             }
         }
         let mut rate = State {
             x: state.v,
-            v: acceleration_force * c.inverse_mass,
+            v: net * c.inverse_mass,
             chamber_mass: chamber_rate,
             pipe_mass: pipe_rate,
             chamber_temperature: zero,
             pipe_temperature: zero,
             line_pressure: zero,
+            bristle: bristle_rate,
         };
         if !BASE {
             if self.terms.line {
@@ -254,7 +256,7 @@ impl<R: Real> System<'_, R> {
                 self.heating(state, &mut rate, &incoming, through_port, custom_chamber, chamber);
             }
         }
-        Rates { rate, net_force: net, hold }
+        rate
     }
 
     /// Flow from `p1` to `p2`; gas that is not at the run's temperature flows as sqrt(T_run/T upstream).
@@ -267,6 +269,23 @@ impl<R: Real> System<'_, R> {
             let upstream = p1.select_lt(p2, t2, t1);
             flow * (self.coefficients.temperature / upstream).sqrt()
         }
+    }
+
+    /// Dry friction as the deflection z of bristles (Canudas de Wit, Olsson, Åström and Lischinsky, IEEE
+    /// Trans. Automatic Control 40(3), 1995): z' = v - s0 |v| z/g(v), F = s0 z + s1 z', with g the
+    /// Coulomb, static and Stribeck friction. At rest the bristles hold up to g(0). The rate at which a
+    /// sliding bristle settles is bounded, far above anything that a stroke shows.
+    #[inline(always)]
+    fn friction(&self, state: &State<R>, coulomb: R) -> (R, R) {
+        let c = &self.coefficients;
+        let mut g = coulomb;
+        if self.terms.stribeck {
+            let ratio = state.v * c.inverse_stribeck;
+            g = g + c.static_excess * (ratio * ratio).exp_of_negative();
+        }
+        let grip = c.bristle_stiffness * state.v.abs();
+        let rate = (state.v * g - grip * state.bristle) / g.max(grip * R::splat(1.0 / FASTEST_BRISTLE_PER_S));
+        (c.bristle_stiffness * state.bristle + c.bristle_damping * rate, rate)
     }
 
     /// Cushions, seat adhesion and process force, N.

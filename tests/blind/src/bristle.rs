@@ -1,6 +1,6 @@
 //! Dry friction as a carpet of bristles, in two kinds.
 //!
-//! Compliant bristles follow the LuGre equations (C. Canudas de Wit, H. Olsson, K. J. Astrom,
+//! Compliant bristles follow the equations of Lund and Grenoble (C. Canudas de Wit, H. Olsson, K. J. Astrom,
 //! P. Lischinsky, "A new model for control of systems with friction", IEEE Trans. Automatic
 //! Control 40(3), 1995): elastomer seals give by a tenth of a millimetre or two before they slide,
 //! and a friction that changes along the bore follows over that distance.

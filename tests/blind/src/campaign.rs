@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use crate::rig::Conditions;
-use crate::truth::Truth;
+use crate::truth::{Channels, Truth};
 use crate::valve::{TEMPERATURE_K, Valve, tidy};
 
 /// A recorded run as its user gets it, noise and resolution included.
@@ -69,8 +69,8 @@ impl Campaign {
         let mut text = format!("name = \"{}\"\n\n[sensors]\n", self.name);
         if self.timings.is_empty() {
             let _ = writeln!(text, "position_noise = \"{} mm\"", tidy(self.truth.position_noise_m * 1e3));
-            if self.truth.has_pressures {
-                let _ = writeln!(text, "pressure_noise = \"{} kPa\"", tidy(crate::draw::PRESSURE_NOISE_PA / 1e3));
+            if self.truth.channels == Channels::PositionAndPressures {
+                let _ = writeln!(text, "pressure_noise = \"{} kPa\"", tidy(crate::measure::PRESSURE_NOISE_PA / 1e3));
             }
         } else {
             let _ = writeln!(text, "timing_noise = \"{} ms\"", tidy(self.truth.timing_noise_s * 1e3));

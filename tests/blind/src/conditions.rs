@@ -35,7 +35,7 @@ pub(crate) fn believed_valve(
     let at = |psig: f64| Conditions { supply_psig: psig, leak_to_atmosphere_m2: 0.0, leak_from_supply_m2: 0.0 };
     let nothing = Hidden::default();
     let (close, _) = stroke_times(&valve, &nothing, &at(valve.supply_psig), 1);
-    // Traces of the testbed valve end after 9 s, of others at three quarters of the cycle's rest.
+    // Traces of the testbed valve end after 9 s, of others with the cycle.
     let end_s = if testbed { 9.0 } else { valve.cycle_end_s };
     let conditions =
         if timings_only { timing_conditions(&valve, &range) } else { trace_conditions(&valve, &range, repeats) };
@@ -139,7 +139,7 @@ fn drawn_valve(rng: &mut StdRng) -> Option<(Valve, Range)> {
     let (slow_close_s, _) = times(&valve, low_psig);
     let (_, slow_open_s) = times(&valve, low_psig + 4.0 * step_psig);
     let half_seconds = |t: f64| (2.0 * t).ceil() / 2.0;
-    valve.open_at_s = half_seconds(2.6 * slow_close_s?);
-    valve.cycle_end_s = valve.open_at_s + half_seconds(2.2 * slow_open_s?);
+    valve.open_at_s = half_seconds(2.0 * slow_close_s?);
+    valve.cycle_end_s = valve.open_at_s + half_seconds(1.8 * slow_open_s?);
     Some((valve.rounded(), Range { low_psig, step_psig }))
 }

@@ -8,6 +8,7 @@
 mod body;
 mod bristle;
 mod conditions;
+mod measure;
 mod orifice;
 mod rig;
 mod spool;
@@ -23,5 +24,6 @@ pub mod valve;
 
 pub use campaign::Campaign;
 pub use draw::{DrawSpec, draw};
+pub use measure::{INTERVAL_S, PRESSURE_NOISE_PA};
 pub use rig::{Conditions, STEP_S};
 pub use spool::Edge;

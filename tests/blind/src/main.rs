@@ -25,7 +25,7 @@ struct Arguments {
     #[arg(long, default_value_t = 0)]
     first: usize,
     /// Weights of: nothing hidden, one effect, two effects, one outside the catalogue.
-    #[arg(long, value_delimiter = ',', num_args = 4, value_name = "N,N,N,N", default_values_t = DrawSpec::default().weights)]
+    #[arg(long, value_delimiter = ',', value_name = "N,N,N,N", default_values_t = DrawSpec::default().weights)]
     mix: Vec<f64>,
     /// Record pressures too; by default in half of the campaigns.
     #[arg(long)]
@@ -55,8 +55,11 @@ enum Friction {
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
-    let weights = [arguments.mix[0], arguments.mix[1], arguments.mix[2], arguments.mix[3]];
-    if weights.iter().any(|w| !(*w >= 0.0)) || weights.iter().sum::<f64>() <= 0.0 {
+    let Ok(weights) = <[f64; 4]>::try_from(arguments.mix.as_slice()) else {
+        eprintln!("error: --mix needs four weights such as 1,2,1,1; got {}", arguments.mix.len());
+        return ExitCode::from(2);
+    };
+    if weights.iter().any(|w| w.is_nan() || *w < 0.0) || weights.iter().sum::<f64>() <= 0.0 {
         eprintln!("error: --mix needs four weights, none below zero and one above; got {weights:?}");
         return ExitCode::from(2);
     }
@@ -64,7 +67,7 @@ fn main() -> ExitCode {
         eprintln!("error: --testbed-share is a share from 0 to 1; got {}", arguments.testbed_share);
         return ExitCode::from(2);
     }
-    if arguments.noise.is_some_and(|mm| !(mm > 0.0)) {
+    if arguments.noise.is_some_and(|mm| mm.is_nan() || mm <= 0.0) {
         let usual = POSITION_NOISES_M.map(|m| m * 1e3);
         eprintln!("error: --noise is one sigma in mm and above zero, for instance one of {usual:?}");
         return ExitCode::from(2);

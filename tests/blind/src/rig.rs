@@ -106,7 +106,7 @@ impl<'a> Rig<'a> {
 
     /// Longest step of this rig, for studies of convergence.
     #[cfg(test)]
-    pub fn set_step(&mut self, step_s: f64) {
+    fn set_step(&mut self, step_s: f64) {
         self.step_s = step_s;
     }
 
@@ -323,4 +323,55 @@ impl<'a> Rig<'a> {
 
 fn warm(pressure_pa: f64) -> Gas {
     Gas { pressure_pa, temperature_k: TEMPERATURE_K }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::hidden::{Bristles, DryFriction, Spool};
+
+    /// First time at or below the closed stop and the place a second after the vent opens.
+    fn stroke(hidden: &Hidden, step_s: f64) -> (f64, f64) {
+        let valve = Valve::testbed();
+        let edges = [Edge { at_s: 0.0, close: true }, Edge { at_s: 3.0, close: false }];
+        let set = Conditions { supply_psig: 75.0, leak_to_atmosphere_m2: 0.0, leak_from_supply_m2: 0.0 };
+        let mut rig = Rig::new(&valve, hidden, &set, &edges, 0.0);
+        rig.set_step(step_s);
+        let (mut closed, mut before) = (f64::NAN, (0.0, rig.state.x));
+        rig.advance(4.2, |t, s| {
+            if closed.is_nan() && s.x <= 0.0 {
+                closed = before.0 + (t - before.0) * before.1 / (before.1 - s.x);
+            }
+            before = (t, s.x);
+            true
+        });
+        (closed, rig.state.x)
+    }
+
+    #[test]
+    fn half_the_step_changes_no_timing_by_a_twentieth_of_a_millisecond() {
+        for bristles in [Bristles::Compliant, Bristles::Stiff] {
+            let hidden = Hidden {
+                bristles,
+                dry_friction: Some(DryFriction { coulomb_n: 50.0, static_n: 50.0, stribeck_m_per_s: 0.01 }),
+                wall_conductance_w_per_k: Some(0.2),
+                supply_droop: Some((5e7, 20e-6)),
+                solenoid: Spool { energise_s: 0.0213, release_s: 0.017_77, travel_s: 0.033_33 },
+                closing_cushion: (4000.0, 5e-3),
+                ..Hidden::default()
+            };
+            let (coarse, fine) = (stroke(&hidden, STEP_S), stroke(&hidden, 0.5 * STEP_S));
+            assert!((coarse.0 - fine.0).abs() < 5e-5, "{bristles:?}: {coarse:?} {fine:?}");
+            assert!((coarse.1 - fine.1).abs() < 5e-6, "{bristles:?}: {coarse:?} {fine:?}");
+        }
+    }
+
+    #[test]
+    fn gas_that_exchanges_heat_at_once_keeps_the_temperature_of_the_wall() {
+        let plain = stroke(&Hidden::default(), STEP_S);
+        let quick = Hidden { wall_conductance_w_per_k: Some(200.0), ..Hidden::default() };
+        let adiabatic = Hidden { wall_conductance_w_per_k: Some(0.0), ..Hidden::default() };
+        assert!((stroke(&quick, STEP_S).0 - plain.0).abs() < 1e-3);
+        assert!((stroke(&adiabatic, STEP_S).0 - plain.0).abs() > 5e-2);
+    }
 }

@@ -31,10 +31,21 @@ impl Category {
     }
 }
 
+/// What was recorded of a valve.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Channels {
+    /// Traces of the position.
+    Position,
+    /// Traces of the position, of the chamber's and of the pipe's pressure.
+    PositionAndPressures,
+    /// Stroke times only.
+    Timings,
+}
+
 /// How strokes differ from one to the next, one sigma each.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scatter {
-    /// Delay of the command.
+    /// Delay of each switching, the absolute value of a normal number: never early.
     pub delay_s: f64,
     /// Relative preload.
     pub preload: f64,
@@ -63,10 +74,8 @@ pub struct Truth {
     pub testbed_valve: bool,
     /// How dry friction gives before it slides.
     pub bristles: Bristles,
-    /// Whether pressures were recorded.
-    pub has_pressures: bool,
-    /// Whether only stroke times were taken.
-    pub timings_only: bool,
+    /// What was recorded.
+    pub channels: Channels,
     /// One sigma of the position's noise.
     pub position_noise_m: f64,
     /// One sigma of stroke times' noise, zero where traces were recorded.
@@ -99,10 +108,10 @@ impl Truth {
             }
             Value::Object(map)
         };
-        let channels = match (self.timings_only, self.has_pressures) {
-            (true, _) => "timings",
-            (false, true) => "position+pressure",
-            (false, false) => "position",
+        let channels = match self.channels {
+            Channels::Position => "position",
+            Channels::PositionAndPressures => "position+pressure",
+            Channels::Timings => "timings",
         };
         let value = json!({
             "seed": self.seed,

@@ -208,11 +208,11 @@ impl Valve {
         text
     }
 
-    /// This valve with every number rounded as [`Valve::to_toml`] writes it, so that file and
-    /// memory tell the same.
+    /// This valve with every number rounded to four digits in the unit in which
+    /// [`Valve::to_toml`] writes it, so that file and memory tell the same.
     #[must_use]
     pub fn rounded(&self) -> Self {
-        let r = |value: f64, scale: f64| tidy(value * scale).parse::<f64>().unwrap_or(value * scale) / scale;
+        let r = |value: f64, scale: f64| format!("{:.3e}", value * scale).parse().unwrap_or(value * scale) / scale;
         Self {
             mass_kg: r(self.mass_kg, 1.0),
             stroke_m: r(self.stroke_m, 1e3),
@@ -233,18 +233,8 @@ impl Valve {
     }
 }
 
-/// A number with about four significant digits and no trailing zeros; testbed values with more
-/// digits keep them.
+/// A number with at most six decimals and no zeros at its end.
 pub(crate) fn tidy(value: f64) -> String {
-    let short = |digits: usize| {
-        let text = format!("{value:.digits$}");
-        if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
-    };
-    let exact = short(6);
-    if exact.len() <= 8 {
-        return exact;
-    }
-    // Powers of ten in the number decide how many decimals four digits need.
-    let decimals = (0..=9).find(|&d| value.abs() * 10_f64.powi(d) >= 1000.0).unwrap_or(9);
-    short(usize::try_from(decimals).unwrap_or(9))
+    let text = format!("{value:.6}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }

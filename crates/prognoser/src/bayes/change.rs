@@ -5,7 +5,7 @@
 //! present one if it makes those readings so much more probable that it
 //! outweighs how rarely such a thing happens.
 
-use super::hypotheses::Hypotheses;
+use super::hypotheses::{Hypotheses, LastView};
 
 /// Weight of the newest residual in the running mean.
 const NEWEST: f64 = 0.25;
@@ -14,8 +14,9 @@ const NEWEST: f64 = 0.25;
 const SUSPICIOUS_MEAN: f64 = 1.32;
 /// Residuals count up to this many standard deviations.
 const CLIP: f64 = 4.0;
-/// Logarithm of how rarely something changes: about once in a thousand cycles.
-pub(crate) const LN_RARE: f64 = 7.0;
+/// Logarithm of how rarely something changes. It also covers what the
+/// bounds of the evidence are too wide by.
+pub(crate) const LN_RARE: f64 = 15.0;
 
 /// What has changed, as far as the readings tell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,7 +45,7 @@ pub(crate) struct Watch {
 impl Watch {
     /// Takes in the residuals of a cycle and says whether to look closer.
     pub(crate) fn look(&mut self, all: &Hypotheses) -> bool {
-        let (inlier, surprise, _) = all.view_of_last();
+        let LastView { inlier, surprise, .. } = all.view_of_last();
         let mut drifting = false;
         for (mean, z) in self.mean.iter_mut().zip(surprise) {
             if let Some(z) = z {

@@ -2,11 +2,12 @@
 //! assumption fails.
 
 use leak_table::{Fault, TableBundle};
+use serde::Serialize;
 
 use super::change::{Change, LN_RARE, Watch};
 use super::config::{BayesConfig, GrowthLaw, Noise, StartPrior};
 use super::history::{History, RECENT};
-use super::hypotheses::{Hypotheses, Shape, StartViews};
+use super::hypotheses::{Hypotheses, LastView, Shape, StartViews};
 use super::model::FaultModel;
 use super::posterior::{GrowthPrior, NoisePrior, Posterior, Quantiles, View};
 use super::sums::GlitchModel;
@@ -16,14 +17,20 @@ use crate::reading::Reading;
 /// Rates of exponential growth tried, per cycle.
 const RATES: [f64; 8] = [0.01, 0.02, 0.04, 0.06, 0.09, 0.14, 0.2, 0.3];
 /// Logarithm of the odds at which exponential growth replaces linear growth.
-const LN_EXPONENTIAL: f64 = 5.0;
+const LN_EXPONENTIAL: f64 = 9.0;
 /// Readings before the law of growth is questioned.
 const LAW_FROM: u64 = 10;
+/// Numbers of readings at which all of them are fitted together, from scratch;
+/// between and after them the estimate is recursive.
+const REFIT_AT: [u64; 6] = [1, 2, 3, 4, 6, RECENT as u64];
+/// Among the first readings: probability of being a proper reading below which
+/// all of them are fitted together again.
+const DOUBTFUL: f64 = 0.9;
 /// Numbers of last readings to which a change is fitted.
 const CHANGE_WINDOWS: [usize; 2] = [3, RECENT];
 
 /// Probability of each hypothesis.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct FaultProbability {
     /// The leak does not grow.
     pub none: f64,
@@ -67,6 +74,8 @@ pub struct BayesEstimate {
     /// Residuals of this cycle's times against what was expected of them, in
     /// expected standard deviations.
     pub surprise: [Option<f64>; 2],
+    /// The same residuals in s.
+    pub residual_s: [Option<f64>; 2],
     /// What has changed at this cycle.
     pub change: Option<Change>,
     /// Whether the leak is taken to grow exponentially.
@@ -133,11 +142,16 @@ impl BayesEstimator {
         self.history.push(*reading);
         let mut change = None;
         match &mut self.all {
-            Some(all) if self.history.seen() > RECENT as u64 => {
+            Some(all) if !REFIT_AT.contains(&self.history.seen()) => {
                 let before = all.ln_total();
                 all.update(&models, reading, &self.starts, &self.priors);
                 self.history.predicted(all.ln_total() - before);
-                if self.watch.look(all) {
+                let first = self.history.seen() <= RECENT as u64;
+                if first {
+                    if all.view_of_last().inlier.iter().any(|p| *p < DOUBTFUL) {
+                        self.fit_first(&models, reading.cycle);
+                    }
+                } else if self.watch.look(all) {
                     change = self.explain(&models);
                     match change {
                         Some(_) => self.watch.reset(),
@@ -145,18 +159,21 @@ impl BayesEstimator {
                     }
                 }
             }
-            previous => {
-                // Few readings: all of them are fitted together, every time.
-                let origin = previous.as_ref().map_or(reading.cycle, |all| all.origin);
-                let shape = previous.as_ref().map_or(Shape::Linear, |all| all.shape);
-                let readings = recent(&self.history, RECENT);
-                *previous = Some(Hypotheses::fit(&models, &readings, origin, shape, &self.starts, &self.priors));
-            }
+            _ => self.fit_first(&models, reading.cycle),
         }
         if self.growth == GrowthLaw::Exponential && self.history.seen() >= 3 {
             self.set_exponential(&models);
         }
         self.estimate(&models, reading, change)
+    }
+
+    /// Fits the first readings together.
+    fn fit_first(&mut self, models: &[FaultModel; 2], cycle: u64) {
+        let origin = self.all.as_ref().map_or(cycle, |all| all.origin);
+        let shape = self.all.as_ref().map_or(Shape::Linear, |all| all.shape);
+        let readings: Vec<Reading> = self.history.recent().iter().map(|entry| entry.reading).collect();
+        let all = Hypotheses::fit(models, &readings, origin, shape, &self.starts, &self.priors);
+        self.all = Some(all);
     }
 
     /// Looks for a story that explains the last readings better than the one
@@ -252,7 +269,7 @@ impl BayesEstimator {
         let limit_m2 = models[leading as usize].limit_m2();
         let track = &all.tracks[leading as usize];
         let Posterior { start, growth, eol_phi, life_phi, .. } = track.state;
-        let (inlier, surprise, sigma2) = all.view_of_last();
+        let LastView { inlier, surprise, residual_s, sigma2 } = all.view_of_last();
         let cycles = reading.cycle.saturating_sub(all.origin) as f64;
         let at = |phi: f64| all.origin as f64 + all.shape.cycles(phi);
         BayesEstimate {
@@ -265,13 +282,9 @@ impl BayesEstimator {
             noise_sd_s: sigma2.sqrt(),
             inlier,
             surprise,
+            residual_s,
             change,
             exponential: all.shape != Shape::Linear,
         }
     }
-}
-
-fn recent(history: &History, count: usize) -> Vec<Reading> {
-    let all = history.recent();
-    all[all.len().saturating_sub(count)..].iter().map(|entry| entry.reading).collect()
 }

@@ -9,6 +9,9 @@ use super::posterior::{View, ln_sum};
 use super::track::{Priors, Track};
 use crate::reading::Reading;
 
+/// Logarithm of the odds at which a hypothesis is not worth exact numbers.
+const NEGLIGIBLE: f64 = 20.0;
+
 /// How the leak goes with the cycles since the origin: a0 + g phi(cycles).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Shape {
@@ -106,12 +109,18 @@ impl Hypotheses {
     /// Adds one cycle.
     pub(crate) fn update(&mut self, models: &[FaultModel; 2], reading: &Reading, starts: &StartViews, priors: &Priors) {
         let phi = self.phi(reading.cycle);
-        for fault in Fault::ALL {
+        self.none.update(models, reading, priors);
+        let mut best = priors.ln_none - priors.ln_fault + self.none.ln_evidence(&starts.none, priors);
+        // The leading fault first: it may make the other one not worth much.
+        let leading = self.leading();
+        let other = Fault::ALL.into_iter().find(|fault| *fault != leading);
+        for fault in [leading].into_iter().chain(other) {
             let i = fault as usize;
             let views = if self.healthy[i] { &starts.healthy } else { &starts.unknown };
-            self.tracks[i].update(&models[i], reading, phi, views, priors);
+            let floor = best - NEGLIGIBLE;
+            self.tracks[i].update(&models[i], reading, phi, views, priors, floor);
+            best = best.max(self.tracks[i].state.ln_evidence);
         }
-        self.none.update(models, reading, priors);
         self.weigh(starts, priors);
     }
 
@@ -138,15 +147,35 @@ impl Hypotheses {
         if self.ln[1] >= self.ln[2] { Fault::Atmosphere } else { Fault::Supply }
     }
 
-    /// What the most probable hypothesis thinks of the last timings: the
-    /// probability that they are proper readings, their residuals in expected
-    /// standard deviations, and its noise variance.
-    pub(crate) fn view_of_last(&self) -> ([f64; 2], [Option<f64>; 2], f64) {
+    /// What the most probable hypothesis thinks of the last timings.
+    pub(crate) fn view_of_last(&self) -> LastView {
         let track = &self.tracks[self.leading() as usize];
         if self.ln[0] > self.ln[1].max(self.ln[2]) {
-            (self.none.inlier, self.none.surprise, self.none.sigma2)
+            LastView {
+                inlier: self.none.inlier,
+                surprise: self.none.surprise,
+                residual_s: self.none.residual_s,
+                sigma2: self.none.sigma2,
+            }
         } else {
-            (track.inlier, track.surprise, track.state.sigma2)
+            LastView {
+                inlier: track.inlier,
+                surprise: track.surprise,
+                residual_s: track.residual_s,
+                sigma2: track.state.sigma2,
+            }
         }
     }
+}
+
+/// The last timings as a hypothesis sees them, closing then opening.
+pub(crate) struct LastView {
+    /// Probability of being a proper reading.
+    pub inlier: [f64; 2],
+    /// Residuals in expected standard deviations.
+    pub surprise: [Option<f64>; 2],
+    /// Residuals in s.
+    pub residual_s: [Option<f64>; 2],
+    /// Noise variance in s2.
+    pub sigma2: f64,
 }

@@ -21,6 +21,8 @@ pub(crate) struct NoneTrack {
     pub inlier: [f64; 2],
     /// Residuals of the last timings in expected standard deviations.
     pub surprise: [Option<f64>; 2],
+    /// The same residuals in s.
+    pub residual_s: [Option<f64>; 2],
 }
 
 impl NoneTrack {
@@ -37,6 +39,7 @@ impl NoneTrack {
             sigma2: robust_variance(residuals, &priors.noise),
             inlier: [1.0; 2],
             surprise: [None; 2],
+            residual_s: [None; 2],
         };
         for _ in 0..ROUNDS {
             track.sums = [Sums::default(); 2];
@@ -62,6 +65,7 @@ impl NoneTrack {
                 }
                 self.inlier[i] = 0.0;
                 self.surprise[i] = None;
+                self.residual_s[i] = None;
                 continue;
             };
             let (expected, slope) = models[0].time_and_slope(stroke, 0.0);
@@ -71,6 +75,7 @@ impl NoneTrack {
             let (p, ln_extra) = priors.glitch.inlier(residual, self.sigma2, window);
             self.inlier[i] = p;
             self.surprise[i] = Some(residual / self.sigma2.sqrt());
+            self.residual_s[i] = Some(residual);
             for (sums, slope) in self.sums.iter_mut().zip([slope, other]) {
                 sums.add(0.0, &Linearised { leak: 0.0, residual, slope }, p);
                 sums.ln_extra += ln_extra;

@@ -7,11 +7,11 @@
 //! remains is one integral over g: closed where the data pin g down, a sum
 //! over a fixed number of nodes where they do not.
 
-use super::special::{ln_gamma, t_quantile_95};
+use super::special::{ln_gamma, quick_exp, quick_ln, t_quantile_95};
 use super::sums::Sums;
 
 /// Nodes of the integral over the growth while it is wide.
-const NODES: usize = 32;
+const NODES: usize = 24;
 /// Relative width of the growth's likelihood below which the closed form is
 /// used. There the log-normal prior is close to exponential over the width.
 const NARROW: f64 = 0.08;
@@ -94,7 +94,7 @@ impl ViewFit {
 
     fn ln_at(&self, g: f64) -> f64 {
         let miss = g - self.centre;
-        self.ln_peak - self.a * (self.kappa * miss * miss / (2.0 * self.b)).ln_1p()
+        self.ln_peak - self.a * quick_ln(1.0 + self.kappa * miss * miss / (2.0 * self.b))
     }
 
     fn dof(&self) -> f64 {
@@ -155,7 +155,8 @@ pub(crate) fn ln_evidence_without_growth(sums: &Sums, views: &[View], noise: &No
     ln_sum(views.iter().map(|view| ViewFit::new(sums, view, noise, sigma2).ln_at(0.0)))
 }
 
-/// The posterior of a growing leak.
+/// The posterior of a growing leak. If its evidence is certainly below `floor`
+/// only a bound of it is given, and a point instead of a distribution.
 pub(crate) fn posterior(
     sums: &Sums,
     views: &[View],
@@ -163,6 +164,7 @@ pub(crate) fn posterior(
     prior: &GrowthPrior,
     sigma2: f64,
     phi: f64,
+    floor: f64,
 ) -> Posterior {
     let mut fits = [ViewFit::default(); 3];
     let count = views.len().min(fits.len());
@@ -176,6 +178,18 @@ pub(crate) fn posterior(
         .iter()
         .max_by(|x, y| x.ln_area().total_cmp(&y.ln_area()))
         .expect("there is at least one view of the start");
+    // The prior integrates to one, so that the likelihood's largest value is
+    // a bound of the evidence. A hypothesis that is out by far is not worth
+    // more than its bound.
+    let bound = fits.iter().map(|fit| fit.ln_at(fit.centre.max(0.0))).fold(f64::MIN, f64::max);
+    if bound + (fits.len() as f64).ln() < floor {
+        let mut out = Posterior { ln_evidence: bound, ..Posterior::default() };
+        out.set_point(best, best.centre.clamp(0.0, 1.0));
+        let rate = out.growth.max(1e-9) / (1.0 - out.start).max(1e-9);
+        out.life_phi = 1.0 / rate;
+        out.eol_phi = Quantiles { p05: 1.0 / rate, p50: 1.0 / rate, p95: 1.0 / rate };
+        return out;
+    }
     if narrow(best) { closed(fits, prior) } else { summed(fits, prior, phi) }
 }
 
@@ -249,7 +263,8 @@ fn closed(fits: &[ViewFit], prior: &GrowthPrior) -> Posterior {
 /// Some view wide in g: a sum over nodes evenly spaced in ln g.
 fn summed(fits: &[ViewFit], prior: &GrowthPrior, phi: f64) -> Posterior {
     let lowest = prior.ln_median - 4.0 * prior.ln_sd;
-    let highest = prior.ln_median + 4.0 * prior.ln_sd;
+    // End of life after less than one cycle is no prognosis.
+    let highest = (prior.ln_median + 4.0 * prior.ln_sd).min(0.0);
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
     for fit in fits {
         let reach = REACH * fit.scale();
@@ -266,7 +281,7 @@ fn summed(fits: &[ViewFit], prior: &GrowthPrior, phi: f64) -> Posterior {
     let mut growths = [0.0; NODES];
     for (i, (row, growth)) in ln_p.iter_mut().zip(&mut growths).enumerate() {
         let u = low + step * i as f64;
-        *growth = u.exp();
+        *growth = quick_exp(u);
         let ln_prior = prior.ln_density(u);
         for (value, fit) in row.iter_mut().zip(fits) {
             *value = ln_prior + fit.ln_at(*growth);
@@ -281,7 +296,7 @@ fn summed(fits: &[ViewFit], prior: &GrowthPrior, phi: f64) -> Posterior {
     for i in 0..NODES {
         let (mut weight, mut life) = (0.0, 0.0);
         for (v, fit) in fits.iter().enumerate() {
-            let p = (ln_p[i][v] - top).exp();
+            let p = quick_exp(ln_p[i][v] - top);
             weight += p;
             by_view[v] += p;
             let start = fit.start_0 - fit.start_g * growths[i];

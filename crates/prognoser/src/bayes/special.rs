@@ -43,6 +43,38 @@ pub(crate) fn normal_tail(z: f64) -> f64 {
     if z >= 0.0 { upper } else { 1.0 - upper }
 }
 
+/// Natural logarithm of a positive, normal number by the series of the inverse
+/// hyperbolic tangent. Relative error of the argument below 1e-9: enough for
+/// probabilities, at a fraction of the cost of the exact function.
+#[inline]
+pub(crate) fn quick_ln(x: f64) -> f64 {
+    // Shifts the exponent so that the mantissa lies in sqrt(1/2)..sqrt(2).
+    let bits = x.to_bits();
+    let shifted = bits.wrapping_sub(0x3FE6_A09E_667F_3BCD);
+    let exponent = (shifted as i64) >> 52;
+    let mantissa = f64::from_bits(bits.wrapping_sub((exponent as u64) << 52));
+    let s = (mantissa - 1.0) / (mantissa + 1.0);
+    let q = s * s;
+    let series = 2.0 * s * (1.0 + q * (1.0 / 3.0 + q * (1.0 / 5.0 + q * (1.0 / 7.0 + q * (1.0 / 9.0)))));
+    series + exponent as f64 * std::f64::consts::LN_2
+}
+
+/// Exponential of a number of at most zero, zero below -700. Relative error
+/// below 1e-9.
+#[inline]
+pub(crate) fn quick_exp(x: f64) -> f64 {
+    let x = x.max(-700.0);
+    let n = (x * std::f64::consts::LOG2_E).round_ties_even();
+    let r = x - n * std::f64::consts::LN_2;
+    let series = 1.0
+        + r * (1.0
+            + r * (0.5
+                + r * (1.0 / 6.0
+                    + r * (1.0 / 24.0
+                        + r * (1.0 / 120.0 + r * (1.0 / 720.0 + r * (1.0 / 5040.0 + r * (1.0 / 40320.0))))))));
+    series * f64::from_bits(((n as i64 + 1023) as u64) << 52)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -61,6 +93,18 @@ mod tests {
         for (dof, expected) in [(3.0, 2.3534), (5.0, 2.0150), (10.0, 1.8125), (30.0, 1.6973)] {
             assert!((t_quantile_95(dof) - expected).abs() < 0.01 * expected, "{dof}");
         }
+    }
+
+    #[test]
+    fn quick_functions_are_close_to_the_exact_ones() {
+        for i in 1..20_000 {
+            let x = f64::from(i) * 0.037;
+            assert!((quick_ln(x) - x.ln()).abs() < 2e-9, "ln {x}: {}", quick_ln(x));
+            let y = -f64::from(i) * 0.034;
+            assert!((quick_exp(y) / y.exp() - 1.0).abs() < 2e-9, "exp {y}: {}", quick_exp(y));
+        }
+        assert!(quick_exp(-1e9) < 1e-300);
+        assert!((quick_ln(1e-300) - 1e-300_f64.ln()).abs() < 1e-6);
     }
 
     #[test]

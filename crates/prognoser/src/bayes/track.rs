@@ -40,6 +40,8 @@ pub(crate) struct Track {
     /// Residuals of the last timings against the leak estimated before them,
     /// in units of their expected standard deviation.
     pub surprise: [Option<f64>; 2],
+    /// The same residuals in s.
+    pub residual_s: [Option<f64>; 2],
 }
 
 impl Track {
@@ -54,8 +56,13 @@ impl Track {
     ) -> Self {
         let (mut start, mut growth) = first_guess(model, readings, shape, views);
         let mut sigma2 = first_variance(model, readings, shape, (start, growth), &priors.noise);
-        let mut track =
-            Self { sums: Sums::default(), state: Posterior::default(), inlier: [1.0; 2], surprise: [None; 2] };
+        let mut track = Self {
+            sums: Sums::default(),
+            state: Posterior::default(),
+            inlier: [1.0; 2],
+            surprise: [None; 2],
+            residual_s: [None; 2],
+        };
         let last = readings.last().map_or(0.0, |reading| shape(reading.cycle));
         for _ in 0..ROUNDS {
             track.sums = Sums::default();
@@ -73,6 +80,7 @@ impl Track {
                             track.sums.ln_extra += ln_extra;
                             track.inlier[i] = p;
                             track.surprise[i] = Some(lin.residual / sigma2.sqrt());
+                            track.residual_s[i] = Some(lin.residual);
                         }
                         None => track.miss(model, stroke, i, phi, leak, sigma2, priors),
                     }
@@ -88,12 +96,20 @@ impl Track {
                 break;
             }
         }
-        track.state = posterior(&track.sums, views, &priors.noise, &priors.growth, sigma2, last);
+        track.state = posterior(&track.sums, views, &priors.noise, &priors.growth, sigma2, last, f64::MIN);
         track
     }
 
-    /// Adds one more cycle.
-    pub(crate) fn update(&mut self, model: &FaultModel, reading: &Reading, phi: f64, views: &[View], priors: &Priors) {
+    /// Adds one more cycle; `floor` as for [`posterior`].
+    pub(crate) fn update(
+        &mut self,
+        model: &FaultModel,
+        reading: &Reading,
+        phi: f64,
+        views: &[View],
+        priors: &Priors,
+        floor: f64,
+    ) {
         let Posterior { start, growth, cov, sigma2, .. } = self.state;
         let leak = start + growth.max(SMALLEST_GROWTH) * phi;
         let leak_var = (cov[0] + phi * (2.0 * cov[1] + phi * cov[2])).max(0.0);
@@ -111,6 +127,7 @@ impl Track {
             self.sums.ln_extra += ln_extra;
             self.inlier[i] = p;
             self.surprise[i] = Some(lin.residual / variance.sqrt());
+            self.residual_s[i] = Some(lin.residual);
             info += p * lin.slope * lin.slope;
             pull += p * lin.slope * lin.residual;
             lins[i] = Some((lin, p, time));
@@ -124,7 +141,7 @@ impl Track {
                 self.sums.add(phi, &lin, p);
             }
         }
-        self.state = posterior(&self.sums, views, &priors.noise, &priors.growth, sigma2, phi);
+        self.state = posterior(&self.sums, views, &priors.noise, &priors.growth, sigma2, phi, floor);
     }
 
     /// Adds a stroke that did not finish. If the leak is expected beyond the
@@ -142,6 +159,7 @@ impl Track {
         priors: &Priors,
     ) {
         self.surprise[index] = None;
+        self.residual_s[index] = None;
         let Some(stall) = model.stall(stroke) else {
             // No leak of this kind stops the stroke.
             self.sums.ln_extra += priors.glitch.share.ln();

@@ -36,7 +36,6 @@ pub(crate) struct Clock {
     beyond: u32,
     /// Substeps left in the current block.
     left: u32,
-    substeps: u32,
 }
 
 impl Clock {
@@ -51,7 +50,7 @@ impl Clock {
         };
         let segments: Vec<_> = segments.iter().map(cut).collect();
         let beyond = segments.first().map_or(0, |(_, count, _)| *count);
-        Self { segments, pace, index: 0, beyond, left: 0, substeps: 1 }
+        Self { segments, pace, index: 0, beyond, left: 0 }
     }
 
     pub(crate) fn is_done(&self) -> bool {
@@ -61,11 +60,6 @@ impl Clock {
     /// Steps until this lane needs attention; nothing when its run is over.
     pub(crate) fn steps_left(&self) -> Option<u32> {
         (!self.is_done()).then_some(self.left)
-    }
-
-    /// The step of the current block, s; 0 when the run is over.
-    pub(crate) fn step_s(&self) -> f64 {
-        self.segments.get(self.index).map_or(0.0, |(_, _, step)| *step / f64::from(self.substeps))
     }
 
     /// Counts steps as taken; says whether the lane must be loaded anew.
@@ -96,9 +90,9 @@ impl Clock {
             front.since_command.set_lane(lane, (segment.start_s - segment.last_command_s).min(1e9));
         }
         self.beyond -= block;
-        self.substeps = substeps(lane, front, coefficients, self.pace.port_blend);
-        self.left = block * self.substeps;
-        let share = 1.0 / f64::from(self.substeps);
+        let substeps = substeps(lane, front, coefficients, self.pace.port_blend);
+        self.left = block * substeps;
+        let share = 1.0 / f64::from(substeps);
         front.step.set_lane(lane, step * share);
         coefficients.port_blend.set_lane(lane, Blend::new(self.pace.port_blend * share * share));
         coefficients.blend.set_lane(lane, Blend::new(self.pace.blend * share * share));

@@ -1,0 +1,52 @@
+//! Lines of bounded length from any reader.
+
+use std::io::{BufRead, Read};
+
+use super::error::LogErrorKind;
+
+/// Longest line of a timing log, in bytes. A row has some 50.
+pub(crate) const LONGEST_LINE: usize = 64 * 1024;
+
+/// Reads lines one after the other into a buffer of bounded size.
+pub(crate) struct Lines<R> {
+    source: R,
+    buffer: Vec<u8>,
+    number: u64,
+}
+
+impl<R: BufRead> Lines<R> {
+    pub(crate) fn new(source: R) -> Self {
+        Self { source, buffer: Vec::new(), number: 0 }
+    }
+
+    /// Number of the line read last, from 1.
+    pub(crate) fn number(&self) -> u64 {
+        self.number
+    }
+
+    /// The next line that is neither blank nor a comment (from "#"), without
+    /// its end.
+    pub(crate) fn next_line(&mut self) -> Result<Option<&str>, LogErrorKind> {
+        loop {
+            self.buffer.clear();
+            self.number += 1;
+            let limit = LONGEST_LINE as u64 + 1;
+            let read = (&mut self.source).take(limit).read_until(b'\n', &mut self.buffer)?;
+            if read == 0 {
+                return Ok(None);
+            }
+            if self.buffer.len() > LONGEST_LINE && self.buffer.last() != Some(&b'\n') {
+                return Err(LogErrorKind::LongLine { limit: LONGEST_LINE });
+            }
+            if self.number == 1 && self.buffer.starts_with(b"\xEF\xBB\xBF") {
+                self.buffer.drain(..3);
+            }
+            let end = self.buffer.trim_ascii_end().len();
+            self.buffer.truncate(end);
+            if end > 0 && self.buffer[0] != b'#' {
+                break;
+            }
+        }
+        std::str::from_utf8(&self.buffer).map(Some).map_err(|_| LogErrorKind::NotText)
+    }
+}
