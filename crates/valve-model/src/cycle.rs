@@ -56,7 +56,7 @@ pub fn cycles(
         });
         let mut still = Vec::with_capacity(active.len());
         for (index, end) in active.iter().zip(ends) {
-            if !end.is_close_to(runs[*index].initial()) {
+            if !end.is_within(runs[*index].initial(), PERIODIC) {
                 still.push(*index);
             }
             runs[*index] = runs[*index].clone().starting_from(end);
@@ -67,17 +67,4 @@ pub fn cycles(
         }
     }
     times
-}
-
-impl State<f64> {
-    /// Whether the next cycle would be the same for all practical purposes.
-    fn is_close_to(&self, other: &Self) -> bool {
-        let near = |a: f64, b: f64, scale: f64| (a - b).abs() <= PERIODIC * scale;
-        near(self.x, other.x, self.x.abs().max(1e-3))
-            && near(self.chamber_mass, other.chamber_mass, other.chamber_mass)
-            && near(self.pipe_mass, other.pipe_mass, other.pipe_mass)
-            && near(self.chamber_temperature, other.chamber_temperature, other.chamber_temperature)
-            && near(self.pipe_temperature, other.pipe_temperature, other.pipe_temperature)
-            && near(self.line_pressure, other.line_pressure, other.line_pressure)
-    }
 }

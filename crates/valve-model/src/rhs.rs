@@ -104,6 +104,20 @@ impl<R: Real> State<R> {
     }
 }
 
+impl State<f64> {
+    /// Whether every state but the velocity differs from another's by at most this share.
+    pub(crate) fn is_within(&self, other: &Self, share: f64) -> bool {
+        let near = |a: f64, b: f64, scale: f64| (a - b).abs() <= share * scale;
+        near(self.x, other.x, self.x.abs().max(1e-3))
+            && near(self.bristle, other.bristle, 1e-3)
+            && near(self.chamber_mass, other.chamber_mass, other.chamber_mass)
+            && near(self.pipe_mass, other.pipe_mass, other.pipe_mass)
+            && near(self.chamber_temperature, other.chamber_temperature, other.chamber_temperature)
+            && near(self.pipe_temperature, other.pipe_temperature, other.pipe_temperature)
+            && near(self.line_pressure, other.line_pressure, other.line_pressure)
+    }
+}
+
 /// What acts from outside at one instant.
 #[derive(Debug, Clone, Copy)]
 pub struct Inputs<R> {

@@ -1,10 +1,13 @@
 //! The time of one lane: which segment it is in, how long its steps are, how many are left.
+//!
+//! A lane in which nothing happens any more goes to the end of its segment at once.
 
 use super::Front;
 use crate::coefficients::Coefficients;
 use crate::command::Segment;
 use crate::orifice::Blend;
 use crate::real::Real;
+use crate::rhs::State;
 
 /// How one run is paced.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,6 +30,10 @@ const MOST_SUBSTEPS: u32 = 16;
 /// On a stop, pipe and chamber closer than this (relative) are at one pressure for all purposes.
 const REST_GAP: f64 = 1e-4;
 
+/// A lane of which no state moves by more than this share over a block is at rest. A creep that
+/// slow would take years for a stroke, and what is still to come of a decay is below 1e-8.
+const SETTLED: f64 = 1e-11;
+
 /// The clock of one lane.
 pub(crate) struct Clock {
     segments: Vec<(Segment, u32, f64)>,
@@ -36,11 +43,16 @@ pub(crate) struct Clock {
     beyond: u32,
     /// Substeps left in the current block.
     left: u32,
+    /// Whether a lane at rest stays there until its segment ends.
+    may_settle: bool,
+    /// The state at the start of the block before, within the same segment.
+    before: Option<State<f64>>,
 }
 
 impl Clock {
-    /// Cuts every segment into equal steps of at most the pace's.
-    pub(crate) fn new(segments: &[Segment], pace: Pace) -> Self {
+    /// Cuts every segment into equal steps of at most the pace's. `may_settle` says that nothing but
+    /// a new segment can move a lane at rest.
+    pub(crate) fn new(segments: &[Segment], pace: Pace, may_settle: bool) -> Self {
         let cut = |segment: &Segment| {
             let length = segment.end_s - segment.start_s;
             // A segment that is a whole number of steps up to rounding takes just that number.
@@ -50,7 +62,7 @@ impl Clock {
         };
         let segments: Vec<_> = segments.iter().map(cut).collect();
         let beyond = segments.first().map_or(0, |(_, count, _)| *count);
-        Self { segments, pace, index: 0, beyond, left: 0 }
+        Self { segments, pace, index: 0, beyond, left: 0, may_settle, before: None }
     }
 
     pub(crate) fn is_done(&self) -> bool {
@@ -79,11 +91,26 @@ impl Clock {
     pub(super) fn load<R: Real>(&mut self, lane: usize, front: &mut Front<R>, coefficients: &mut Coefficients<R>) {
         let Some((segment, count, step)) = self.segments.get(self.index) else {
             front.step.set_lane(lane, 0.0);
+            front.wait.set_lane(lane, 0.0);
             front.spool_rate.set_lane(lane, 0.0);
             return;
         };
+        let state = front.state.lane(lane);
+        let starts = self.beyond == *count;
+        let rests = self.may_settle
+            && !starts
+            && segment.spool_rate == 0.0
+            && self.before.is_some_and(|before| state.is_within(&before, SETTLED));
+        self.before = self.may_settle.then_some(state);
+        if rests {
+            front.step.set_lane(lane, 0.0);
+            front.wait.set_lane(lane, segment.end_s - front.time.lane(lane));
+            (self.beyond, self.left) = (0, 1);
+            return;
+        }
+        front.wait.set_lane(lane, 0.0);
         let block = self.beyond.min(BLOCK);
-        if self.beyond == *count {
+        if starts {
             front.time.set_lane(lane, segment.start_s);
             front.spool.set_lane(lane, segment.spool);
             front.spool_rate.set_lane(lane, segment.spool_rate);

@@ -31,6 +31,8 @@ pub(super) struct Front<R> {
     state: State<R>,
     time: R,
     step: R,
+    /// Time that passes with the step, s: of a lane at rest that waits for its segment to end.
+    wait: R,
     spool: R,
     spool_rate: R,
     since_command: R,
@@ -43,7 +45,10 @@ pub(crate) fn integrate<R: Real, const BASE: bool>(
     recorder: &mut Recorder<R>,
 ) -> Vec<State<f64>> {
     let (mut system, mut front) = pack(runs);
-    let mut clocks: Vec<Clock> = runs.iter().map(|run| Clock::new(run.segments, run.pace)).collect();
+    let terms = &system.terms;
+    // A custom formula may depend on time, and measured pressures do.
+    let may_settle = !(terms.custom || terms.driven_pipe || terms.driven_chamber);
+    let mut clocks: Vec<Clock> = runs.iter().map(|run| Clock::new(run.segments, run.pace, may_settle)).collect();
     for (lane, clock) in clocks.iter_mut().enumerate() {
         clock.load(lane, &mut front, &mut system.coefficients);
     }
@@ -71,7 +76,7 @@ fn pack<'a, R: Real>(runs: &[LaneRun<'a>]) -> (System<'a, R>, Front<R>) {
     let system =
         System { coefficients, terms: first.equations.terms, custom: &first.equations.custom, custom_parameters };
     let zero = R::splat(0.0);
-    let front = Front { state, time: zero, step: zero, spool: zero, spool_rate: zero, since_command: zero };
+    let front = Front { state, time: zero, step: zero, wait: zero, spool: zero, spool_rate: zero, since_command: zero };
     (system, front)
 }
 
@@ -107,7 +112,7 @@ fn march<R: Real, const BASE: bool>(
                 sum = sum.advanced::<BASE>(&rate, front.step * R::splat(weight));
             }
             front.state = sum;
-            front.time = front.time + front.step;
+            front.time = front.time + front.step + front.wait;
             front.spool = end.spool;
             front.since_command = end.since_command;
             start = end;
