@@ -9,9 +9,9 @@ use super::hypotheses::{Hypotheses, LastView};
 
 /// Weight of the newest residual in the running mean.
 const NEWEST: f64 = 0.25;
-/// Running mean of standardised residuals that is suspicious: 3.5 standard
+/// Running mean of standardised residuals that is suspicious: 4.2 standard
 /// deviations, sqrt(w / (2 - w)) each.
-const SUSPICIOUS_MEAN: f64 = 1.32;
+const SUSPICIOUS_MEAN: f64 = 1.6;
 /// Residuals count up to this many standard deviations.
 const CLIP: f64 = 4.0;
 /// Logarithm of how rarely something changes. It also covers what the

@@ -17,6 +17,8 @@ const NODES: usize = 24;
 const NARROW: f64 = 0.08;
 /// Half of the integration range in standard deviations of the likelihood.
 const REACH: f64 = 9.0;
+/// ln(2 pi).
+const LN_TAU: f64 = 1.837_877_066_409_345_3;
 
 /// A prior of the leak at the first cycle.
 #[derive(Clone, Copy, Debug)]
@@ -40,7 +42,7 @@ impl GrowthPrior {
     /// Logarithm of the density of ln g at u = ln g.
     fn ln_density(&self, u: f64) -> f64 {
         let z = (u - self.ln_median) / self.ln_sd;
-        -0.5 * z * z - (self.ln_sd * (std::f64::consts::TAU).sqrt()).ln()
+        -0.5 * z * z - quick_ln(self.ln_sd) - 0.5 * LN_TAU
     }
 }
 
@@ -58,6 +60,8 @@ pub(crate) struct NoisePrior {
 #[derive(Clone, Copy, Debug, Default)]
 struct ViewFit {
     ln_peak: f64,
+    /// Logarithm of the integral of the likelihood over all g.
+    ln_area: f64,
     centre: f64,
     kappa: f64,
     a: f64,
@@ -69,14 +73,37 @@ struct ViewFit {
     start_var: f64,
 }
 
-impl ViewFit {
-    fn new(sums: &Sums, view: &View, noise: &NoisePrior, sigma2: f64) -> Self {
+/// What all views have in common.
+struct Common {
+    /// Shape of the noise variance's posterior.
+    a: f64,
+    /// Part of the evidence that does not depend on the view.
+    ln_rest: f64,
+    /// ln gamma(a - 1/2) - ln gamma(a).
+    ln_gamma_step: f64,
+}
+
+impl Common {
+    fn new(sums: &Sums, noise: &NoisePrior) -> Self {
         let a = noise.a + 0.5 * sums.n;
+        let ln_gamma_a = ln_gamma(a);
+        Self {
+            a,
+            ln_rest: sums.ln_extra + ln_gamma_a - ln_gamma(noise.a) + noise.a * quick_ln(noise.b)
+                - 0.5 * sums.n * LN_TAU,
+            ln_gamma_step: ln_gamma(a - 0.5) - ln_gamma_a,
+        }
+    }
+}
+
+impl ViewFit {
+    fn new(sums: &Sums, view: &View, noise: &NoisePrior, sigma2: f64, common: &Common) -> Self {
+        let a = common.a;
         let (s0, b0, c, occam) = if view.sd > 0.0 {
             let lambda = sigma2 / (view.sd * view.sd);
             let s0 = sums.s0 + lambda;
             let b0 = sums.b0 + lambda * view.mean;
-            (s0, b0, sums.c + lambda * view.mean * view.mean, 0.5 * (lambda / s0).ln())
+            (s0, b0, sums.c + lambda * view.mean * view.mean, 0.5 * quick_ln(lambda / s0))
         } else {
             (f64::INFINITY, 0.0, sums.c, 0.0)
         };
@@ -86,11 +113,10 @@ impl ViewFit {
         let centre = (sums.b1 - sums.s1 * start_0) / kappa;
         let rss = (c - b0 * start_0 - kappa * centre * centre).max(0.0);
         let b = noise.b + 0.5 * rss;
-        let ln_peak = view.ln_weight + occam + sums.ln_extra + ln_gamma(a) - ln_gamma(noise.a)
-            + noise.a * noise.b.ln()
-            - a * b.ln()
-            - 0.5 * sums.n * std::f64::consts::TAU.ln();
-        Self { ln_peak, centre, kappa, a, b, start_0, start_g, start_var: 1.0 / s0 }
+        let ln_peak = view.ln_weight + occam + common.ln_rest - a * quick_ln(b);
+        let ln_area =
+            ln_peak + 0.5 * quick_ln(std::f64::consts::TAU * b / kappa) + common.ln_gamma_step;
+        Self { ln_peak, ln_area, centre, kappa, a, b, start_0, start_g, start_var: 1.0 / s0 }
     }
 
     fn ln_at(&self, g: f64) -> f64 {
@@ -105,14 +131,6 @@ impl ViewFit {
     /// Scale of the Student t in g.
     fn scale(&self) -> f64 {
         (2.0 * self.b / (self.kappa * self.dof())).sqrt()
-    }
-
-    /// Logarithm of the integral of the likelihood over all g.
-    fn ln_area(&self) -> f64 {
-        self.ln_peak
-            + 0.5 * (std::f64::consts::TAU * self.b / self.kappa).ln()
-            + ln_gamma(self.a - 0.5)
-            - ln_gamma(self.a)
     }
 
     fn sigma2(&self, g: f64) -> f64 {
@@ -160,7 +178,8 @@ pub(crate) fn ln_evidence_without_growth(
     noise: &NoisePrior,
     sigma2: f64,
 ) -> f64 {
-    ln_sum(views.iter().map(|view| ViewFit::new(sums, view, noise, sigma2).ln_at(0.0)))
+    let common = Common::new(sums, noise);
+    ln_sum(views.iter().map(|view| ViewFit::new(sums, view, noise, sigma2, &common).ln_at(0.0)))
 }
 
 /// The posterior of a growing leak. If its evidence is certainly below `floor`
@@ -176,15 +195,16 @@ pub(crate) fn posterior(
 ) -> Posterior {
     let mut fits = [ViewFit::default(); 3];
     let count = views.len().min(fits.len());
+    let common = Common::new(sums, noise);
     for (fit, view) in fits.iter_mut().zip(views) {
-        *fit = ViewFit::new(sums, view, noise, sigma2);
+        *fit = ViewFit::new(sums, view, noise, sigma2, &common);
     }
     let fits = &fits[..count];
     let narrow = |fit: &ViewFit| fit.centre > 0.0 && fit.scale() < NARROW * fit.centre;
     // The view that the data like best decides how the integral is done.
     let best = fits
         .iter()
-        .max_by(|x, y| x.ln_area().total_cmp(&y.ln_area()))
+        .max_by(|x, y| x.ln_area.total_cmp(&y.ln_area))
         .expect("there is at least one view of the start");
     // The prior integrates to one, so that the likelihood's largest value is
     // a bound of the evidence. A hypothesis that is out by far is not worth
@@ -212,9 +232,10 @@ pub(crate) fn most_likely(
 ) -> Posterior {
     let mut out = Posterior::default();
     let mut best = f64::NEG_INFINITY;
+    let common = Common::new(sums, noise);
     for view in views {
-        let fit = ViewFit::new(sums, view, noise, sigma2);
-        let ln_area = fit.ln_area();
+        let fit = ViewFit::new(sums, view, noise, sigma2, &common);
+        let ln_area = fit.ln_area;
         if ln_area > best || best == f64::NEG_INFINITY {
             best = ln_area;
             let highest = (prior.ln_median + 4.0 * prior.ln_sd).exp();
@@ -234,9 +255,9 @@ fn closed(fits: &[ViewFit], prior: &GrowthPrior) -> Posterior {
         if fit.centre <= 0.0 {
             continue;
         }
-        let u = fit.centre.ln();
+        let u = quick_ln(fit.centre);
         let variance = fit.scale().powi(2);
-        *ln_weight = fit.ln_area() + prior.ln_density(u) - u;
+        *ln_weight = fit.ln_area + prior.ln_density(u) - u;
         // d ln(prior density of g) / dg at the centre.
         let pull = (-(u - prior.ln_median) / (prior.ln_sd * prior.ln_sd) - 1.0) / fit.centre;
         let g = fit.centre + variance * pull;
@@ -252,7 +273,7 @@ fn closed(fits: &[ViewFit], prior: &GrowthPrior) -> Posterior {
     out.ln_evidence = ln_sum(ln_weights.iter().copied());
     let (mut rate, mut square, mut dof, mut best) = (0.0, 0.0, 0.0, 0);
     for i in 0..fits.len() {
-        let p = (ln_weights[i] - out.ln_evidence).exp();
+        let p = quick_exp((ln_weights[i] - out.ln_evidence).min(0.0));
         rate += p * shapes[i].1;
         square += p * (shapes[i].1.powi(2) + shapes[i].2);
         dof += p * fits[i].dof();
@@ -365,5 +386,5 @@ pub(crate) fn ln_sum(terms: impl Iterator<Item = f64> + Clone) -> f64 {
     if top == f64::NEG_INFINITY {
         return top;
     }
-    top + terms.map(|t| (t - top).exp()).sum::<f64>().ln()
+    top + quick_ln(terms.map(|t| quick_exp(t - top)).sum::<f64>())
 }
