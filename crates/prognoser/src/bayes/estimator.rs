@@ -23,6 +23,8 @@ const LAW_FROM: u64 = 10;
 /// Numbers of readings at which all of them are fitted together, from scratch;
 /// between and after them the estimate is recursive.
 const REFIT_AT: [u64; 6] = [1, 2, 3, 4, 6, RECENT as u64];
+/// Those at which they are fitted without a guess and with every start.
+const THOROUGH_AT: [u64; 3] = [1, 4, RECENT as u64];
 /// Among the first readings: probability of being a proper reading below which
 /// all of them are fitted together again.
 const DOUBTFUL: f64 = 0.9;
@@ -103,8 +105,7 @@ impl BayesEstimator {
         };
         let (Noise::Known { sd_s } | Noise::Estimated { prior_sd_s: sd_s, .. }) = config.noise;
         let noise = NoisePrior { a, b: a * sd_s * sd_s };
-        let growth =
-            GrowthPrior { ln_median: -config.life_median_cycles.ln(), ln_sd: config.life_ln_sd };
+        let growth = GrowthPrior::new(-config.life_median_cycles.ln(), config.life_ln_sd);
         let healthy = |weight: f64| {
             let view = |share: f64, sd| View { ln_weight: (weight * share).ln(), mean: 0.0, sd };
             vec![
@@ -155,7 +156,7 @@ impl BayesEstimator {
                 let first = self.history.seen() <= RECENT as u64;
                 if first {
                     if all.view_of_last().inlier.iter().any(|p| *p < DOUBTFUL) {
-                        self.fit_first(&models, reading.cycle);
+                        self.fit_first(&models, reading.cycle, true);
                     }
                 } else if self.watch.look(all) {
                     change = self.explain(&models);
@@ -165,7 +166,10 @@ impl BayesEstimator {
                     }
                 }
             }
-            _ => self.fit_first(&models, reading.cycle),
+            _ => {
+                let thorough = THOROUGH_AT.contains(&self.history.seen());
+                self.fit_first(&models, reading.cycle, thorough);
+            }
         }
         if self.growth == GrowthLaw::Exponential && self.history.seen() >= 3 {
             self.set_exponential(&models);
@@ -173,14 +177,16 @@ impl BayesEstimator {
         self.estimate(&models, reading, change)
     }
 
-    /// Fits the first readings together.
-    fn fit_first(&mut self, models: &[FaultModel; 2], cycle: u64) {
+    /// Fits the first readings together; thoroughly means from scratch.
+    fn fit_first(&mut self, models: &[FaultModel; 2], cycle: u64, thorough: bool) {
         let origin = self.all.as_ref().map_or(cycle, |all| all.origin);
         let shape = self.all.as_ref().map_or(Shape::Linear, |all| all.shape);
         let readings: Vec<Reading> =
             self.history.recent().iter().map(|entry| entry.reading).collect();
-        let all =
-            Hypotheses::fit(models, &readings, origin, shape, &self.starts, &self.priors);
+        let all = match &self.all {
+            Some(all) if !thorough => all.fit_on(models, &readings, &self.starts, &self.priors),
+            _ => Hypotheses::fit(models, &readings, origin, shape, &self.starts, &self.priors),
+        };
         self.all = Some(all);
     }
 

@@ -36,13 +36,19 @@ pub(crate) struct View {
 pub(crate) struct GrowthPrior {
     pub ln_median: f64,
     pub ln_sd: f64,
+    inverse_sd: f64,
+    ln_scale: f64,
 }
 
 impl GrowthPrior {
+    pub(crate) fn new(ln_median: f64, ln_sd: f64) -> Self {
+        Self { ln_median, ln_sd, inverse_sd: 1.0 / ln_sd, ln_scale: -ln_sd.ln() - 0.5 * LN_TAU }
+    }
+
     /// Logarithm of the density of ln g at u = ln g.
     fn ln_density(&self, u: f64) -> f64 {
-        let z = (u - self.ln_median) / self.ln_sd;
-        -0.5 * z * z - quick_ln(self.ln_sd) - 0.5 * LN_TAU
+        let z = (u - self.ln_median) * self.inverse_sd;
+        self.ln_scale - 0.5 * z * z
     }
 }
 
@@ -308,41 +314,41 @@ fn summed(fits: &[ViewFit], prior: &GrowthPrior, phi: f64) -> Posterior {
     let high = high.max(low + 1e-3);
     let step = (high - low) / (NODES - 1) as f64;
 
-    let mut ln_p = [[f64::NEG_INFINITY; 3]; NODES];
+    let nodes: [f64; NODES] = std::array::from_fn(|i| low + step * i as f64);
+    let growths = nodes.map(quick_exp);
+    let ln_prior = nodes.map(|u| prior.ln_density(u));
+    // Plain loops over arrays of a fixed size, which compilers turn into
+    // vector instructions.
+    let mut ln_p = [[f64::NEG_INFINITY; NODES]; 3];
     let mut top = f64::NEG_INFINITY;
-    let mut growths = [0.0; NODES];
-    for (i, (row, growth)) in ln_p.iter_mut().zip(&mut growths).enumerate() {
-        let u = low + step * i as f64;
-        *growth = quick_exp(u);
-        let ln_prior = prior.ln_density(u);
-        for (value, fit) in row.iter_mut().zip(fits) {
-            *value = ln_prior + fit.ln_at(*growth);
-            top = top.max(*value);
+    for (row, fit) in ln_p.iter_mut().zip(fits) {
+        for i in 0..NODES {
+            row[i] = ln_prior[i] + fit.ln_at(growths[i]);
         }
+        top = row.iter().fold(top, |top, value| top.max(*value));
     }
     let mut weights = [0.0; NODES];
-    let mut lives = [0.0; NODES];
+    let mut rooms = [0.0; NODES];
     let mut by_view = [0.0; 3];
-    let mut urgency = [0.0; NODES];
-    let (mut total, mut mean, mut rate) = (0.0, 0.0, 0.0);
-    for i in 0..NODES {
-        let (mut weight, mut life) = (0.0, 0.0);
-        for (v, fit) in fits.iter().enumerate() {
-            let p = quick_exp(ln_p[i][v] - top);
-            weight += p;
-            by_view[v] += p;
-            let start = fit.start_0 - fit.start_g * growths[i];
-            life += p * (1.0 - start) / growths[i];
+    for ((row, fit), share) in ln_p.iter().zip(fits).zip(&mut by_view) {
+        let p = row.map(|value| quick_exp(value - top));
+        for i in 0..NODES {
+            weights[i] += p[i];
+            rooms[i] += p[i] * (1.0 - fit.start_0 + fit.start_g * growths[i]);
         }
-        weights[i] = weight;
-        lives[i] = if weight > 0.0 { life / weight } else { 1.0 / growths[i] };
-        total += weight;
-        mean += weight * growths[i];
-        urgency[i] = weight / (lives[i] - phi).max(0.25 * lives[i]);
-        rate += urgency[i];
+        *share = p.iter().sum();
     }
+    let mut lives = [0.0; NODES];
+    let mut urgency = [0.0; NODES];
+    for i in 0..NODES {
+        lives[i] = (rooms[i] / (weights[i] * growths[i]).max(f64::MIN_POSITIVE)).max(1e-9);
+        urgency[i] = weights[i] / (lives[i] - phi).max(0.25 * lives[i]);
+    }
+    let total: f64 = weights.iter().sum();
+    let rate: f64 = urgency.iter().sum();
+    let mean: f64 = weights.iter().zip(&growths).map(|(weight, growth)| weight * growth).sum();
     let best = (0..fits.len()).max_by(|&x, &y| by_view[x].total_cmp(&by_view[y])).unwrap_or(0);
-    let mut out = Posterior { ln_evidence: top + (total * step).ln(), ..Posterior::default() };
+    let mut out = Posterior { ln_evidence: top + quick_ln(total * step), ..Posterior::default() };
     // A long life is a small growth: the quantiles run against each other.
     let life_at = |share: f64, weights: &[f64; NODES], total: f64| {
         let mut below = 0.0;
@@ -353,7 +359,7 @@ fn summed(fits: &[ViewFit], prior: &GrowthPrior, phi: f64) -> Posterior {
                 let into = if weights[i] > 0.0 { (share * total - below) / weights[i] } else { 0.5 };
                 let j = if into < 0.5 { (i + 1).min(NODES - 1) } else { i.saturating_sub(1) };
                 let t = (into - 0.5).abs();
-                return (lives[i].max(1e-9).ln() * (1.0 - t) + lives[j].max(1e-9).ln() * t).exp();
+                return lives[i] * (lives[j] / lives[i]).powf(t);
             }
             below = next;
         }

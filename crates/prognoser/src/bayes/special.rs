@@ -52,16 +52,18 @@ pub(crate) fn normal_tail(z: f64) -> f64 {
 #[inline]
 pub(crate) fn quick_ln(x: f64) -> f64 {
     // Shifts the exponent so that the mantissa lies in sqrt(1/2)..sqrt(2).
+    // Unsigned operations only, which every processor has for whole vectors.
     let bits = x.to_bits();
-    let shifted = bits.wrapping_sub(0x3FE6_A09E_667F_3BCD);
-    let exponent = (shifted as i64) >> 52;
-    let mantissa = f64::from_bits(bits.wrapping_sub((exponent as u64) << 52));
+    let shifted = bits.wrapping_sub(0x3FE6_A09E_667F_3BCD).wrapping_add(1023 << 52);
+    let biased = shifted >> 52;
+    let mantissa = f64::from_bits(bits.wrapping_sub(biased << 52).wrapping_add(1023 << 52));
+    let exponent = f64::from_bits(biased | 0x4330_0000_0000_0000) - (4_503_599_627_370_496.0 + 1023.0);
     let s = (mantissa - 1.0) / (mantissa + 1.0);
     let q = s * s;
     let series = 2.0
         * s
         * (1.0 + q * (1.0 / 3.0 + q * (1.0 / 5.0 + q * (1.0 / 7.0 + q * (1.0 / 9.0)))));
-    series + exponent as f64 * std::f64::consts::LN_2
+    series + exponent * std::f64::consts::LN_2
 }
 
 /// Adding and taking off this number rounds to an integer, which then stands

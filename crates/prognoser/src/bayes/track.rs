@@ -9,6 +9,8 @@ use crate::reading::Reading;
 
 /// Rounds of reweighting when the first readings are fitted together.
 const ROUNDS: usize = 5;
+/// The same if the estimate before is close.
+const ROUNDS_FROM_GUESS: usize = 2;
 /// Change of leak (in limits) and of noise (relative) below which the rounds
 /// end.
 const SETTLED: f64 = 1e-3;
@@ -45,17 +47,26 @@ pub(crate) struct Track {
 }
 
 impl Track {
-    /// Fits the first readings together, from scratch: `shape` gives phi of a
-    /// cycle.
+    /// Fits readings together; `shape` gives phi of a cycle. Without a guess
+    /// it starts from medians, which no few glitches can mislead.
     pub(crate) fn fit(
         model: &FaultModel,
         readings: &[Reading],
         shape: &impl Fn(u64) -> f64,
         views: &[View],
         priors: &Priors,
+        guess: Option<&Posterior>,
     ) -> Self {
-        let (mut start, mut growth) = first_guess(model, readings, shape, views);
-        let mut sigma2 = first_variance(model, readings, shape, (start, growth), &priors.noise);
+        let (mut start, mut growth, mut sigma2) = guess.map_or_else(
+            || {
+                let (start, growth) = first_guess(model, readings, shape, views);
+                let line = (start, growth);
+                let sigma2 = first_variance(model, readings, shape, line, &priors.noise);
+                (start, growth, sigma2)
+            },
+            |known| (known.start, known.growth, known.sigma2),
+        );
+        let rounds = if guess.is_some() { ROUNDS_FROM_GUESS } else { ROUNDS };
         let mut track = Self {
             sums: Sums::default(),
             state: Posterior::default(),
@@ -64,7 +75,7 @@ impl Track {
             residual_s: [None; 2],
         };
         let last = readings.last().map_or(0.0, |reading| shape(reading.cycle));
-        for _ in 0..ROUNDS {
+        for _ in 0..rounds {
             track.sums = Sums::default();
             for reading in readings {
                 let phi = shape(reading.cycle);
