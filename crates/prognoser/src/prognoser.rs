@@ -183,7 +183,10 @@ impl Valve {
                     Noise::Estimated { .. } => None,
                 };
                 let residuals = [sound(0), sound(1)];
-                self.monitor.look(residuals, stated, estimate.leading, &mut notices);
+                let healthy = Stroke::ALL.map(|stroke| {
+                    tables.table(Fault::Atmosphere).curve(stroke).end_times_s().0
+                });
+                self.monitor.look(residuals, healthy, stated, estimate.leading, &mut notices);
                 from_bayes(name, reading, &estimate, config.name_from, over_limit)
             }
             (Estimator::Ols(estimator), _) => {

@@ -28,6 +28,8 @@ const THOROUGH_AT: [u64; 3] = [1, 4, RECENT as u64];
 /// Among the first readings: probability of being a proper reading below which
 /// all of them are fitted together again.
 const DOUBTFUL: f64 = 0.9;
+/// Probability of no fault from which on the median stands for the end of life.
+const GROWTH_IN_DOUBT: f64 = 0.75;
 /// Numbers of last readings to which a change is fitted.
 const CHANGE_WINDOWS: [usize; 2] = [3, RECENT];
 
@@ -64,7 +66,9 @@ pub struct BayesEstimate {
     pub leak_area_m2: f64,
     /// Growth of the leak area now, in m2 per cycle.
     pub leak_rate_m2: f64,
-    /// Best single estimate of the cycle at end of life.
+    /// Best single estimate of the cycle at end of life: the one with the
+    /// smallest expected relative error of the remaining life, or the median
+    /// as long as it is likely that there is no fault.
     pub eol_cycle: f64,
     /// The distribution of the cycle at end of life.
     pub eol: Quantiles,
@@ -301,7 +305,7 @@ impl BayesEstimator {
             leading,
             leak_area_m2: (start + growth * all.shape.phi(cycles)) * limit_m2,
             leak_rate_m2: growth * all.shape.rate_at(cycles) * limit_m2,
-            eol_cycle: at(life_phi),
+            eol_cycle: at(if cycles > 0.0 && none < GROWTH_IN_DOUBT { life_phi } else { eol_phi.p50 }),
             eol: Quantiles { p05: at(eol_phi.p05), p50: at(eol_phi.p50), p95: at(eol_phi.p95) },
             noise_sd_s: sigma2.sqrt(),
             inlier,
