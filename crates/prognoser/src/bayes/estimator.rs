@@ -16,6 +16,10 @@ use crate::reading::Reading;
 
 /// Rates of exponential growth tried, per cycle.
 const RATES: [f64; 8] = [0.01, 0.02, 0.04, 0.06, 0.09, 0.14, 0.2, 0.3];
+/// Multiples of the best of them that are tried as well.
+const CLOSER: [f64; 4] = [0.8, 0.9, 1.1, 1.25];
+/// Cycles after which an exponential rate is looked for again.
+const RATE_EVERY: u64 = 4;
 /// Logarithm of the odds at which exponential growth replaces linear growth.
 const LN_EXPONENTIAL: f64 = 9.0;
 /// Readings before the law of growth is questioned.
@@ -175,9 +179,7 @@ impl BayesEstimator {
                 self.fit_first(&models, reading.cycle, thorough);
             }
         }
-        if self.growth == GrowthLaw::Exponential && self.history.seen() >= 3 {
-            self.set_exponential(&models);
-        }
+        self.follow_exponential(&models);
         self.estimate(&models, reading, change)
     }
 
@@ -259,27 +261,32 @@ impl BayesEstimator {
         false
     }
 
+    /// The most probable rate: the best of a coarse list, then of its closer
+    /// neighbours.
     fn best_exponential(&self, models: &[FaultModel; 2]) -> Hypotheses {
         let sample = self.history.sample();
         let origin = self.all.as_ref().map_or(0, |all| all.origin);
         let fit = |rate: f64| {
             let shape = Shape::Exponential { rate };
-            Hypotheses::fit(models, &sample, origin, shape, &self.starts, &self.priors)
+            let all =
+                Hypotheses::fit(models, &sample, origin, shape, &self.starts, &self.priors);
+            (rate, all)
         };
-        let mut best = fit(RATES[0]);
-        for rate in &RATES[1..] {
-            let next = fit(*rate);
-            if next.ln_total() > best.ln_total() {
-                best = next;
-            }
-        }
-        best
+        let better = |a: (f64, Hypotheses), b: (f64, Hypotheses)| {
+            if b.1.ln_total() > a.1.ln_total() { b } else { a }
+        };
+        let coarse = RATES[1..].iter().map(|rate| fit(*rate)).fold(fit(RATES[0]), better);
+        let rate = coarse.0;
+        CLOSER.iter().map(|factor| fit(rate * factor)).fold(coarse, better).1
     }
 
-    /// With exponential growth asked for, its rate is found again from the
-    /// sample whenever that has a new reading in it.
-    fn set_exponential(&mut self, models: &[FaultModel; 2]) {
-        if self.history.seen() <= 32 || self.history.seen().is_multiple_of(8) {
+    /// Once growth is exponential, or with such growth asked for, its rate is
+    /// found again from the sample every few cycles.
+    fn follow_exponential(&mut self, models: &[FaultModel; 2]) {
+        let seen = self.history.seen();
+        let asked = self.growth == GrowthLaw::Exponential && seen >= 3;
+        let known = self.all.as_ref().is_some_and(|all| all.shape != Shape::Linear);
+        if (asked || known) && (seen <= RECENT as u64 || seen.is_multiple_of(RATE_EVERY)) {
             self.all = Some(self.best_exponential(models));
         }
     }
