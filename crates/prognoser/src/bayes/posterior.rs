@@ -300,15 +300,22 @@ fn closed(fits: &[ViewFit], prior: &GrowthPrior) -> Posterior {
 
 /// Some view wide in g: a sum over nodes evenly spaced in ln g.
 fn summed(fits: &[ViewFit], prior: &GrowthPrior, phi: f64) -> Posterior {
-    let lowest = prior.ln_median - 4.0 * prior.ln_sd;
     // End of life after less than one cycle is no prognosis.
     let highest = (prior.ln_median + 4.0 * prior.ln_sd).min(0.0);
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    let mut finest = f64::INFINITY;
     for fit in fits {
-        let reach = REACH * fit.scale();
+        let scale = fit.scale();
+        finest = finest.min(scale);
+        let reach = REACH * scale;
         low = low.min(fit.centre - reach);
         high = high.max(fit.centre + reach);
     }
+    // Where the data exclude all but the slowest growth, the range reaches as
+    // far down as they can tell it from none.
+    let lowest = (prior.ln_median - 4.0 * prior.ln_sd)
+        .min(quick_ln((0.1 * finest).max(f64::MIN_POSITIVE)))
+        .max(prior.ln_median - 12.0 * prior.ln_sd);
     let low = if low > 0.0 { low.ln().max(lowest) } else { lowest };
     let high = if high > 0.0 { high.ln().min(highest) } else { lowest };
     let high = high.max(low + 1e-3);
