@@ -4,7 +4,7 @@
 use leak_table::{Fault, TableBundle};
 use serde::Serialize;
 
-use super::change::{Change, LN_RARE, Watch};
+use super::change::{Change, LN_RARE, Suspicion, Watch};
 use super::config::{BayesConfig, GrowthLaw, Noise, StartPrior};
 use super::history::{History, RECENT};
 use super::hypotheses::{Hypotheses, LastView, Shape, StartViews};
@@ -166,11 +166,11 @@ impl BayesEstimator {
                     if all.view_of_last().inlier.iter().any(|p| *p < DOUBTFUL) {
                         self.fit_first(&models, reading.cycle, true);
                     }
-                } else if self.watch.look(all) {
-                    change = self.explain(&models);
-                    match change {
-                        Some(_) => self.watch.reset(),
-                        None => self.watch.in_vain(),
+                } else {
+                    let suspicion = self.watch.look(all);
+                    change = self.explain(&models, suspicion);
+                    if change.is_some() {
+                        self.watch.reset();
                     }
                 }
             }
@@ -198,12 +198,16 @@ impl BayesEstimator {
 
     /// Looks for a story that explains the last readings better than the one
     /// followed so far, and follows it if there is one.
-    fn explain(&mut self, models: &[FaultModel; 2]) -> Option<Change> {
-        if self.growth == GrowthLaw::Auto
+    fn explain(&mut self, models: &[FaultModel; 2], suspicion: Suspicion) -> Option<Change> {
+        if suspicion.law
+            && self.growth == GrowthLaw::Auto
             && self.history.seen() >= LAW_FROM
             && self.try_exponential(models)
         {
             return Some(Change::Exponential);
+        }
+        if !suspicion.change {
+            return None;
         }
         let all = self.all.as_ref()?;
         let (mut best, mut best_gain) = (None, LN_RARE);
