@@ -28,7 +28,7 @@ const LAW_FROM: u64 = 10;
 /// between and after them the estimate is recursive.
 const REFIT_AT: [u64; 6] = [1, 2, 3, 4, 6, RECENT as u64];
 /// Those at which they are fitted without a guess and with every start.
-const THOROUGH_AT: [u64; 3] = [1, 4, RECENT as u64];
+const THOROUGH_AT: [u64; 2] = [1, 4];
 /// Among the first readings: probability of being a proper reading below which
 /// all of them are fitted together again.
 const DOUBTFUL: f64 = 0.9;

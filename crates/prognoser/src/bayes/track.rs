@@ -13,7 +13,7 @@ const ROUNDS: usize = 5;
 const ROUNDS_FROM_GUESS: usize = 2;
 /// Change of leak (in limits) and of noise (relative) below which the rounds
 /// end.
-const SETTLED: f64 = 1e-3;
+const SETTLED: f64 = 1e-2;
 /// Smallest growth at which the timings are linearised, in limits per cycle.
 const SMALLEST_GROWTH: f64 = 1e-5;
 /// Predicted standard deviations beyond which a timing is linearised again
