@@ -112,9 +112,10 @@ impl fmt::Display for Notice {
         match *self {
             Self::MissedCycles { count } => write!(f, "{count} cycles before this one are missing"),
             Self::RepeatedCycle => write!(f, "this cycle was in the log before; the row is not used"),
-            Self::OutOfOrder { latest } => {
-                write!(f, "this row comes after cycle {latest}; it is not used; sort the log to use it")
-            }
+            Self::OutOfOrder { latest } => write!(
+                f,
+                "this row comes after cycle {latest}; it is not used; sort the log to use it"
+            ),
             Self::CounterRestarted => {
                 write!(f, "the cycles start again from a lower number; the estimate starts anew")
             }
@@ -128,9 +129,10 @@ impl fmt::Display for Notice {
                 f,
                 "the {stroke} time of {found_s:.4} s is outside the tables ({shortest_s:.4} to {longest_s:.4} s)"
             ),
-            Self::Glitch { stroke, residual_s } => {
-                write!(f, "the {stroke} time is {residual_s:+.3} s off and counts as a glitch")
-            }
+            Self::Glitch { stroke, residual_s } => write!(
+                f,
+                "the {stroke} time is {residual_s:+.3} s off and counts as a glitch"
+            ),
             Self::Repaired => write!(f, "the valve is healthy again; the estimate starts anew"),
             Self::GrowthChanged => {
                 write!(f, "the leak stepped or changed its pace; the estimate starts anew")

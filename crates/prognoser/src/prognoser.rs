@@ -100,10 +100,23 @@ impl Valve {
             Method::Bayes(config) => Estimator::Bayes(Box::new(BayesEstimator::new(config))),
             Method::Ols => Estimator::Ols(OlsEstimator::new()),
         };
-        Self { estimator, monitor: Monitor::default(), latest: None, seen: [None; 8], late: Vec::new(), last: None }
+        Self {
+            estimator,
+            monitor: Monitor::default(),
+            latest: None,
+            seen: [None; 8],
+            late: Vec::new(),
+            last: None,
+        }
     }
 
-    fn push(&mut self, tables: &TableBundle, method: &Method, name: &str, reading: &Reading) -> Prognosis {
+    fn push(
+        &mut self,
+        tables: &TableBundle,
+        method: &Method,
+        name: &str,
+        reading: &Reading,
+    ) -> Prognosis {
         let mut notices = Vec::new();
         if let Some(latest) = self.latest {
             if reading.cycle <= latest {
@@ -136,7 +149,8 @@ impl Valve {
 
     /// The last prognosis again, for a row that is not used.
     fn unused(&self, name: &str, reading: &Reading, notice: Notice) -> Prognosis {
-        let mut prognosis = self.last.clone().unwrap_or_else(|| blank(name, reading.cycle));
+        let mut prognosis =
+            self.last.clone().unwrap_or_else(|| blank(name, reading.cycle));
         prognosis.cycle = reading.cycle;
         prognosis.notices = vec![notice];
         prognosis
@@ -161,16 +175,23 @@ impl Valve {
                     self.monitor = Monitor::default();
                 }
                 remark(tables, reading, &estimate, &mut notices);
-                let sound = |i: usize| estimate.residual_s[i].filter(|_| estimate.inlier[i] >= GLITCH_BELOW);
+                let sound = |i: usize| {
+                    estimate.residual_s[i].filter(|_| estimate.inlier[i] >= GLITCH_BELOW)
+                };
                 let stated = match config.noise {
                     Noise::Known { sd_s } => Some(sd_s),
                     Noise::Estimated { .. } => None,
                 };
                 let residuals = [sound(0), sound(1)];
-                self.monitor.look(residuals, stated, estimate.leading, &mut notices);
+                let healthy = Stroke::ALL.map(|stroke| {
+                    tables.table(Fault::Atmosphere).curve(stroke).end_times_s().0
+                });
+                self.monitor.look(residuals, healthy, stated, estimate.leading, &mut notices);
                 from_bayes(name, reading, &estimate, config.name_from, over_limit)
             }
-            (Estimator::Ols(estimator), _) => from_ols(name, reading, &estimator.update(tables, reading), over_limit),
+            (Estimator::Ols(estimator), _) => {
+                from_ols(name, reading, &estimator.update(tables, reading), over_limit)
+            }
             (Estimator::Bayes(_), Method::Ols) => {
                 unreachable!("the estimator is made by the method, which never changes")
             }
@@ -201,7 +222,12 @@ fn limits(tables: &TableBundle, reading: &Reading, notices: &mut Vec<Notice>) ->
 }
 
 /// Notes what the estimator found odd.
-fn remark(tables: &TableBundle, reading: &Reading, estimate: &BayesEstimate, notices: &mut Vec<Notice>) {
+fn remark(
+    tables: &TableBundle,
+    reading: &Reading,
+    estimate: &BayesEstimate,
+    notices: &mut Vec<Notice>,
+) {
     for (i, stroke) in Stroke::ALL.into_iter().enumerate() {
         let Some(time) = reading.time_s(stroke) else { continue };
         let (mut shortest_s, mut longest_s) = (f64::INFINITY, f64::NEG_INFINITY);
@@ -287,7 +313,12 @@ fn from_bayes(
     prognosis
 }
 
-fn from_ols(name: &str, reading: &Reading, estimate: &OlsEstimate, over_limit: [bool; 2]) -> Prognosis {
+fn from_ols(
+    name: &str,
+    reading: &Reading,
+    estimate: &OlsEstimate,
+    over_limit: [bool; 2],
+) -> Prognosis {
     let mut prognosis = blank(name, reading.cycle);
     let Some(fault) = estimate.fault else { return prognosis };
     prognosis.fault = fault.into();
@@ -296,6 +327,10 @@ fn from_ols(name: &str, reading: &Reading, estimate: &OlsEstimate, over_limit: [
     prognosis.eol_cycle = estimate.eol_cycle;
     prognosis.rul_cycles = estimate.rul_cycles;
     let reached = estimate.eol_cycle.is_some_and(|eol| eol <= reading.cycle as f64);
-    prognosis.status = if reached || over_limit.contains(&true) { Status::EolReached } else { Status::Degrading };
+    prognosis.status = if reached || over_limit.contains(&true) {
+        Status::EolReached
+    } else {
+        Status::Degrading
+    };
     prognosis
 }

@@ -86,7 +86,7 @@ impl Default for BayesConfig {
             no_fault: 0.5,
             outlier_share: 0.005,
             growth: GrowthLaw::Auto,
-            name_from: 0.995,
+            name_from: 0.999,
         }
     }
 }

@@ -4,7 +4,7 @@
 use leak_table::{Fault, TableBundle};
 use serde::Serialize;
 
-use super::change::{Change, LN_RARE, Watch};
+use super::change::{Change, LN_RARE, Suspicion, Watch};
 use super::config::{BayesConfig, GrowthLaw, Noise, StartPrior};
 use super::history::{History, RECENT};
 use super::hypotheses::{Hypotheses, LastView, Shape, StartViews};
@@ -16,6 +16,10 @@ use crate::reading::Reading;
 
 /// Rates of exponential growth tried, per cycle.
 const RATES: [f64; 8] = [0.01, 0.02, 0.04, 0.06, 0.09, 0.14, 0.2, 0.3];
+/// Multiples of the best of them that are tried as well.
+const CLOSER: [f64; 4] = [0.8, 0.9, 1.1, 1.25];
+/// Cycles after which an exponential rate is looked for again.
+const RATE_EVERY: u64 = 4;
 /// Logarithm of the odds at which exponential growth replaces linear growth.
 const LN_EXPONENTIAL: f64 = 9.0;
 /// Readings before the law of growth is questioned.
@@ -23,9 +27,13 @@ const LAW_FROM: u64 = 10;
 /// Numbers of readings at which all of them are fitted together, from scratch;
 /// between and after them the estimate is recursive.
 const REFIT_AT: [u64; 6] = [1, 2, 3, 4, 6, RECENT as u64];
+/// Those at which they are fitted without a guess and with every start.
+const THOROUGH_AT: [u64; 2] = [1, 4];
 /// Among the first readings: probability of being a proper reading below which
 /// all of them are fitted together again.
 const DOUBTFUL: f64 = 0.9;
+/// Probability of no fault from which on the median stands for the end of life.
+const GROWTH_IN_DOUBT: f64 = 0.75;
 /// Numbers of last readings to which a change is fitted.
 const CHANGE_WINDOWS: [usize; 2] = [3, RECENT];
 
@@ -62,7 +70,9 @@ pub struct BayesEstimate {
     pub leak_area_m2: f64,
     /// Growth of the leak area now, in m2 per cycle.
     pub leak_rate_m2: f64,
-    /// Best single estimate of the cycle at end of life.
+    /// Best single estimate of the cycle at end of life: the one with the
+    /// smallest expected relative error of the remaining life, or the median
+    /// as long as it is likely that there is no fault.
     pub eol_cycle: f64,
     /// The distribution of the cycle at end of life.
     pub eol: Quantiles,
@@ -103,10 +113,13 @@ impl BayesEstimator {
         };
         let (Noise::Known { sd_s } | Noise::Estimated { prior_sd_s: sd_s, .. }) = config.noise;
         let noise = NoisePrior { a, b: a * sd_s * sd_s };
-        let growth = GrowthPrior { ln_median: -config.life_median_cycles.ln(), ln_sd: config.life_ln_sd };
+        let growth = GrowthPrior::new(-config.life_median_cycles.ln(), config.life_ln_sd);
         let healthy = |weight: f64| {
             let view = |share: f64, sd| View { ln_weight: (weight * share).ln(), mean: 0.0, sd };
-            vec![view(config.no_start_leak, 0.0), view(1.0 - config.no_start_leak, config.start_sd)]
+            vec![
+                view(config.no_start_leak, 0.0),
+                view(1.0 - config.no_start_leak, config.start_sd),
+            ]
         };
         let any = |weight: f64| vec![View { ln_weight: weight.ln(), mean: 0.4, sd: 0.4 }];
         let none = healthy(1.0);
@@ -116,7 +129,9 @@ impl BayesEstimator {
                 unknown: any(config.wrong_start),
                 none: none.clone(),
             },
-            StartPrior::Unknown => StartViews { healthy: Vec::new(), unknown: any(1.0), none: none.clone() },
+            StartPrior::Unknown => {
+                StartViews { healthy: Vec::new(), unknown: any(1.0), none: none.clone() }
+            }
         };
         Self {
             priors: Priors {
@@ -149,38 +164,50 @@ impl BayesEstimator {
                 let first = self.history.seen() <= RECENT as u64;
                 if first {
                     if all.view_of_last().inlier.iter().any(|p| *p < DOUBTFUL) {
-                        self.fit_first(&models, reading.cycle);
+                        self.fit_first(&models, reading.cycle, true);
                     }
-                } else if self.watch.look(all) {
-                    change = self.explain(&models);
-                    match change {
-                        Some(_) => self.watch.reset(),
-                        None => self.watch.in_vain(),
+                } else {
+                    let suspicion = self.watch.look(all);
+                    change = self.explain(&models, suspicion);
+                    if change.is_some() {
+                        self.watch.reset();
                     }
                 }
             }
-            _ => self.fit_first(&models, reading.cycle),
+            _ => {
+                let thorough = THOROUGH_AT.contains(&self.history.seen());
+                self.fit_first(&models, reading.cycle, thorough);
+            }
         }
-        if self.growth == GrowthLaw::Exponential && self.history.seen() >= 3 {
-            self.set_exponential(&models);
-        }
+        self.follow_exponential(&models);
         self.estimate(&models, reading, change)
     }
 
-    /// Fits the first readings together.
-    fn fit_first(&mut self, models: &[FaultModel; 2], cycle: u64) {
+    /// Fits the first readings together; thoroughly means from scratch.
+    fn fit_first(&mut self, models: &[FaultModel; 2], cycle: u64, thorough: bool) {
         let origin = self.all.as_ref().map_or(cycle, |all| all.origin);
         let shape = self.all.as_ref().map_or(Shape::Linear, |all| all.shape);
-        let readings: Vec<Reading> = self.history.recent().iter().map(|entry| entry.reading).collect();
-        let all = Hypotheses::fit(models, &readings, origin, shape, &self.starts, &self.priors);
+        let readings: Vec<Reading> =
+            self.history.recent().iter().map(|entry| entry.reading).collect();
+        let all = match &self.all {
+            Some(all) if !thorough => all.fit_on(models, &readings, &self.starts, &self.priors),
+            _ => Hypotheses::fit(models, &readings, origin, shape, &self.starts, &self.priors),
+        };
         self.all = Some(all);
     }
 
     /// Looks for a story that explains the last readings better than the one
     /// followed so far, and follows it if there is one.
-    fn explain(&mut self, models: &[FaultModel; 2]) -> Option<Change> {
-        if self.growth == GrowthLaw::Auto && self.history.seen() >= LAW_FROM && self.try_exponential(models) {
+    fn explain(&mut self, models: &[FaultModel; 2], suspicion: Suspicion) -> Option<Change> {
+        if suspicion.law
+            && self.growth == GrowthLaw::Auto
+            && self.history.seen() >= LAW_FROM
+            && self.try_exponential(models)
+        {
             return Some(Change::Exponential);
+        }
+        if !suspicion.change {
+            return None;
         }
         let all = self.all.as_ref()?;
         let (mut best, mut best_gain) = (None, LN_RARE);
@@ -224,7 +251,9 @@ impl BayesEstimator {
         let Some(all) = &self.all else { return false };
         let (origin, noise) = (all.origin, all.tracks[all.leading() as usize].state.sigma2);
         let sample = self.history.sample();
-        let fit = |shape| Hypotheses::fit(models, &sample, origin, shape, &self.starts, &self.priors);
+        let fit = |shape| {
+            Hypotheses::fit(models, &sample, origin, shape, &self.starts, &self.priors)
+        };
         let linear = fit(Shape::Linear).ln_total();
         let best = self.best_exponential(models);
         // A step fits no exponential: the noise would have to be larger.
@@ -236,32 +265,42 @@ impl BayesEstimator {
         false
     }
 
+    /// The most probable rate: the best of a coarse list, then of its closer
+    /// neighbours.
     fn best_exponential(&self, models: &[FaultModel; 2]) -> Hypotheses {
         let sample = self.history.sample();
         let origin = self.all.as_ref().map_or(0, |all| all.origin);
         let fit = |rate: f64| {
             let shape = Shape::Exponential { rate };
-            Hypotheses::fit(models, &sample, origin, shape, &self.starts, &self.priors)
+            let all =
+                Hypotheses::fit(models, &sample, origin, shape, &self.starts, &self.priors);
+            (rate, all)
         };
-        let mut best = fit(RATES[0]);
-        for rate in &RATES[1..] {
-            let next = fit(*rate);
-            if next.ln_total() > best.ln_total() {
-                best = next;
-            }
-        }
-        best
+        let better = |a: (f64, Hypotheses), b: (f64, Hypotheses)| {
+            if b.1.ln_total() > a.1.ln_total() { b } else { a }
+        };
+        let coarse = RATES[1..].iter().map(|rate| fit(*rate)).fold(fit(RATES[0]), better);
+        let rate = coarse.0;
+        CLOSER.iter().map(|factor| fit(rate * factor)).fold(coarse, better).1
     }
 
-    /// With exponential growth asked for, its rate is found again from the
-    /// sample whenever that has a new reading in it.
-    fn set_exponential(&mut self, models: &[FaultModel; 2]) {
-        if self.history.seen() <= 32 || self.history.seen().is_multiple_of(8) {
+    /// Once growth is exponential, or with such growth asked for, its rate is
+    /// found again from the sample every few cycles.
+    fn follow_exponential(&mut self, models: &[FaultModel; 2]) {
+        let seen = self.history.seen();
+        let asked = self.growth == GrowthLaw::Exponential && seen >= 3;
+        let known = self.all.as_ref().is_some_and(|all| all.shape != Shape::Linear);
+        if (asked || known) && (seen <= RECENT as u64 || seen.is_multiple_of(RATE_EVERY)) {
             self.all = Some(self.best_exponential(models));
         }
     }
 
-    fn estimate(&self, models: &[FaultModel; 2], reading: &Reading, change: Option<Change>) -> BayesEstimate {
+    fn estimate(
+        &self,
+        models: &[FaultModel; 2],
+        reading: &Reading,
+        change: Option<Change>,
+    ) -> BayesEstimate {
         let all = self.all.as_ref().expect("an update makes the hypotheses");
         let total = all.ln_total();
         let [none, atmosphere, supply] = all.ln.map(|value| (value - total).exp());
@@ -277,7 +316,7 @@ impl BayesEstimator {
             leading,
             leak_area_m2: (start + growth * all.shape.phi(cycles)) * limit_m2,
             leak_rate_m2: growth * all.shape.rate_at(cycles) * limit_m2,
-            eol_cycle: at(life_phi),
+            eol_cycle: at(if cycles > 0.0 && none < GROWTH_IN_DOUBT { life_phi } else { eol_phi.p50 }),
             eol: Quantiles { p05: at(eol_phi.p05), p50: at(eol_phi.p50), p95: at(eol_phi.p95) },
             noise_sd_s: sigma2.sqrt(),
             inlier,

@@ -72,6 +72,27 @@ pub(crate) struct Hypotheses {
 }
 
 impl Hypotheses {
+    /// Fits readings that hold the ones these hypotheses were fitted to and few
+    /// more, starting from what is known.
+    pub(crate) fn fit_on(
+        &self,
+        models: &[FaultModel; 2],
+        readings: &[Reading],
+        starts: &StartViews,
+        priors: &Priors,
+    ) -> Self {
+        let phi = |cycle: u64| self.phi(cycle);
+        let tracks = Fault::ALL.map(|fault| {
+            let i = fault as usize;
+            let views = self.views(fault, starts);
+            let guess = Some(&self.tracks[i].state);
+            Track::fit(&models[i], readings, &phi, views, priors, guess)
+        });
+        let mut all = Self { tracks, none: NoneTrack::fit(models, readings, priors), ..self.clone() };
+        all.weigh(starts, priors);
+        all
+    }
+
     /// Fits readings from scratch.
     pub(crate) fn fit(
         models: &[FaultModel; 2],
@@ -85,14 +106,16 @@ impl Hypotheses {
         let mut healthy = [true; 2];
         let tracks = Fault::ALL.map(|fault| {
             let model = &models[fault as usize];
-            let fit = |views: &[View]| Track::fit(model, readings, &phi, views, priors);
+            let fit = |views: &[View]| Track::fit(model, readings, &phi, views, priors, None);
             let mut best = None;
             for (views, from_health) in [(&starts.healthy, true), (&starts.unknown, false)] {
                 if views.is_empty() {
                     continue;
                 }
                 let track = fit(views);
-                let better = best.is_none_or(|old: Track| track.state.ln_evidence > old.state.ln_evidence);
+                let better = best.is_none_or(|old: Track| {
+                    track.state.ln_evidence > old.state.ln_evidence
+                });
                 if better {
                     healthy[fault as usize] = from_health;
                     best = Some(track);
@@ -107,7 +130,13 @@ impl Hypotheses {
     }
 
     /// Adds one cycle.
-    pub(crate) fn update(&mut self, models: &[FaultModel; 2], reading: &Reading, starts: &StartViews, priors: &Priors) {
+    pub(crate) fn update(
+        &mut self,
+        models: &[FaultModel; 2],
+        reading: &Reading,
+        starts: &StartViews,
+        priors: &Priors,
+    ) {
         let phi = self.phi(reading.cycle);
         self.none.update(models, reading, priors);
         let mut best = priors.ln_none - priors.ln_fault + self.none.ln_evidence(&starts.none, priors);
@@ -116,12 +145,16 @@ impl Hypotheses {
         let other = Fault::ALL.into_iter().find(|fault| *fault != leading);
         for fault in [leading].into_iter().chain(other) {
             let i = fault as usize;
-            let views = if self.healthy[i] { &starts.healthy } else { &starts.unknown };
+            let views = self.views(fault, starts);
             let floor = best - NEGLIGIBLE;
             self.tracks[i].update(&models[i], reading, phi, views, priors, floor);
             best = best.max(self.tracks[i].state.ln_evidence);
         }
         self.weigh(starts, priors);
+    }
+
+    fn views<'v>(&self, fault: Fault, starts: &'v StartViews) -> &'v [View] {
+        if self.healthy[fault as usize] { &starts.healthy } else { &starts.unknown }
     }
 
     fn weigh(&mut self, starts: &StartViews, priors: &Priors) {

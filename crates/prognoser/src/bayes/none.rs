@@ -52,7 +52,12 @@ impl NoneTrack {
     }
 
     /// Adds one more cycle.
-    pub(crate) fn update(&mut self, models: &[FaultModel; 2], reading: &Reading, priors: &Priors) {
+    pub(crate) fn update(
+        &mut self,
+        models: &[FaultModel; 2],
+        reading: &Reading,
+        priors: &Priors,
+    ) {
         self.add(models, reading, priors);
         self.settle(priors);
     }
@@ -92,8 +97,10 @@ impl NoneTrack {
     /// of either kind, half of the probability each; without a leak the two
     /// are the same.
     pub(crate) fn ln_evidence(&self, views: &[View], priors: &Priors) -> f64 {
-        let one =
-            |sums: &Sums| ln_evidence_without_growth(sums, views, &priors.noise, self.sigma2) - std::f64::consts::LN_2;
+        let one = |sums: &Sums| {
+            ln_evidence_without_growth(sums, views, &priors.noise, self.sigma2)
+                - std::f64::consts::LN_2
+        };
         ln_sum([one(&self.sums[0]), one(&self.sums[1])].into_iter())
     }
 }

@@ -17,6 +17,8 @@ const NODES: usize = 24;
 const NARROW: f64 = 0.08;
 /// Half of the integration range in standard deviations of the likelihood.
 const REACH: f64 = 9.0;
+/// ln(2 pi).
+const LN_TAU: f64 = 1.837_877_066_409_345_3;
 
 /// A prior of the leak at the first cycle.
 #[derive(Clone, Copy, Debug)]
@@ -34,13 +36,19 @@ pub(crate) struct View {
 pub(crate) struct GrowthPrior {
     pub ln_median: f64,
     pub ln_sd: f64,
+    inverse_sd: f64,
+    ln_scale: f64,
 }
 
 impl GrowthPrior {
+    pub(crate) fn new(ln_median: f64, ln_sd: f64) -> Self {
+        Self { ln_median, ln_sd, inverse_sd: 1.0 / ln_sd, ln_scale: -ln_sd.ln() - 0.5 * LN_TAU }
+    }
+
     /// Logarithm of the density of ln g at u = ln g.
     fn ln_density(&self, u: f64) -> f64 {
-        let z = (u - self.ln_median) / self.ln_sd;
-        -0.5 * z * z - (self.ln_sd * (std::f64::consts::TAU).sqrt()).ln()
+        let z = (u - self.ln_median) * self.inverse_sd;
+        self.ln_scale - 0.5 * z * z
     }
 }
 
@@ -58,6 +66,8 @@ pub(crate) struct NoisePrior {
 #[derive(Clone, Copy, Debug, Default)]
 struct ViewFit {
     ln_peak: f64,
+    /// Logarithm of the integral of the likelihood over all g.
+    ln_area: f64,
     centre: f64,
     kappa: f64,
     a: f64,
@@ -69,14 +79,37 @@ struct ViewFit {
     start_var: f64,
 }
 
-impl ViewFit {
-    fn new(sums: &Sums, view: &View, noise: &NoisePrior, sigma2: f64) -> Self {
+/// What all views have in common.
+struct Common {
+    /// Shape of the noise variance's posterior.
+    a: f64,
+    /// Part of the evidence that does not depend on the view.
+    ln_rest: f64,
+    /// ln gamma(a - 1/2) - ln gamma(a).
+    ln_gamma_step: f64,
+}
+
+impl Common {
+    fn new(sums: &Sums, noise: &NoisePrior) -> Self {
         let a = noise.a + 0.5 * sums.n;
+        let ln_gamma_a = ln_gamma(a);
+        Self {
+            a,
+            ln_rest: sums.ln_extra + ln_gamma_a - ln_gamma(noise.a) + noise.a * quick_ln(noise.b)
+                - 0.5 * sums.n * LN_TAU,
+            ln_gamma_step: ln_gamma(a - 0.5) - ln_gamma_a,
+        }
+    }
+}
+
+impl ViewFit {
+    fn new(sums: &Sums, view: &View, noise: &NoisePrior, sigma2: f64, common: &Common) -> Self {
+        let a = common.a;
         let (s0, b0, c, occam) = if view.sd > 0.0 {
             let lambda = sigma2 / (view.sd * view.sd);
             let s0 = sums.s0 + lambda;
             let b0 = sums.b0 + lambda * view.mean;
-            (s0, b0, sums.c + lambda * view.mean * view.mean, 0.5 * (lambda / s0).ln())
+            (s0, b0, sums.c + lambda * view.mean * view.mean, 0.5 * quick_ln(lambda / s0))
         } else {
             (f64::INFINITY, 0.0, sums.c, 0.0)
         };
@@ -86,10 +119,10 @@ impl ViewFit {
         let centre = (sums.b1 - sums.s1 * start_0) / kappa;
         let rss = (c - b0 * start_0 - kappa * centre * centre).max(0.0);
         let b = noise.b + 0.5 * rss;
-        let ln_peak = view.ln_weight + occam + sums.ln_extra + ln_gamma(a) - ln_gamma(noise.a) + noise.a * noise.b.ln()
-            - a * b.ln()
-            - 0.5 * sums.n * std::f64::consts::TAU.ln();
-        Self { ln_peak, centre, kappa, a, b, start_0, start_g, start_var: 1.0 / s0 }
+        let ln_peak = view.ln_weight + occam + common.ln_rest - a * quick_ln(b);
+        let ln_area =
+            ln_peak + 0.5 * quick_ln(std::f64::consts::TAU * b / kappa) + common.ln_gamma_step;
+        Self { ln_peak, ln_area, centre, kappa, a, b, start_0, start_g, start_var: 1.0 / s0 }
     }
 
     fn ln_at(&self, g: f64) -> f64 {
@@ -104,12 +137,6 @@ impl ViewFit {
     /// Scale of the Student t in g.
     fn scale(&self) -> f64 {
         (2.0 * self.b / (self.kappa * self.dof())).sqrt()
-    }
-
-    /// Logarithm of the integral of the likelihood over all g.
-    fn ln_area(&self) -> f64 {
-        self.ln_peak + 0.5 * (std::f64::consts::TAU * self.b / self.kappa).ln() + ln_gamma(self.a - 0.5)
-            - ln_gamma(self.a)
     }
 
     fn sigma2(&self, g: f64) -> f64 {
@@ -151,8 +178,14 @@ pub(crate) struct Posterior {
 
 /// Logarithm of the probability of the data if the leak stays what it is at
 /// the start.
-pub(crate) fn ln_evidence_without_growth(sums: &Sums, views: &[View], noise: &NoisePrior, sigma2: f64) -> f64 {
-    ln_sum(views.iter().map(|view| ViewFit::new(sums, view, noise, sigma2).ln_at(0.0)))
+pub(crate) fn ln_evidence_without_growth(
+    sums: &Sums,
+    views: &[View],
+    noise: &NoisePrior,
+    sigma2: f64,
+) -> f64 {
+    let common = Common::new(sums, noise);
+    ln_sum(views.iter().map(|view| ViewFit::new(sums, view, noise, sigma2, &common).ln_at(0.0)))
 }
 
 /// The posterior of a growing leak. If its evidence is certainly below `floor`
@@ -168,15 +201,16 @@ pub(crate) fn posterior(
 ) -> Posterior {
     let mut fits = [ViewFit::default(); 3];
     let count = views.len().min(fits.len());
+    let common = Common::new(sums, noise);
     for (fit, view) in fits.iter_mut().zip(views) {
-        *fit = ViewFit::new(sums, view, noise, sigma2);
+        *fit = ViewFit::new(sums, view, noise, sigma2, &common);
     }
     let fits = &fits[..count];
     let narrow = |fit: &ViewFit| fit.centre > 0.0 && fit.scale() < NARROW * fit.centre;
     // The view that the data like best decides how the integral is done.
     let best = fits
         .iter()
-        .max_by(|x, y| x.ln_area().total_cmp(&y.ln_area()))
+        .max_by(|x, y| x.ln_area.total_cmp(&y.ln_area))
         .expect("there is at least one view of the start");
     // The prior integrates to one, so that the likelihood's largest value is
     // a bound of the evidence. A hypothesis that is out by far is not worth
@@ -204,9 +238,10 @@ pub(crate) fn most_likely(
 ) -> Posterior {
     let mut out = Posterior::default();
     let mut best = f64::NEG_INFINITY;
+    let common = Common::new(sums, noise);
     for view in views {
-        let fit = ViewFit::new(sums, view, noise, sigma2);
-        let ln_area = fit.ln_area();
+        let fit = ViewFit::new(sums, view, noise, sigma2, &common);
+        let ln_area = fit.ln_area;
         if ln_area > best || best == f64::NEG_INFINITY {
             best = ln_area;
             let highest = (prior.ln_median + 4.0 * prior.ln_sd).exp();
@@ -226,9 +261,9 @@ fn closed(fits: &[ViewFit], prior: &GrowthPrior) -> Posterior {
         if fit.centre <= 0.0 {
             continue;
         }
-        let u = fit.centre.ln();
+        let u = quick_ln(fit.centre);
         let variance = fit.scale().powi(2);
-        *ln_weight = fit.ln_area() + prior.ln_density(u) - u;
+        *ln_weight = fit.ln_area + prior.ln_density(u) - u;
         // d ln(prior density of g) / dg at the centre.
         let pull = (-(u - prior.ln_median) / (prior.ln_sd * prior.ln_sd) - 1.0) / fit.centre;
         let g = fit.centre + variance * pull;
@@ -244,7 +279,7 @@ fn closed(fits: &[ViewFit], prior: &GrowthPrior) -> Posterior {
     out.ln_evidence = ln_sum(ln_weights.iter().copied());
     let (mut rate, mut square, mut dof, mut best) = (0.0, 0.0, 0.0, 0);
     for i in 0..fits.len() {
-        let p = (ln_weights[i] - out.ln_evidence).exp();
+        let p = quick_exp((ln_weights[i] - out.ln_evidence).min(0.0));
         rate += p * shapes[i].1;
         square += p * (shapes[i].1.powi(2) + shapes[i].2);
         dof += p * fits[i].dof();
@@ -253,8 +288,11 @@ fn closed(fits: &[ViewFit], prior: &GrowthPrior) -> Posterior {
         }
     }
     let half_width = t_quantile_95(dof) * (square - rate * rate).max(0.0).sqrt();
-    out.eol_phi =
-        Quantiles { p05: 1.0 / (rate + half_width), p50: 1.0 / rate, p95: 1.0 / (rate - half_width).max(1e-12) };
+    out.eol_phi = Quantiles {
+        p05: 1.0 / (rate + half_width),
+        p50: 1.0 / rate,
+        p95: 1.0 / (rate - half_width).max(1e-12),
+    };
     out.life_phi = 1.0 / rate;
     out.set_point(&fits[best], shapes[best].0);
     out
@@ -262,55 +300,62 @@ fn closed(fits: &[ViewFit], prior: &GrowthPrior) -> Posterior {
 
 /// Some view wide in g: a sum over nodes evenly spaced in ln g.
 fn summed(fits: &[ViewFit], prior: &GrowthPrior, phi: f64) -> Posterior {
-    let lowest = prior.ln_median - 4.0 * prior.ln_sd;
     // End of life after less than one cycle is no prognosis.
     let highest = (prior.ln_median + 4.0 * prior.ln_sd).min(0.0);
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    let mut finest = f64::INFINITY;
     for fit in fits {
-        let reach = REACH * fit.scale();
+        let scale = fit.scale();
+        finest = finest.min(scale);
+        let reach = REACH * scale;
         low = low.min(fit.centre - reach);
         high = high.max(fit.centre + reach);
     }
+    // Where the data exclude all but the slowest growth, the range reaches as
+    // far down as they can tell it from none.
+    let lowest = (prior.ln_median - 4.0 * prior.ln_sd)
+        .min(quick_ln((0.1 * finest).max(f64::MIN_POSITIVE)))
+        .max(prior.ln_median - 12.0 * prior.ln_sd);
     let low = if low > 0.0 { low.ln().max(lowest) } else { lowest };
     let high = if high > 0.0 { high.ln().min(highest) } else { lowest };
     let high = high.max(low + 1e-3);
     let step = (high - low) / (NODES - 1) as f64;
 
-    let mut ln_p = [[f64::NEG_INFINITY; 3]; NODES];
+    let nodes: [f64; NODES] = std::array::from_fn(|i| low + step * i as f64);
+    let growths = nodes.map(quick_exp);
+    let ln_prior = nodes.map(|u| prior.ln_density(u));
+    // Plain loops over arrays of a fixed size, which compilers turn into
+    // vector instructions.
+    let mut ln_p = [[f64::NEG_INFINITY; NODES]; 3];
     let mut top = f64::NEG_INFINITY;
-    let mut growths = [0.0; NODES];
-    for (i, (row, growth)) in ln_p.iter_mut().zip(&mut growths).enumerate() {
-        let u = low + step * i as f64;
-        *growth = quick_exp(u);
-        let ln_prior = prior.ln_density(u);
-        for (value, fit) in row.iter_mut().zip(fits) {
-            *value = ln_prior + fit.ln_at(*growth);
-            top = top.max(*value);
+    for (row, fit) in ln_p.iter_mut().zip(fits) {
+        for i in 0..NODES {
+            row[i] = ln_prior[i] + fit.ln_at(growths[i]);
         }
+        top = row.iter().fold(top, |top, value| top.max(*value));
     }
     let mut weights = [0.0; NODES];
-    let mut lives = [0.0; NODES];
+    let mut rooms = [0.0; NODES];
     let mut by_view = [0.0; 3];
-    let mut urgency = [0.0; NODES];
-    let (mut total, mut mean, mut rate) = (0.0, 0.0, 0.0);
-    for i in 0..NODES {
-        let (mut weight, mut life) = (0.0, 0.0);
-        for (v, fit) in fits.iter().enumerate() {
-            let p = quick_exp(ln_p[i][v] - top);
-            weight += p;
-            by_view[v] += p;
-            let start = fit.start_0 - fit.start_g * growths[i];
-            life += p * (1.0 - start) / growths[i];
+    for ((row, fit), share) in ln_p.iter().zip(fits).zip(&mut by_view) {
+        let p = row.map(|value| quick_exp(value - top));
+        for i in 0..NODES {
+            weights[i] += p[i];
+            rooms[i] += p[i] * (1.0 - fit.start_0 + fit.start_g * growths[i]);
         }
-        weights[i] = weight;
-        lives[i] = if weight > 0.0 { life / weight } else { 1.0 / growths[i] };
-        total += weight;
-        mean += weight * growths[i];
-        urgency[i] = weight / (lives[i] - phi).max(0.25 * lives[i]);
-        rate += urgency[i];
+        *share = p.iter().sum();
     }
+    let mut lives = [0.0; NODES];
+    let mut urgency = [0.0; NODES];
+    for i in 0..NODES {
+        lives[i] = (rooms[i] / (weights[i] * growths[i]).max(f64::MIN_POSITIVE)).max(1e-9);
+        urgency[i] = weights[i] / (lives[i] - phi).max(0.25 * lives[i]);
+    }
+    let total: f64 = weights.iter().sum();
+    let rate: f64 = urgency.iter().sum();
+    let mean: f64 = weights.iter().zip(&growths).map(|(weight, growth)| weight * growth).sum();
     let best = (0..fits.len()).max_by(|&x, &y| by_view[x].total_cmp(&by_view[y])).unwrap_or(0);
-    let mut out = Posterior { ln_evidence: top + (total * step).ln(), ..Posterior::default() };
+    let mut out = Posterior { ln_evidence: top + quick_ln(total * step), ..Posterior::default() };
     // A long life is a small growth: the quantiles run against each other.
     let life_at = |share: f64, weights: &[f64; NODES], total: f64| {
         let mut below = 0.0;
@@ -321,7 +366,7 @@ fn summed(fits: &[ViewFit], prior: &GrowthPrior, phi: f64) -> Posterior {
                 let into = if weights[i] > 0.0 { (share * total - below) / weights[i] } else { 0.5 };
                 let j = if into < 0.5 { (i + 1).min(NODES - 1) } else { i.saturating_sub(1) };
                 let t = (into - 0.5).abs();
-                return (lives[i].max(1e-9).ln() * (1.0 - t) + lives[j].max(1e-9).ln() * t).exp();
+                return lives[i] * (lives[j] / lives[i]).powf(t);
             }
             below = next;
         }
@@ -340,7 +385,11 @@ impl Posterior {
         self.start = fit.start_0 - fit.start_g * growth;
         self.sigma2 = fit.sigma2(growth);
         let g_var = 1.0 / fit.kappa;
-        self.cov = [fit.start_var + fit.start_g * fit.start_g * g_var, -fit.start_g * g_var, g_var];
+        self.cov = [
+            fit.start_var + fit.start_g * fit.start_g * g_var,
+            -fit.start_g * g_var,
+            g_var,
+        ];
     }
 }
 
@@ -350,5 +399,5 @@ pub(crate) fn ln_sum(terms: impl Iterator<Item = f64> + Clone) -> f64 {
     if top == f64::NEG_INFINITY {
         return top;
     }
-    top + terms.map(|t| (t - top).exp()).sum::<f64>().ln()
+    top + quick_ln(terms.map(|t| quick_exp(t - top)).sum::<f64>())
 }

@@ -9,9 +9,11 @@ use crate::reading::Reading;
 
 /// Rounds of reweighting when the first readings are fitted together.
 const ROUNDS: usize = 5;
+/// The same if the estimate before is close.
+const ROUNDS_FROM_GUESS: usize = 2;
 /// Change of leak (in limits) and of noise (relative) below which the rounds
 /// end.
-const SETTLED: f64 = 1e-3;
+const SETTLED: f64 = 1e-2;
 /// Smallest growth at which the timings are linearised, in limits per cycle.
 const SMALLEST_GROWTH: f64 = 1e-5;
 /// Predicted standard deviations beyond which a timing is linearised again
@@ -45,17 +47,26 @@ pub(crate) struct Track {
 }
 
 impl Track {
-    /// Fits the first readings together, from scratch: `shape` gives phi of a
-    /// cycle.
+    /// Fits readings together; `shape` gives phi of a cycle. Without a guess
+    /// it starts from medians, which no few glitches can mislead.
     pub(crate) fn fit(
         model: &FaultModel,
         readings: &[Reading],
         shape: &impl Fn(u64) -> f64,
         views: &[View],
         priors: &Priors,
+        guess: Option<&Posterior>,
     ) -> Self {
-        let (mut start, mut growth) = first_guess(model, readings, shape, views);
-        let mut sigma2 = first_variance(model, readings, shape, (start, growth), &priors.noise);
+        let (mut start, mut growth, mut sigma2) = guess.map_or_else(
+            || {
+                let (start, growth) = first_guess(model, readings, shape, views);
+                let line = (start, growth);
+                let sigma2 = first_variance(model, readings, shape, line, &priors.noise);
+                (start, growth, sigma2)
+            },
+            |known| (known.start, known.growth, known.sigma2),
+        );
+        let rounds = if guess.is_some() { ROUNDS_FROM_GUESS } else { ROUNDS };
         let mut track = Self {
             sums: Sums::default(),
             state: Posterior::default(),
@@ -64,7 +75,7 @@ impl Track {
             residual_s: [None; 2],
         };
         let last = readings.last().map_or(0.0, |reading| shape(reading.cycle));
-        for _ in 0..ROUNDS {
+        for _ in 0..rounds {
             track.sums = Sums::default();
             for reading in readings {
                 let phi = shape(reading.cycle);
@@ -75,7 +86,8 @@ impl Track {
                         Some(time) => {
                             let lin = linearise(model, stroke, leak, time);
                             let window = model.window_s(stroke);
-                            let (p, ln_extra) = priors.glitch.inlier(lin.residual, sigma2, window);
+                            let (p, ln_extra) =
+                                priors.glitch.inlier(lin.residual, sigma2, window);
                             track.sums.add(phi, &lin, p);
                             track.sums.ln_extra += ln_extra;
                             track.inlier[i] = p;
@@ -87,8 +99,7 @@ impl Track {
                 }
             }
             let peak = most_likely(&track.sums, views, &priors.noise, &priors.growth, sigma2);
-            let moved = (peak.start - start).abs()
-                + (peak.growth - growth).abs() * last.max(1.0)
+            let moved = (peak.start - start).abs() + (peak.growth - growth).abs() * last.max(1.0)
                 + (peak.sigma2 / sigma2 - 1.0).abs();
             (start, growth, sigma2) = (peak.start, peak.growth, peak.sigma2);
             track.state.cov = peak.cov;
@@ -203,10 +214,17 @@ fn linearise(model: &FaultModel, stroke: Stroke, leak: f64, time_s: f64) -> Line
 
 /// Start and growth from medians of the inverted timings: not moved by a few
 /// glitches.
-fn first_guess(model: &FaultModel, readings: &[Reading], shape: &impl Fn(u64) -> f64, views: &[View]) -> (f64, f64) {
+fn first_guess(
+    model: &FaultModel,
+    readings: &[Reading],
+    shape: &impl Fn(u64) -> f64,
+    views: &[View],
+) -> (f64, f64) {
     let leaks = |reading: &Reading| {
         let reading = *reading;
-        Stroke::ALL.into_iter().filter_map(move |s| reading.time_s(s).map(|t| model.leak_at(s, t)))
+        Stroke::ALL
+            .into_iter()
+            .filter_map(move |s| reading.time_s(s).map(|t| model.leak_at(s, t)))
     };
     let healthy = views.iter().any(|view| view.sd == 0.0);
     if healthy {
@@ -246,9 +264,9 @@ fn first_variance(
 ) -> f64 {
     let residuals = readings.iter().flat_map(|reading| {
         let leak = start + growth * shape(reading.cycle);
-        Stroke::ALL
-            .into_iter()
-            .filter_map(move |stroke| Some(linearise(model, stroke, leak, reading.time_s(stroke)?).residual))
+        Stroke::ALL.into_iter().filter_map(move |stroke| {
+            Some(linearise(model, stroke, leak, reading.time_s(stroke)?).residual)
+        })
     });
     robust_variance(residuals, prior)
 }
@@ -267,5 +285,9 @@ fn median(values: &mut [f64]) -> Option<f64> {
     }
     values.sort_by(f64::total_cmp);
     let middle = values.len() / 2;
-    Some(if values.len() % 2 == 1 { values[middle] } else { 0.5 * (values[middle - 1] + values[middle]) })
+    Some(if values.len() % 2 == 1 {
+        values[middle]
+    } else {
+        0.5 * (values[middle - 1] + values[middle])
+    })
 }
