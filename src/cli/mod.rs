@@ -10,7 +10,9 @@ use std::path::PathBuf;
 use clap::{Parser, Subcommand, ValueEnum};
 
 pub use model::{EffectsArgs, RevertArgs, SimulateArgs};
-pub use prognosis::{BuildTablesArgs, DemoArgs, GrowthName, MethodName, PrognoseArgs, StartName, StreamFormat};
+pub use prognosis::{
+    BuildTablesArgs, DemoArgs, EvaluateArgs, GrowthName, MethodName, PrognoseArgs, StartName, StreamFormat,
+};
 
 /// Physics-based prognosis of pneumatic valves from their stroke times
 ///
@@ -40,6 +42,8 @@ pub enum Verb {
     BuildTables(BuildTablesArgs),
     /// Estimate fault, leak and remaining useful life from a timing log
     Prognose(PrognoseArgs),
+    /// Say how good the prognosis of a valve is, on simulated lives with known ends
+    Evaluate(EvaluateArgs),
     /// Show the whole chain on data that the program carries: nothing to set up
     Demo(DemoArgs),
     /// List the physical effects that can be added to a valve file, or explain one

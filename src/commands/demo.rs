@@ -18,7 +18,7 @@ use crate::cli::DemoArgs;
 use crate::failure::Answer;
 use crate::output::{self, Align, PlotFile, TextTable};
 
-const VALVE: &str = include_str!("../../models/testbed-valve.toml");
+const VALVE: &str = include_str!("../../models/testbed.toml");
 const LOG: &str = include_str!("../../data/leaking-valve.csv");
 /// Growth of the leak with which the log was made, mm2 per cycle; see `data/README.md`.
 const TRUE_GROWTH_MM2: f64 = 0.0231;
@@ -28,7 +28,7 @@ const SHOWN: [u64; 9] = [1, 2, 3, 5, 8, 12, 14, 18, 24];
 /// Simulates the valve, builds its tables, reads the log.
 pub fn run(args: &DemoArgs) -> anyhow::Result<Answer> {
     let plot = PlotFile::create(args.plot.as_deref())?;
-    let file = ValveFile::parse(VALVE, "models/testbed-valve.toml")?;
+    let file = ValveFile::parse(VALVE, "models/testbed.toml")?;
     let start = Instant::now();
 
     let conditions = Conditions::nominal(file.valve().parameters());

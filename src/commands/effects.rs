@@ -16,7 +16,7 @@ use crate::failure::{Answer, Hinted};
 use crate::output::{self, Align, PlotFile, TextTable};
 
 /// The valve on which an effect is shown unless another is given.
-const REFERENCE_VALVE: &str = include_str!("../../models/testbed-valve.toml");
+const REFERENCE_VALVE: &str = include_str!("../../models/testbed.toml");
 
 /// Lists the catalogue or explains one effect.
 pub fn run(args: &EffectsArgs) -> anyhow::Result<Answer> {
@@ -46,7 +46,7 @@ pub fn run(args: &EffectsArgs) -> anyhow::Result<Answer> {
 }
 
 fn reference_valve() -> anyhow::Result<ValveFile> {
-    Ok(ValveFile::parse(REFERENCE_VALVE, "models/testbed-valve.toml")?)
+    Ok(ValveFile::parse(REFERENCE_VALVE, "models/testbed.toml")?)
 }
 
 fn list(format: Format) -> anyhow::Result<Answer> {

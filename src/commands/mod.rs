@@ -3,6 +3,7 @@
 mod build_tables;
 mod demo;
 mod effects;
+mod evaluate;
 mod manual;
 mod prognose;
 mod revert;
@@ -19,6 +20,7 @@ pub fn run(verb: &Verb) -> anyhow::Result<Answer> {
         Verb::Simulate(args) => simulate::run(args),
         Verb::BuildTables(args) => build_tables::run(args),
         Verb::Prognose(args) => prognose::run(args),
+        Verb::Evaluate(args) => evaluate::run(args),
         Verb::Demo(args) => demo::run(args),
         Verb::Effects(args) => effects::run(args),
         Verb::Revert(args) => revert::run(args),

@@ -15,7 +15,7 @@ impl Sandbox {
     pub fn new() -> Self {
         let dir = tempfile::tempdir().expect("a temporary directory");
         let sandbox = Self { dir };
-        sandbox.write("valve.toml", include_str!("../../models/testbed-valve.toml"));
+        sandbox.write("valve.toml", include_str!("../../models/testbed.toml"));
         sandbox
     }
 

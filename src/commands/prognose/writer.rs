@@ -122,7 +122,7 @@ impl<W: Write> Writer<W> {
         ];
         for value in values {
             match value {
-                Some(value) => write!(self.out, ",{value}")?,
+                Some(value) => write!(self.out, ",{value:?}")?,
                 None => write!(self.out, ",")?,
             }
         }
