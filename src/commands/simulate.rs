@@ -118,6 +118,7 @@ struct ConditionsOut {
 }
 
 #[derive(Serialize)]
+#[expect(clippy::struct_field_names, reason = "a raw number carries its unit in its name")]
 struct ScheduleOut {
     close_at_s: f64,
     open_at_s: f64,

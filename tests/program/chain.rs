@@ -1,12 +1,10 @@
 //! The whole chain on the command line: valve file, tables, timing log, remaining life.
 
-mod support;
-
 use std::fs;
 use std::io::{BufRead, BufReader, Write};
 use std::process::Stdio;
 
-use support::{Sandbox, shown};
+use crate::support::{Sandbox, shown};
 
 fn json_lines(bytes: &[u8]) -> Vec<serde_json::Value> {
     let text = std::str::from_utf8(bytes).unwrap();
@@ -197,7 +195,8 @@ fn study_as_json() {
     let sandbox = Sandbox::new();
     let call = ["evaluate", "valve.toml", "--seeds", "20", "--noise-variance", "0,1e-3", "--format", "json"];
     let output = sandbox.valve(&call);
-    let study: serde_json::Value = serde_json::from_slice(&output.stdout).expect(&shown(&output));
+    let study: serde_json::Value =
+        serde_json::from_slice(&output.stdout).unwrap_or_else(|error| panic!("{error}\n{}", shown(&output)));
     let results = study["results"].as_array().unwrap();
     assert_eq!(results.len(), 8, "two faults, two noises, two methods");
     for result in results {

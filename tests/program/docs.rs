@@ -1,10 +1,8 @@
 //! What the documents show is what the program does.
 
-mod support;
+use crate::support::{self, Sandbox, shown};
 
-use support::{Sandbox, shown};
-
-const README: &str = include_str!("../README.md");
+const README: &str = include_str!("../../README.md");
 
 /// Calls of the program in the README's blocks of commands.
 fn calls() -> Vec<Vec<&'static str>> {
@@ -36,6 +34,6 @@ fn picture_of_the_readme_is_what_the_demo_draws() {
     let output = sandbox.valve(&["demo", "--plot", "life.svg"]);
     assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
     let drawn = sandbox.read("life.svg");
-    let shown = include_str!("../docs/life.svg");
+    let shown = include_str!("../../docs/life.svg");
     assert!(drawn == shown, "draw it again: cargo run --release -- demo --plot docs/life.svg");
 }
