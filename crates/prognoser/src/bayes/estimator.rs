@@ -228,6 +228,10 @@ impl BayesEstimator {
                 (Change::Repaired, from, &known(&self.restart.healthy)),
                 (Change::Broken, from, &any),
             ] {
+                // A few readings alone cannot speak against all before them.
+                if kind == Change::Reread && window < RECENT {
+                    continue;
+                }
                 let shape = if kind == Change::Reread { all.shape } else { Shape::Linear };
                 let fit = Hypotheses::fit(models, &readings, origin, shape, starts, &self.priors);
                 let gain = fit.ln_total() - present;
