@@ -73,7 +73,11 @@ struct Valve {
 impl Prognoser {
     /// A prognoser that has seen no valve.
     pub fn new(tables: Arc<TableBundle>, method: Method) -> Self {
-        Self { tables, method, valves: HashMap::new() }
+        Self {
+            tables,
+            method,
+            valves: HashMap::new(),
+        }
     }
 
     /// Number of valves seen.
@@ -85,9 +89,13 @@ impl Prognoser {
     /// used gives the last prognosis of its valve again, with a notice.
     pub fn push(&mut self, row: &LogRow<'_>) -> Prognosis {
         if !self.valves.contains_key(row.valve) {
-            self.valves.insert(row.valve.to_owned(), Valve::new(&self.method));
+            self.valves
+                .insert(row.valve.to_owned(), Valve::new(&self.method));
         }
-        let valve = self.valves.get_mut(row.valve).expect("it was inserted if it was missing");
+        let valve = self
+            .valves
+            .get_mut(row.valve)
+            .expect("it was inserted if it was missing");
         let mut prognosis = valve.push(&self.tables, &self.method, row.valve, &row.reading);
         prognosis.time = row.time.map(str::to_owned);
         prognosis
@@ -123,7 +131,11 @@ impl Valve {
                 if self.seen.contains(&Some(reading.cycle)) && self.late.is_empty() {
                     return self.unused(name, reading, Notice::RepeatedCycle);
                 }
-                if self.late.last().is_some_and(|before| before.cycle >= reading.cycle) {
+                if self
+                    .late
+                    .last()
+                    .is_some_and(|before| before.cycle >= reading.cycle)
+                {
                     self.late.clear();
                 }
                 self.late.push(*reading);
@@ -149,8 +161,10 @@ impl Valve {
 
     /// The last prognosis again, for a row that is not used.
     fn unused(&self, name: &str, reading: &Reading, notice: Notice) -> Prognosis {
-        let mut prognosis =
-            self.last.clone().unwrap_or_else(|| blank(name, reading.cycle));
+        let mut prognosis = self
+            .last
+            .clone()
+            .unwrap_or_else(|| blank(name, reading.cycle));
         prognosis.cycle = reading.cycle;
         prognosis.notices = vec![notice];
         prognosis
@@ -184,20 +198,31 @@ impl Valve {
                 };
                 let residuals = [sound(0), sound(1)];
                 let healthy = Stroke::ALL.map(|stroke| {
-                    tables.table(Fault::Atmosphere).curve(stroke).end_times_s().0
+                    tables
+                        .table(Fault::Atmosphere)
+                        .curve(stroke)
+                        .end_times_s()
+                        .0
                 });
-                self.monitor.look(residuals, healthy, stated, estimate.leading, &mut notices);
+                self.monitor
+                    .look(residuals, healthy, stated, estimate.leading, &mut notices);
                 from_bayes(name, reading, &estimate, config.name_from, over_limit)
             }
-            (Estimator::Ols(estimator), _) => {
-                from_ols(name, reading, &estimator.update(tables, reading), over_limit)
-            }
+            (Estimator::Ols(estimator), _) => from_ols(
+                name,
+                reading,
+                &estimator.update(tables, reading),
+                over_limit,
+            ),
             (Estimator::Bayes(_), Method::Ols) => {
                 unreachable!("the estimator is made by the method, which never changes")
             }
         };
         prognosis.notices = notices;
-        self.last = Some(Prognosis { notices: Vec::new(), ..prognosis.clone() });
+        self.last = Some(Prognosis {
+            notices: Vec::new(),
+            ..prognosis.clone()
+        });
         prognosis
     }
 }
@@ -229,7 +254,9 @@ fn remark(
     notices: &mut Vec<Notice>,
 ) {
     for (i, stroke) in Stroke::ALL.into_iter().enumerate() {
-        let Some(time) = reading.time_s(stroke) else { continue };
+        let Some(time) = reading.time_s(stroke) else {
+            continue;
+        };
         let (mut shortest_s, mut longest_s) = (f64::INFINITY, f64::NEG_INFINITY);
         for fault in Fault::ALL {
             let (a, b) = tables.table(fault).curve(stroke).end_times_s();
@@ -238,7 +265,12 @@ fn remark(
         }
         let margin = OUTSIDE_FROM * estimate.noise_sd_s;
         if time < shortest_s - margin || time > longest_s + margin {
-            notices.push(Notice::OutsideTables { stroke, found_s: time, shortest_s, longest_s });
+            notices.push(Notice::OutsideTables {
+                stroke,
+                found_s: time,
+                shortest_s,
+                longest_s,
+            });
         }
         if estimate.inlier[i] < GLITCH_BELOW
             && let Some(residual_s) = estimate.residual_s[i]
@@ -320,13 +352,17 @@ fn from_ols(
     over_limit: [bool; 2],
 ) -> Prognosis {
     let mut prognosis = blank(name, reading.cycle);
-    let Some(fault) = estimate.fault else { return prognosis };
+    let Some(fault) = estimate.fault else {
+        return prognosis;
+    };
     prognosis.fault = fault.into();
     prognosis.leak_area_mm2 = estimate.leak_area_m2.map(mm2_from_m2);
     prognosis.leak_rate_mm2_per_cycle = estimate.leak_rate_m2.map(mm2_from_m2);
     prognosis.eol_cycle = estimate.eol_cycle;
     prognosis.rul_cycles = estimate.rul_cycles;
-    let reached = estimate.eol_cycle.is_some_and(|eol| eol <= reading.cycle as f64);
+    let reached = estimate
+        .eol_cycle
+        .is_some_and(|eol| eol <= reading.cycle as f64);
     prognosis.status = if reached || over_limit.contains(&true) {
         Status::EolReached
     } else {

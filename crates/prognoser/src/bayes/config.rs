@@ -76,7 +76,10 @@ pub struct BayesConfig {
 impl Default for BayesConfig {
     fn default() -> Self {
         Self {
-            noise: Noise::Estimated { prior_readings: 2.0, prior_sd_s: 0.012 },
+            noise: Noise::Estimated {
+                prior_readings: 2.0,
+                prior_sd_s: 0.012,
+            },
             start: StartPrior::Healthy,
             no_start_leak: 0.9,
             start_sd: 0.01,

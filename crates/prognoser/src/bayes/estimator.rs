@@ -16,6 +16,8 @@ use crate::reading::Reading;
 
 /// Rates of exponential growth tried, per cycle.
 const RATES: [f64; 8] = [0.01, 0.02, 0.04, 0.06, 0.09, 0.14, 0.2, 0.3];
+/// Largest product of rate and cycles.
+const MOST_FOLDS: f64 = 50.0;
 /// Multiples of the best of them that are tried as well.
 const CLOSER: [f64; 4] = [0.8, 0.9, 1.1, 1.25];
 /// Cycles after which an exponential rate is looked for again.
@@ -111,17 +113,33 @@ impl BayesEstimator {
             Noise::Known { .. } => 1e6,
             Noise::Estimated { prior_readings, .. } => 0.5 * prior_readings,
         };
-        let (Noise::Known { sd_s } | Noise::Estimated { prior_sd_s: sd_s, .. }) = config.noise;
-        let noise = NoisePrior { a, b: a * sd_s * sd_s };
+        let (Noise::Known { sd_s }
+        | Noise::Estimated {
+            prior_sd_s: sd_s, ..
+        }) = config.noise;
+        let noise = NoisePrior {
+            a,
+            b: a * sd_s * sd_s,
+        };
         let growth = GrowthPrior::new(-config.life_median_cycles.ln(), config.life_ln_sd);
         let healthy = |weight: f64| {
-            let view = |share: f64, sd| View { ln_weight: (weight * share).ln(), mean: 0.0, sd };
+            let view = |share: f64, sd| View {
+                ln_weight: (weight * share).ln(),
+                mean: 0.0,
+                sd,
+            };
             vec![
                 view(config.no_start_leak, 0.0),
                 view(1.0 - config.no_start_leak, config.start_sd),
             ]
         };
-        let any = |weight: f64| vec![View { ln_weight: weight.ln(), mean: 0.4, sd: 0.4 }];
+        let any = |weight: f64| {
+            vec![View {
+                ln_weight: weight.ln(),
+                mean: 0.4,
+                sd: 0.4,
+            }]
+        };
         let none = healthy(1.0);
         let starts = match config.start {
             StartPrior::Healthy => StartViews {
@@ -129,20 +147,28 @@ impl BayesEstimator {
                 unknown: any(config.wrong_start),
                 none: none.clone(),
             },
-            StartPrior::Unknown => {
-                StartViews { healthy: Vec::new(), unknown: any(1.0), none: none.clone() }
-            }
+            StartPrior::Unknown => StartViews {
+                healthy: Vec::new(),
+                unknown: any(1.0),
+                none: none.clone(),
+            },
         };
         Self {
             priors: Priors {
                 noise,
                 growth,
-                glitch: GlitchModel { share: config.outlier_share },
+                glitch: GlitchModel {
+                    share: config.outlier_share,
+                },
                 ln_none: config.no_fault.ln(),
                 ln_fault: (0.5 * (1.0 - config.no_fault)).ln(),
             },
             starts,
-            restart: StartViews { healthy: healthy(0.5), unknown: any(0.5), none },
+            restart: StartViews {
+                healthy: healthy(0.5),
+                unknown: any(0.5),
+                none,
+            },
             growth: config.growth,
             history: History::default(),
             watch: Watch::default(),
@@ -187,8 +213,12 @@ impl BayesEstimator {
     fn fit_first(&mut self, models: &[FaultModel; 2], cycle: u64, thorough: bool) {
         let origin = self.all.as_ref().map_or(cycle, |all| all.origin);
         let shape = self.all.as_ref().map_or(Shape::Linear, |all| all.shape);
-        let readings: Vec<Reading> =
-            self.history.recent().iter().map(|entry| entry.reading).collect();
+        let readings: Vec<Reading> = self
+            .history
+            .recent()
+            .iter()
+            .map(|entry| entry.reading)
+            .collect();
         let all = match &self.all {
             Some(all) if !thorough => all.fit_on(models, &readings, &self.starts, &self.priors),
             _ => Hypotheses::fit(models, &readings, origin, shape, &self.starts, &self.priors),
@@ -222,7 +252,10 @@ impl BayesEstimator {
                 unknown: Vec::new(),
                 none: self.restart.none.clone(),
             };
-            let any = StartViews { healthy: Vec::new(), ..self.restart.clone() };
+            let any = StartViews {
+                healthy: Vec::new(),
+                ..self.restart.clone()
+            };
             for (kind, origin, starts) in [
                 (Change::Reread, all.origin, &self.starts),
                 (Change::Repaired, from, &known(&self.restart.healthy)),
@@ -232,7 +265,11 @@ impl BayesEstimator {
                 if kind == Change::Reread && window < RECENT {
                     continue;
                 }
-                let shape = if kind == Change::Reread { all.shape } else { Shape::Linear };
+                let shape = if kind == Change::Reread {
+                    all.shape
+                } else {
+                    Shape::Linear
+                };
                 let fit = Hypotheses::fit(models, &readings, origin, shape, starts, &self.priors);
                 let gain = fit.ln_total() - present;
                 if gain > best_gain {
@@ -255,9 +292,8 @@ impl BayesEstimator {
         let Some(all) = &self.all else { return false };
         let (origin, noise) = (all.origin, all.tracks[all.leading() as usize].state.sigma2);
         let sample = self.history.sample();
-        let fit = |shape| {
-            Hypotheses::fit(models, &sample, origin, shape, &self.starts, &self.priors)
-        };
+        let fit =
+            |shape| Hypotheses::fit(models, &sample, origin, shape, &self.starts, &self.priors);
         let linear = fit(Shape::Linear).ln_total();
         let best = self.best_exponential(models);
         // A step fits no exponential: the noise would have to be larger.
@@ -276,16 +312,34 @@ impl BayesEstimator {
         let origin = self.all.as_ref().map_or(0, |all| all.origin);
         let fit = |rate: f64| {
             let shape = Shape::Exponential { rate };
-            let all =
-                Hypotheses::fit(models, &sample, origin, shape, &self.starts, &self.priors);
+            let all = Hypotheses::fit(models, &sample, origin, shape, &self.starts, &self.priors);
             (rate, all)
         };
         let better = |a: (f64, Hypotheses), b: (f64, Hypotheses)| {
-            if b.1.ln_total() > a.1.ln_total() { b } else { a }
+            if b.1.ln_total() > a.1.ln_total() {
+                b
+            } else {
+                a
+            }
         };
-        let coarse = RATES[1..].iter().map(|rate| fit(*rate)).fold(fit(RATES[0]), better);
+        // Beyond so many e-foldings the start would have been too small to be
+        // one.
+        let span = sample
+            .last()
+            .map_or(0.0, |last| last.cycle.saturating_sub(origin) as f64);
+        let slowest = RATES[0].min(MOST_FOLDS / span.max(1.0));
+        let coarse = RATES
+            .iter()
+            .skip(1)
+            .filter(|rate| **rate * span <= MOST_FOLDS)
+            .map(|rate| fit(*rate))
+            .fold(fit(slowest), better);
         let rate = coarse.0;
-        CLOSER.iter().map(|factor| fit(rate * factor)).fold(coarse, better).1
+        CLOSER
+            .iter()
+            .map(|factor| fit(rate * factor))
+            .fold(coarse, better)
+            .1
     }
 
     /// Once growth is exponential, or with such growth asked for, its rate is
@@ -293,7 +347,10 @@ impl BayesEstimator {
     fn follow_exponential(&mut self, models: &[FaultModel; 2]) {
         let seen = self.history.seen();
         let asked = self.growth == GrowthLaw::Exponential && seen >= 3;
-        let known = self.all.as_ref().is_some_and(|all| all.shape != Shape::Linear);
+        let known = self
+            .all
+            .as_ref()
+            .is_some_and(|all| all.shape != Shape::Linear);
         if (asked || known) && (seen <= RECENT as u64 || seen.is_multiple_of(RATE_EVERY)) {
             self.all = Some(self.best_exponential(models));
         }
@@ -311,17 +368,40 @@ impl BayesEstimator {
         let leading = all.leading();
         let limit_m2 = models[leading as usize].limit_m2();
         let track = &all.tracks[leading as usize];
-        let Posterior { start, growth, eol_phi, life_phi, .. } = track.state;
-        let LastView { inlier, surprise, residual_s, sigma2 } = all.view_of_last();
+        let Posterior {
+            start,
+            growth,
+            eol_phi,
+            life_phi,
+            ..
+        } = track.state;
+        let LastView {
+            inlier,
+            surprise,
+            residual_s,
+            sigma2,
+        } = all.view_of_last();
         let cycles = reading.cycle.saturating_sub(all.origin) as f64;
         let at = |phi: f64| all.origin as f64 + all.shape.cycles(phi);
         BayesEstimate {
-            probability: FaultProbability { none, atmosphere, supply },
+            probability: FaultProbability {
+                none,
+                atmosphere,
+                supply,
+            },
             leading,
             leak_area_m2: (start + growth * all.shape.phi(cycles)) * limit_m2,
             leak_rate_m2: growth * all.shape.rate_at(cycles) * limit_m2,
-            eol_cycle: at(if cycles > 0.0 && none < GROWTH_IN_DOUBT { life_phi } else { eol_phi.p50 }),
-            eol: Quantiles { p05: at(eol_phi.p05), p50: at(eol_phi.p50), p95: at(eol_phi.p95) },
+            eol_cycle: at(if cycles > 0.0 && none < GROWTH_IN_DOUBT {
+                life_phi
+            } else {
+                eol_phi.p50
+            }),
+            eol: Quantiles {
+                p05: at(eol_phi.p05),
+                p50: at(eol_phi.p50),
+                p95: at(eol_phi.p95),
+            },
             noise_sd_s: sigma2.sqrt(),
             inlier,
             surprise,

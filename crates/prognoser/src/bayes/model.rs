@@ -13,7 +13,11 @@ pub(crate) struct FaultModel<'t> {
 
 impl<'t> FaultModel<'t> {
     pub(crate) fn new(bundle: &'t TableBundle, fault: Fault) -> Self {
-        Self { bundle, fault, limit_m2: bundle.limit_area_m2(fault) }
+        Self {
+            bundle,
+            fault,
+            limit_m2: bundle.limit_area_m2(fault),
+        }
     }
 
     /// Leak area at end of life in m2.

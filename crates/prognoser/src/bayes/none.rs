@@ -52,12 +52,7 @@ impl NoneTrack {
     }
 
     /// Adds one more cycle.
-    pub(crate) fn update(
-        &mut self,
-        models: &[FaultModel; 2],
-        reading: &Reading,
-        priors: &Priors,
-    ) {
+    pub(crate) fn update(&mut self, models: &[FaultModel; 2], reading: &Reading, priors: &Priors) {
         self.add(models, reading, priors);
         self.settle(priors);
     }
@@ -82,7 +77,15 @@ impl NoneTrack {
             self.surprise[i] = Some(residual / self.sigma2.sqrt());
             self.residual_s[i] = Some(residual);
             for (sums, slope) in self.sums.iter_mut().zip([slope, other]) {
-                sums.add(0.0, &Linearised { leak: 0.0, residual, slope }, p);
+                sums.add(
+                    0.0,
+                    &Linearised {
+                        leak: 0.0,
+                        residual,
+                        slope,
+                    },
+                    p,
+                );
                 sums.ln_extra += ln_extra;
             }
         }

@@ -42,7 +42,12 @@ pub(crate) struct GrowthPrior {
 
 impl GrowthPrior {
     pub(crate) fn new(ln_median: f64, ln_sd: f64) -> Self {
-        Self { ln_median, ln_sd, inverse_sd: 1.0 / ln_sd, ln_scale: -ln_sd.ln() - 0.5 * LN_TAU }
+        Self {
+            ln_median,
+            ln_sd,
+            inverse_sd: 1.0 / ln_sd,
+            ln_scale: -ln_sd.ln() - 0.5 * LN_TAU,
+        }
     }
 
     /// Logarithm of the density of ln g at u = ln g.
@@ -62,7 +67,7 @@ pub(crate) struct NoisePrior {
 }
 
 /// The growth's likelihood under one view:
-/// exp(ln_peak) (1 + kappa (g - centre)^2 / (2 b))^-a.
+/// `exp(ln_peak) (1 + kappa (g - centre)^2 / (2 b))^-a`.
 #[derive(Clone, Copy, Debug, Default)]
 struct ViewFit {
     ln_peak: f64,
@@ -109,7 +114,12 @@ impl ViewFit {
             let lambda = sigma2 / (view.sd * view.sd);
             let s0 = sums.s0 + lambda;
             let b0 = sums.b0 + lambda * view.mean;
-            (s0, b0, sums.c + lambda * view.mean * view.mean, 0.5 * quick_ln(lambda / s0))
+            (
+                s0,
+                b0,
+                sums.c + lambda * view.mean * view.mean,
+                0.5 * quick_ln(lambda / s0),
+            )
         } else {
             (f64::INFINITY, 0.0, sums.c, 0.0)
         };
@@ -122,7 +132,17 @@ impl ViewFit {
         let ln_peak = view.ln_weight + occam + common.ln_rest - a * quick_ln(b);
         let ln_area =
             ln_peak + 0.5 * quick_ln(std::f64::consts::TAU * b / kappa) + common.ln_gamma_step;
-        Self { ln_peak, ln_area, centre, kappa, a, b, start_0, start_g, start_var: 1.0 / s0 }
+        Self {
+            ln_peak,
+            ln_area,
+            centre,
+            kappa,
+            a,
+            b,
+            start_0,
+            start_g,
+            start_var: 1.0 / s0,
+        }
     }
 
     fn ln_at(&self, g: f64) -> f64 {
@@ -185,7 +205,11 @@ pub(crate) fn ln_evidence_without_growth(
     sigma2: f64,
 ) -> f64 {
     let common = Common::new(sums, noise);
-    ln_sum(views.iter().map(|view| ViewFit::new(sums, view, noise, sigma2, &common).ln_at(0.0)))
+    ln_sum(
+        views
+            .iter()
+            .map(|view| ViewFit::new(sums, view, noise, sigma2, &common).ln_at(0.0)),
+    )
 }
 
 /// The posterior of a growing leak. If its evidence is certainly below `floor`
@@ -215,16 +239,30 @@ pub(crate) fn posterior(
     // The prior integrates to one, so that the likelihood's largest value is
     // a bound of the evidence. A hypothesis that is out by far is not worth
     // more than its bound.
-    let bound = fits.iter().map(|fit| fit.ln_at(fit.centre.max(0.0))).fold(f64::MIN, f64::max);
+    let bound = fits
+        .iter()
+        .map(|fit| fit.ln_at(fit.centre.max(0.0)))
+        .fold(f64::MIN, f64::max);
     if bound + (fits.len() as f64).ln() < floor {
-        let mut out = Posterior { ln_evidence: bound, ..Posterior::default() };
+        let mut out = Posterior {
+            ln_evidence: bound,
+            ..Posterior::default()
+        };
         out.set_point(best, best.centre.clamp(0.0, 1.0));
         let rate = out.growth.max(1e-9) / (1.0 - out.start).max(1e-9);
         out.life_phi = 1.0 / rate;
-        out.eol_phi = Quantiles { p05: 1.0 / rate, p50: 1.0 / rate, p95: 1.0 / rate };
+        out.eol_phi = Quantiles {
+            p05: 1.0 / rate,
+            p50: 1.0 / rate,
+            p95: 1.0 / rate,
+        };
         return out;
     }
-    if narrow(best) { closed(fits, prior) } else { summed(fits, prior, phi) }
+    if narrow(best) {
+        closed(fits, prior)
+    } else {
+        summed(fits, prior, phi)
+    }
 }
 
 /// The peak of the likelihood of the view that the data like best, growth kept
@@ -273,7 +311,8 @@ fn closed(fits: &[ViewFit], prior: &GrowthPrior) -> Posterior {
         // Variance of the leak at end of life, over room squared.
         let sigma2 = fit.sigma2(g);
         let along = 1.0 - fit.start_g * rate;
-        let spread = (variance * along * along + fit.start_var * sigma2 * rate * rate) / (room * room);
+        let spread =
+            (variance * along * along + fit.start_var * sigma2 * rate * rate) / (room * room);
         *shape = (g, rate, spread);
     }
     out.ln_evidence = ln_sum(ln_weights.iter().copied());
@@ -316,8 +355,16 @@ fn summed(fits: &[ViewFit], prior: &GrowthPrior, phi: f64) -> Posterior {
     let lowest = (prior.ln_median - 4.0 * prior.ln_sd)
         .min(quick_ln((0.1 * finest).max(f64::MIN_POSITIVE)))
         .max(prior.ln_median - 12.0 * prior.ln_sd);
-    let low = if low > 0.0 { low.ln().max(lowest) } else { lowest };
-    let high = if high > 0.0 { high.ln().min(highest) } else { lowest };
+    let low = if low > 0.0 {
+        low.ln().max(lowest)
+    } else {
+        lowest
+    };
+    let high = if high > 0.0 {
+        high.ln().min(highest)
+    } else {
+        lowest
+    };
     let high = high.max(low + 1e-3);
     let step = (high - low) / (NODES - 1) as f64;
 
@@ -353,9 +400,18 @@ fn summed(fits: &[ViewFit], prior: &GrowthPrior, phi: f64) -> Posterior {
     }
     let total: f64 = weights.iter().sum();
     let rate: f64 = urgency.iter().sum();
-    let mean: f64 = weights.iter().zip(&growths).map(|(weight, growth)| weight * growth).sum();
-    let best = (0..fits.len()).max_by(|&x, &y| by_view[x].total_cmp(&by_view[y])).unwrap_or(0);
-    let mut out = Posterior { ln_evidence: top + quick_ln(total * step), ..Posterior::default() };
+    let mean: f64 = weights
+        .iter()
+        .zip(&growths)
+        .map(|(weight, growth)| weight * growth)
+        .sum();
+    let best = (0..fits.len())
+        .max_by(|&x, &y| by_view[x].total_cmp(&by_view[y]))
+        .unwrap_or(0);
+    let mut out = Posterior {
+        ln_evidence: top + quick_ln(total * step),
+        ..Posterior::default()
+    };
     // A long life is a small growth: the quantiles run against each other.
     let life_at = |share: f64, weights: &[f64; NODES], total: f64| {
         let mut below = 0.0;
@@ -363,8 +419,16 @@ fn summed(fits: &[ViewFit], prior: &GrowthPrior, phi: f64) -> Posterior {
             let next = below + weights[i];
             if next >= share * total {
                 // The cumulative weight at the middle of a node.
-                let into = if weights[i] > 0.0 { (share * total - below) / weights[i] } else { 0.5 };
-                let j = if into < 0.5 { (i + 1).min(NODES - 1) } else { i.saturating_sub(1) };
+                let into = if weights[i] > 0.0 {
+                    (share * total - below) / weights[i]
+                } else {
+                    0.5
+                };
+                let j = if into < 0.5 {
+                    (i + 1).min(NODES - 1)
+                } else {
+                    i.saturating_sub(1)
+                };
                 let t = (into - 0.5).abs();
                 return lives[i] * (lives[j] / lives[i]).powf(t);
             }
@@ -373,7 +437,11 @@ fn summed(fits: &[ViewFit], prior: &GrowthPrior, phi: f64) -> Posterior {
         lives[0]
     };
     let quantile = |share| life_at(share, &weights, total);
-    out.eol_phi = Quantiles { p05: quantile(0.05), p50: quantile(0.5), p95: quantile(0.95) };
+    out.eol_phi = Quantiles {
+        p05: quantile(0.05),
+        p50: quantile(0.5),
+        p95: quantile(0.95),
+    };
     out.life_phi = life_at(0.5, &urgency, rate);
     out.set_point(&fits[best], mean / total);
     out

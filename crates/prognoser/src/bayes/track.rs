@@ -66,7 +66,11 @@ impl Track {
             },
             |known| (known.start, known.growth, known.sigma2),
         );
-        let rounds = if guess.is_some() { ROUNDS_FROM_GUESS } else { ROUNDS };
+        let rounds = if guess.is_some() {
+            ROUNDS_FROM_GUESS
+        } else {
+            ROUNDS
+        };
         let mut track = Self {
             sums: Sums::default(),
             state: Posterior::default(),
@@ -86,8 +90,7 @@ impl Track {
                         Some(time) => {
                             let lin = linearise(model, stroke, leak, time);
                             let window = model.window_s(stroke);
-                            let (p, ln_extra) =
-                                priors.glitch.inlier(lin.residual, sigma2, window);
+                            let (p, ln_extra) = priors.glitch.inlier(lin.residual, sigma2, window);
                             track.sums.add(phi, &lin, p);
                             track.sums.ln_extra += ln_extra;
                             track.inlier[i] = p;
@@ -99,7 +102,8 @@ impl Track {
                 }
             }
             let peak = most_likely(&track.sums, views, &priors.noise, &priors.growth, sigma2);
-            let moved = (peak.start - start).abs() + (peak.growth - growth).abs() * last.max(1.0)
+            let moved = (peak.start - start).abs()
+                + (peak.growth - growth).abs() * last.max(1.0)
                 + (peak.sigma2 / sigma2 - 1.0).abs();
             (start, growth, sigma2) = (peak.start, peak.growth, peak.sigma2);
             track.state.cov = peak.cov;
@@ -107,7 +111,15 @@ impl Track {
                 break;
             }
         }
-        track.state = posterior(&track.sums, views, &priors.noise, &priors.growth, sigma2, last, f64::MIN);
+        track.state = posterior(
+            &track.sums,
+            views,
+            &priors.noise,
+            &priors.growth,
+            sigma2,
+            last,
+            f64::MIN,
+        );
         track
     }
 
@@ -121,7 +133,13 @@ impl Track {
         priors: &Priors,
         floor: f64,
     ) {
-        let Posterior { start, growth, cov, sigma2, .. } = self.state;
+        let Posterior {
+            start,
+            growth,
+            cov,
+            sigma2,
+            ..
+        } = self.state;
         let leak = start + growth.max(SMALLEST_GROWTH) * phi;
         let leak_var = (cov[0] + phi * (2.0 * cov[1] + phi * cov[2])).max(0.0);
         let mut lins = [None; 2];
@@ -152,13 +170,24 @@ impl Track {
                 self.sums.add(phi, &lin, p);
             }
         }
-        self.state = posterior(&self.sums, views, &priors.noise, &priors.growth, sigma2, phi, floor);
+        self.state = posterior(
+            &self.sums,
+            views,
+            &priors.noise,
+            &priors.growth,
+            sigma2,
+            phi,
+            floor,
+        );
     }
 
     /// Adds a stroke that did not finish. If the leak is expected beyond the
     /// stall this says nothing more; otherwise it pulls the leak there, unless
     /// it is so unlikely that it must be a glitch.
-    #[expect(clippy::too_many_arguments, reason = "the state of one timing, used in two places")]
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "the state of one timing, used in two places"
+    )]
     fn miss(
         &mut self,
         model: &FaultModel,
@@ -180,7 +209,9 @@ impl Track {
         let (_, slope) = model.time_and_slope(stroke, stall);
         let cov = self.state.cov;
         let leak_var = (cov[0] + phi * (2.0 * cov[1] + phi * cov[2])).clamp(0.0, 1e6);
-        let spread = (sigma2 * (1.0 / (slope * slope) + leak_var)).sqrt().max(1e-6);
+        let spread = (sigma2 * (1.0 / (slope * slope) + leak_var))
+            .sqrt()
+            .max(1e-6);
         let z = (stall - leak) / spread;
         let tail = super::special::normal_tail(z);
         let kept = (1.0 - priors.glitch.share) * tail;
@@ -193,7 +224,11 @@ impl Track {
             let density = (-0.5 * z * z).exp() / std::f64::consts::TAU.sqrt();
             let mills = density / tail.max(1e-300);
             let information = p * (mills * (mills - z)).clamp(0.0, 1.0);
-            let lin = Linearised { leak, residual: slope * spread * mills, slope };
+            let lin = Linearised {
+                leak,
+                residual: slope * spread * mills,
+                slope,
+            };
             // A bound tells nothing of the noise: the residual is left out of
             // the count and of the sum of squares.
             let (n, c) = (self.sums.n, self.sums.c);
@@ -209,7 +244,11 @@ impl Track {
 
 fn linearise(model: &FaultModel, stroke: Stroke, leak: f64, time_s: f64) -> Linearised {
     let (time, slope) = model.time_and_slope(stroke, leak);
-    Linearised { leak, residual: time_s - time, slope }
+    Linearised {
+        leak,
+        residual: time_s - time,
+        slope,
+    }
 }
 
 /// Start and growth from medians of the inverted timings: not moved by a few
@@ -236,7 +275,12 @@ fn first_guess(
                 leaks(r).map(move |leak| leak / phi)
             })
             .collect();
-        return (0.0, median(&mut rates).unwrap_or(0.01).clamp(SMALLEST_GROWTH, 1.0));
+        return (
+            0.0,
+            median(&mut rates)
+                .unwrap_or(0.01)
+                .clamp(SMALLEST_GROWTH, 1.0),
+        );
     }
     let half = readings.len().div_ceil(2);
     let centre = |part: &[Reading]| {

@@ -60,7 +60,8 @@ pub(crate) fn run_life(
     truth: &LifeTruth,
     method: &Method,
 ) -> Vec<Prediction> {
-    let stream = truth.fault.map_or(2, |fault| fault as u64) + 3 * truth.noise_variance_s2.to_bits();
+    let stream =
+        truth.fault.map_or(2, |fault| fault as u64) + 3 * truth.noise_variance_s2.to_bits();
     let mut noise = NoiseSource::new(truth.seed, stream);
     let sd = truth.noise_variance_s2.sqrt();
     let mut estimator = Estimator::new(method);
@@ -68,7 +69,11 @@ pub(crate) fn run_life(
         .map(|cycle| {
             let life = cycle as f64 / truth.end_cycle;
             let fault = truth.fault.unwrap_or(Fault::Atmosphere);
-            let growing = if truth.fault.is_some() { (1.0 - truth.start) * life } else { 0.0 };
+            let growing = if truth.fault.is_some() {
+                (1.0 - truth.start) * life
+            } else {
+                0.0
+            };
             let leak = (truth.start + growing) * tables.limit_area_m2(fault);
             let clean = times(fault, leak);
             let mut read = |stroke: Stroke| {
@@ -101,13 +106,20 @@ impl Estimator {
         }
     }
 
-    fn predict(&mut self, tables: &TableBundle, reading: &Reading, truth: &LifeTruth) -> Prediction {
+    fn predict(
+        &mut self,
+        tables: &TableBundle,
+        reading: &Reading,
+        truth: &LifeTruth,
+    ) -> Prediction {
         let cycle = reading.cycle as f64;
         match self {
             Self::Bayes(estimator, name_from) => {
                 let estimate = estimator.update(tables, reading);
                 let p = estimate.probability;
-                let wrong = Fault::ALL.into_iter().filter(|fault| Some(*fault) != truth.fault);
+                let wrong = Fault::ALL
+                    .into_iter()
+                    .filter(|fault| Some(*fault) != truth.fault);
                 Prediction {
                     cycle,
                     remaining: Some(estimate.eol_cycle - cycle),

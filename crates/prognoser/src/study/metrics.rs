@@ -25,7 +25,11 @@ impl Percentiles {
     pub(crate) fn of(values: &mut [f64]) -> Self {
         values.sort_by(f64::total_cmp);
         let at = |share: f64| percentile(values, share);
-        Self { p10: at(0.1), p50: at(0.5), p90: at(0.9) }
+        Self {
+            p10: at(0.1),
+            p50: at(0.5),
+            p90: at(0.9),
+        }
     }
 }
 
@@ -113,13 +117,17 @@ impl StudyResult {
         let in_cone = |p: &Prediction| accuracy_of(p, end) >= 1.0 - frame.alpha;
         let mut convergence = per_life(&|life| settled(&counted(life), end, &in_cone));
         let near = |p: &Prediction| {
-            p.end.is_some_and(|predicted| (predicted - end).abs() <= frame.alpha * end)
+            p.end
+                .is_some_and(|predicted| (predicted - end).abs() <= frame.alpha * end)
         };
         let mut horizon = per_life(&|life| end - settled(&counted(life), end, &near));
         let mut isolation = per_life(&|life| settled(life, end, &|p| p.isolated));
         isolation.sort_by(f64::total_cmp);
 
-        let cells: Vec<usize> = QUARTERS.iter().map(|share| cell(*share, end, skip)).collect();
+        let cells: Vec<usize> = QUARTERS
+            .iter()
+            .map(|share| cell(*share, end, skip))
+            .collect();
         let share_at = |test: &dyn Fn(&Prediction) -> bool, at: usize| {
             lives.iter().filter(|life| test(&life[at])).count() as f64 / lives.len() as f64
         };
@@ -127,13 +135,17 @@ impl StudyResult {
         let covered = |p: &Prediction| p.covered == Some(true);
         let coverage = || {
             let all = lives.iter().flat_map(|life| counted(life));
-            let (hits, count) =
-                all.fold((0.0, 0.0), |(hits, n), p| (hits + f64::from(u8::from(covered(&p))), n + 1.0));
+            let (hits, count) = all.fold((0.0, 0.0), |(hits, n), p| {
+                (hits + f64::from(u8::from(covered(&p))), n + 1.0)
+            });
             hits / count
         };
         let to_bound = |bound: &dyn Fn(&LifeBound) -> f64| {
             (frame.noise_variance_s2 > 0.0).then(|| {
-                cells.iter().map(|&at| error(lives, at, end) / bound(&frame.bounds[at])).collect()
+                cells
+                    .iter()
+                    .map(|&at| error(lives, at, end) / bound(&frame.bounds[at]))
+                    .collect()
             })
         };
         Self {
@@ -155,8 +167,10 @@ impl StudyResult {
             isolation_cycle: percentile(&isolation, 0.5),
             isolation_cycle_p95: percentile(&isolation, 0.95),
             isolated_at_cycle_3: share_at(&|p| p.isolated, 3.min(lives[0].len() - 1)),
-            false_call_share: lives.iter().filter(|life| life.iter().any(|p| p.false_call)).count()
-                as f64
+            false_call_share: lives
+                .iter()
+                .filter(|life| life.iter().any(|p| p.false_call))
+                .count() as f64
                 / lives.len() as f64,
         }
     }

@@ -30,12 +30,19 @@ pub fn tables() -> TableBundle {
             .collect();
         LeakTable::new(fault, points).expect("test data are monotone")
     };
-    let limits = Limits { close_within_s: 3.0, open_within_s: 6.0 };
+    let limits = Limits {
+        close_within_s: 3.0,
+        open_within_s: 6.0,
+    };
     let (atmosphere, supply) = (table(Fault::Atmosphere), table(Fault::Supply));
     let info = BundleInfo {
         valve: "test valve".into(),
         model_hash: String::new(),
-        schedule: CycleSchedule { close_at_s: 0.0, open_at_s: 4.0, end_s: 12.0 },
+        schedule: CycleSchedule {
+            close_at_s: 0.0,
+            open_at_s: 4.0,
+            end_s: 12.0,
+        },
         limits,
         atmosphere: FaultInfo::from_table(&atmosphere, &limits),
         supply: FaultInfo::from_table(&supply, &limits),
@@ -50,7 +57,11 @@ pub fn reading(tables: &TableBundle, fault: Fault, cycle: u64, leak: f64) -> Rea
         TimeAt::Within(time) => Some(time),
         _ => None,
     };
-    Reading { cycle, close_time_s: time(Stroke::Close), open_time_s: time(Stroke::Open) }
+    Reading {
+        cycle,
+        close_time_s: time(Stroke::Close),
+        open_time_s: time(Stroke::Open),
+    }
 }
 
 /// Adds noise to a reading and rounds it to 0.1 ms.
@@ -77,22 +88,39 @@ pub fn log(
 ) -> Vec<Reading> {
     let mut noise = NoiseSource::new(seed, 0);
     (0..cycles)
-        .map(|cycle| noisy(reading(tables, fault, cycle, leak(cycle as f64)), sd_s, &mut noise))
+        .map(|cycle| {
+            noisy(
+                reading(tables, fault, cycle, leak(cycle as f64)),
+                sd_s,
+                &mut noise,
+            )
+        })
         .collect()
 }
 
 /// Pushes the log of one valve through a new prognoser.
 pub fn run(method: Method, readings: &[Reading]) -> Vec<Prognosis> {
     let mut prognoser = Prognoser::new(tables().into(), method);
-    readings.iter().map(|reading| prognoser.push(&row("V", reading))).collect()
+    readings
+        .iter()
+        .map(|reading| prognoser.push(&row("V", reading)))
+        .collect()
 }
 
 /// A row of a log.
 pub fn row<'a>(valve: &'a str, reading: &Reading) -> LogRow<'a> {
-    LogRow { valve, reading: *reading, time: None, line: reading.cycle + 2 }
+    LogRow {
+        valve,
+        reading: *reading,
+        time: None,
+        line: reading.cycle + 2,
+    }
 }
 
 /// Names of all notices with the cycles at which they came.
 pub fn notices(prognoses: &[Prognosis]) -> Vec<(u64, &'static str)> {
-    prognoses.iter().flat_map(|p| p.notices.iter().map(|n| (p.cycle, n.kind()))).collect()
+    prognoses
+        .iter()
+        .flat_map(|p| p.notices.iter().map(|n| (p.cycle, n.kind())))
+        .collect()
 }
