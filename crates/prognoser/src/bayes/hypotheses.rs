@@ -5,8 +5,8 @@ use leak_table::Fault;
 
 use super::model::FaultModel;
 use super::none::NoneTrack;
-use super::posterior::{View, ln_sum};
 use super::track::{Priors, Track};
+use super::view::{View, ln_sum};
 use crate::reading::Reading;
 
 /// Logarithm of the odds at which a hypothesis is not worth exact numbers.
