@@ -1,3 +1,21 @@
 //! Physics-based prognosis of pneumatic valves from their stroke times.
+//!
+//! The program only reads, calls and writes: the physics, the tables and the
+//! estimates are in the crates of the workspace.
 
-fn main() {}
+mod cli;
+mod commands;
+mod failure;
+mod output;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+fn main() -> ExitCode {
+    let cli = cli::Cli::parse();
+    match commands::run(&cli.verb) {
+        Ok(answer) => answer.exit_code(),
+        Err(error) => failure::report(&error),
+    }
+}

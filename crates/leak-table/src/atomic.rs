@@ -23,9 +23,7 @@ pub(crate) fn write_all(dir: &Path, files: &[(&str, &[u8])]) -> Result<(), Table
     let result = stage(dir, files).map_err(at(dir)).and_then(|staged| {
         for (temporary, (name, _)) in staged.into_iter().zip(files) {
             let target = dir.join(name);
-            temporary
-                .persist(&target)
-                .map_err(|e| at(&target)(e.error))?;
+            temporary.persist(&target).map_err(|e| at(&target)(e.error))?;
         }
         Ok(())
     });

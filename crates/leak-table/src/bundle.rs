@@ -45,11 +45,7 @@ impl TableBundle {
     /// # Errors
     /// If a table is given for the wrong fault, or a fault has no leak area
     /// inside its table at which a limit is crossed.
-    pub fn new(
-        info: BundleInfo,
-        atmosphere: &LeakTable,
-        supply: &LeakTable,
-    ) -> Result<Self, TableError> {
+    pub fn new(info: BundleInfo, atmosphere: &LeakTable, supply: &LeakTable) -> Result<Self, TableError> {
         let (atmosphere, atmosphere_file) = stored(Fault::Atmosphere, atmosphere)?;
         let (supply, supply_file) = stored(Fault::Supply, supply)?;
         let manifest = Manifest {
@@ -82,10 +78,7 @@ impl TableBundle {
     /// The leak area at which the valve's life ends, in m2: the smallest at
     /// which either stroke crosses its limit.
     pub fn limit_area_m2(&self, fault: Fault) -> f64 {
-        self.manifest
-            .fault(fault)
-            .limit_area_m2()
-            .expect("a bundle without a limit area is refused when it is made")
+        self.manifest.fault(fault).limit_area_m2().expect("a bundle without a limit area is refused when it is made")
     }
 
     /// Writes the bundle into a directory, replacing an older one in it. The
@@ -111,14 +104,9 @@ impl TableBundle {
         let path = dir.join(MANIFEST_FILE);
         let text = fs::read_to_string(&path).map_err(|source| {
             if source.kind() == io::ErrorKind::NotFound {
-                TableError::ManifestMissing {
-                    dir: dir.to_path_buf(),
-                }
+                TableError::ManifestMissing { dir: dir.to_path_buf() }
             } else {
-                TableError::Io {
-                    path: path.clone(),
-                    source,
-                }
+                TableError::Io { path: path.clone(), source }
             }
         })?;
         let manifest = manifest_file::from_json(&text, &path)?;
@@ -151,10 +139,7 @@ fn ranges(tables: &[LeakTable; 2]) -> [(f64, f64); 2] {
 /// The table as a file holds it, and what the manifest says about that file.
 fn stored(expected: Fault, table: &LeakTable) -> Result<(LeakTable, FileInfo), TableError> {
     if table.fault() != expected {
-        return Err(TableError::WrongFault {
-            found: table.fault(),
-            expected,
-        });
+        return Err(TableError::WrongFault { found: table.fault(), expected });
     }
     let name = format!("{expected}.csv");
     let rounded = csv_file::rounded(table.points());
@@ -175,35 +160,20 @@ fn stored(expected: Fault, table: &LeakTable) -> Result<(LeakTable, FileInfo), T
 
 fn read_table(dir: &Path, file: &FileInfo, fault: Fault) -> Result<LeakTable, TableError> {
     let path = dir.join(&file.name);
-    let bytes = fs::read(&path).map_err(|source| TableError::Io {
-        path: path.clone(),
-        source,
-    })?;
+    let bytes = fs::read(&path).map_err(|source| TableError::Io { path: path.clone(), source })?;
     let length = bytes.len() as u64;
     if length < file.bytes {
-        return Err(TableError::Truncated {
-            path,
-            found: length,
-            expected: file.bytes,
-        });
+        return Err(TableError::Truncated { path, found: length, expected: file.bytes });
     }
     let found = blake3::hash(&bytes).to_hex();
     if found.as_str() != file.blake3 {
         let (found, expected) = (found.to_string(), file.blake3.clone());
-        return Err(TableError::Hash {
-            path,
-            found,
-            expected,
-        });
+        return Err(TableError::Hash { path, found, expected });
     }
     let table = csv_file::from_csv(&bytes, &path, fault)?;
     let rows = table.points().len();
     if rows != file.rows {
-        return Err(TableError::RowCount {
-            path,
-            found: rows,
-            expected: file.rows,
-        });
+        return Err(TableError::RowCount { path, found: rows, expected: file.rows });
     }
     Ok(table)
 }
@@ -216,12 +186,7 @@ fn check_limits(manifest: &Manifest, tables: &[LeakTable; 2]) -> Result<(), Tabl
             if let Some(found_m2) = info.stroke(stroke).limit_area_m2
                 && !(found_m2 > 0.0 && found_m2 <= last_m2)
             {
-                return Err(TableError::LimitArea {
-                    fault,
-                    stroke,
-                    found_m2,
-                    last_m2,
-                });
+                return Err(TableError::LimitArea { fault, stroke, found_m2, last_m2 });
             }
         }
         if info.limit_area_m2().is_none() {

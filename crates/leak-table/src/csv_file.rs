@@ -49,11 +49,7 @@ pub(crate) fn from_csv(bytes: &[u8], path: &Path, fault: Fault) -> Result<LeakTa
     let header = reader.headers().map_err(|e| malformed(&e))?;
     let found = header.iter().collect::<Vec<_>>().join(",");
     if found != HEADER {
-        return Err(TableError::Columns {
-            path: path.to_path_buf(),
-            found,
-            expected: HEADER,
-        });
+        return Err(TableError::Columns { path: path.to_path_buf(), found, expected: HEADER });
     }
     let mut points = Vec::new();
     let mut lines = Vec::new();
@@ -61,19 +57,12 @@ pub(crate) fn from_csv(bytes: &[u8], path: &Path, fault: Fault) -> Result<LeakTa
         let record = record.map_err(|e| malformed(&e))?;
         let line = record.position().map_or(0, csv::Position::line);
         let number = |column: usize, expected: &'static str| {
-            record[column]
-                .trim()
-                .parse::<f64>()
-                .map_err(|_| TableError::Field {
-                    path: path.to_path_buf(),
-                    line,
-                    found: format!(
-                        "\"{}\" as {}",
-                        &record[column],
-                        HEADER.split(',').nth(column).unwrap_or("")
-                    ),
-                    expected,
-                })
+            record[column].trim().parse::<f64>().map_err(|_| TableError::Field {
+                path: path.to_path_buf(),
+                line,
+                found: format!("\"{}\" as {}", &record[column], HEADER.split(',').nth(column).unwrap_or("")),
+                expected,
+            })
         };
         let time = |column: usize| {
             if record[column].trim().is_empty() {
@@ -90,10 +79,7 @@ pub(crate) fn from_csv(bytes: &[u8], path: &Path, fault: Fault) -> Result<LeakTa
     }
     LeakTable::new(fault, points).map_err(|source| TableError::Rows {
         path: path.to_path_buf(),
-        line: source
-            .row()
-            .and_then(|row| lines.get(row).copied())
-            .unwrap_or(1),
+        line: source.row().and_then(|row| lines.get(row).copied()).unwrap_or(1),
         source,
     })
 }

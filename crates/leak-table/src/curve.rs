@@ -51,9 +51,7 @@ pub enum CurveError {
         index: usize,
     },
     /// The ordinates do not keep rising or falling strictly.
-    #[error(
-        "the ordinate of point {index} does not continue the direction of the points before it"
-    )]
+    #[error("the ordinate of point {index} does not continue the direction of the points before it")]
     NotMonotone {
         /// Index of the point, from 0.
         index: usize,
@@ -78,10 +76,7 @@ impl MonotoneCubic {
     /// is not strictly monotone.
     pub fn new(x: Vec<f64>, y: Vec<f64>) -> Result<Self, CurveError> {
         if x.len() != y.len() {
-            return Err(CurveError::Lengths {
-                x: x.len(),
-                y: y.len(),
-            });
+            return Err(CurveError::Lengths { x: x.len(), y: y.len() });
         }
         if x.len() < 2 {
             return Err(CurveError::TooFew { found: x.len() });
@@ -100,12 +95,7 @@ impl MonotoneCubic {
             }
         }
         let slope = (0..x.len()).map(|i| knot_slope(&x, &y, i)).collect();
-        Ok(Self {
-            x,
-            y,
-            slope,
-            rising,
-        })
+        Ok(Self { x, y, slope, rising })
     }
 
     /// Whether the function rises.
@@ -132,10 +122,7 @@ impl MonotoneCubic {
             return (self.y[0] + self.slope[0] * (x - self.x[0]), self.slope[0]);
         }
         if x >= self.x[last] {
-            return (
-                self.y[last] + self.slope[last] * (x - self.x[last]),
-                self.slope[last],
-            );
+            return (self.y[last] + self.slope[last] * (x - self.x[last]), self.slope[last]);
         }
         // Saturates for a NaN only, which then comes out as it went in.
         let i = self.x.partition_point(|&knot| knot <= x).saturating_sub(1);
@@ -161,10 +148,7 @@ impl MonotoneCubic {
         if before(self.y[last], y) {
             return self.x[last] + (y - self.y[last]) / self.slope[last];
         }
-        let i = self
-            .y
-            .partition_point(|&knot| before(knot, y))
-            .saturating_sub(1);
+        let i = self.y.partition_point(|&knot| before(knot, y)).saturating_sub(1);
         let piece = self.piece(i);
         self.x[i] + piece.width * piece.solve(y)
     }
@@ -225,11 +209,7 @@ impl Piece {
                 low = u;
             }
             let newton = u - miss * self.rise / self.derivative(u);
-            let next = if newton > low && newton < high {
-                newton
-            } else {
-                0.5 * (low + high)
-            };
+            let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
             let step = (next - u).abs();
             u = next;
             if step < 1e-15 {
@@ -245,11 +225,7 @@ impl Piece {
 fn knot_slope(x: &[f64], y: &[f64], i: usize) -> f64 {
     let count = x.len().min(STENCIL);
     let first = i.saturating_sub(count / 2).min(x.len() - count);
-    let raw = lagrange_slope(
-        &x[first..first + count],
-        &y[first..first + count],
-        i - first,
-    );
+    let raw = lagrange_slope(&x[first..first + count], &y[first..first + count], i - first);
     let secant = |j: usize| (y[j + 1] - y[j]) / (x[j + 1] - x[j]);
     let flatter = match (i.checked_sub(1), i + 1 < x.len()) {
         (Some(left), true) => secant(left).abs().min(secant(i).abs()),
@@ -310,25 +286,16 @@ mod tests {
             let x: Vec<f64> = (0..=n).map(|i| f64::from(i) / f64::from(n)).collect();
             let y = x.iter().map(|x| x.exp()).collect();
             let curve = MonotoneCubic::new(x, y).expect("exp is monotone");
-            (0..1000)
-                .map(|i| f64::from(i) * 1e-3)
-                .map(|x| (curve.value(x) - x.exp()).abs())
-                .fold(0.0, f64::max)
+            (0..1000).map(|i| f64::from(i) * 1e-3).map(|x| (curve.value(x) - x.exp()).abs()).fold(0.0, f64::max)
         };
         let ratio = worst(10) / worst(20);
-        assert!(
-            ratio > 13.0,
-            "halving the spacing gained a factor of {ratio} only"
-        );
+        assert!(ratio > 13.0, "halving the spacing gained a factor of {ratio} only");
     }
 
     #[test]
     fn stays_monotone_across_a_kink() {
-        let curve = MonotoneCubic::new(
-            vec![0.0, 1.0, 2.0, 3.0, 4.0, 5.0],
-            vec![0.0, 0.01, 0.02, 5.0, 5.01, 9.0],
-        )
-        .expect("rises throughout");
+        let curve = MonotoneCubic::new(vec![0.0, 1.0, 2.0, 3.0, 4.0, 5.0], vec![0.0, 0.01, 0.02, 5.0, 5.01, 9.0])
+            .expect("rises throughout");
         let mut before = f64::NEG_INFINITY;
         for i in 0..=5000 {
             let y = curve.value(f64::from(i) * 1e-3);
@@ -348,17 +315,8 @@ mod tests {
     fn refuses_what_is_not_a_curve() {
         let new = |x: &[f64], y: &[f64]| MonotoneCubic::new(x.to_vec(), y.to_vec()).unwrap_err();
         assert_eq!(new(&[0.0], &[1.0]), CurveError::TooFew { found: 1 });
-        assert_eq!(
-            new(&[0.0, 0.0], &[1.0, 2.0]),
-            CurveError::NotSorted { index: 1 }
-        );
-        assert_eq!(
-            new(&[0.0, 1.0, 2.0], &[1.0, 2.0, 1.5]),
-            CurveError::NotMonotone { index: 2 }
-        );
-        assert_eq!(
-            new(&[0.0, 1.0], &[1.0, f64::NAN]),
-            CurveError::NotFinite { index: 1 }
-        );
+        assert_eq!(new(&[0.0, 0.0], &[1.0, 2.0]), CurveError::NotSorted { index: 1 });
+        assert_eq!(new(&[0.0, 1.0, 2.0], &[1.0, 2.0, 1.5]), CurveError::NotMonotone { index: 2 });
+        assert_eq!(new(&[0.0, 1.0], &[1.0, f64::NAN]), CurveError::NotFinite { index: 1 });
     }
 }

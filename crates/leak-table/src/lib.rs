@@ -29,9 +29,7 @@ pub use bundle::{BundleInfo, TableBundle};
 pub use curve::{CurveError, MonotoneCubic};
 pub use error::{RowError, TableError};
 pub use fault::{Direction, Fault, Stroke};
-pub use manifest::{
-    CycleSchedule, FaultInfo, FileInfo, InterpolationError, Limits, Manifest, StrokeInfo,
-};
+pub use manifest::{CycleSchedule, FaultInfo, FileInfo, InterpolationError, Limits, Manifest, StrokeInfo};
 pub use manifest_file::{FORMAT_VERSION, MANIFEST_FILE};
 pub use table::{LeakPoint, LeakTable};
 pub use timing::{AreaAt, TimeAt, TimingCurve};

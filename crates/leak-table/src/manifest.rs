@@ -88,10 +88,7 @@ impl FaultInfo {
                 AreaAt::Within(area_m2) => Some(area_m2),
                 AreaAt::BelowRange | AreaAt::AboveRange => None,
             };
-            StrokeInfo {
-                limit_area_m2,
-                stall_area_m2: curve.not_reached_from_m2(),
-            }
+            StrokeInfo { limit_area_m2, stall_area_m2: curve.not_reached_from_m2() }
         };
         Self {
             close: stroke_info(Stroke::Close),

@@ -8,9 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::csv_file::round_area_mm2;
 use crate::error::TableError;
 use crate::fault::Fault;
-use crate::manifest::{
-    CycleSchedule, FaultInfo, FileInfo, InterpolationError, Limits, Manifest, StrokeInfo,
-};
+use crate::manifest::{CycleSchedule, FaultInfo, FileInfo, InterpolationError, Limits, Manifest, StrokeInfo};
 use crate::{m2_from_mm2, mm2_from_m2};
 
 /// Version of the manifest and of the tables' CSV.
@@ -32,10 +30,7 @@ struct RawManifest {
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-#[expect(
-    clippy::struct_field_names,
-    reason = "the unit is part of every key in the file"
-)]
+#[expect(clippy::struct_field_names, reason = "the unit is part of every key in the file")]
 struct RawSchedule {
     close_at_s: f64,
     open_at_s: f64,
@@ -117,8 +112,8 @@ pub(crate) fn to_json(manifest: &Manifest, ranges_m2: [(f64, f64); 2]) -> String
         atmosphere: fault(Fault::Atmosphere),
         supply: fault(Fault::Supply),
     };
-    let mut text = serde_json::to_string_pretty(&raw)
-        .expect("a manifest has string keys only, which is all that JSON asks for");
+    let mut text =
+        serde_json::to_string_pretty(&raw).expect("a manifest has string keys only, which is all that JSON asks for");
     text.push('\n');
     text
 }
@@ -160,19 +155,14 @@ pub(crate) fn from_json(text: &str, path: &Path) -> Result<Manifest, TableError>
             open_at_s: raw.schedule.open_at_s,
             end_s: raw.schedule.end_s,
         },
-        limits: Limits {
-            close_within_s: raw.limits.close_within_s,
-            open_within_s: raw.limits.open_within_s,
-        },
+        limits: Limits { close_within_s: raw.limits.close_within_s, open_within_s: raw.limits.open_within_s },
     })
 }
 
 /// Line, from 1, of the first mention of a file's name.
 fn line_of(text: &str, name: &str) -> usize {
     let quoted = serde_json::Value::from(name).to_string();
-    text.lines()
-        .position(|line| line.contains(&quoted))
-        .map_or(1, |i| i + 1)
+    text.lines().position(|line| line.contains(&quoted)).map_or(1, |i| i + 1)
 }
 
 fn raw_stroke(info: &StrokeInfo) -> RawStroke {
@@ -207,10 +197,5 @@ fn fault_info(raw: &RawFault) -> FaultInfo {
 }
 
 fn file_info(raw: RawFault) -> FileInfo {
-    FileInfo {
-        name: raw.file,
-        blake3: raw.blake3,
-        bytes: raw.bytes,
-        rows: raw.rows,
-    }
+    FileInfo { name: raw.file, blake3: raw.blake3, bytes: raw.bytes, rows: raw.rows }
 }

@@ -50,28 +50,16 @@ impl LeakTable {
         for (row, point) in points.iter().enumerate() {
             let area = point.leak_area_m2;
             if !(area.is_finite() && area >= 0.0) {
-                return Err(RowError::Area {
-                    row,
-                    found_m2: area,
-                });
+                return Err(RowError::Area { row, found_m2: area });
             }
             if row > 0 && area <= points[row - 1].leak_area_m2 {
                 let previous_m2 = points[row - 1].leak_area_m2;
-                return Err(RowError::AreaOrder {
-                    row,
-                    found_m2: area,
-                    previous_m2,
-                });
+                return Err(RowError::AreaOrder { row, found_m2: area, previous_m2 });
             }
         }
         let close = column(&points, Stroke::Close)?;
         let open = column(&points, Stroke::Open)?;
-        Ok(Self {
-            fault,
-            points,
-            close,
-            open,
-        })
+        Ok(Self { fault, points, close, open })
     }
 
     /// The kind of leak.
@@ -87,10 +75,7 @@ impl LeakTable {
     /// First and last leak area of the table in m2.
     pub fn range_m2(&self) -> (f64, f64) {
         // `column` has refused tables with fewer than two points.
-        (
-            self.points[0].leak_area_m2,
-            self.points[self.points.len() - 1].leak_area_m2,
-        )
+        (self.points[0].leak_area_m2, self.points[self.points.len() - 1].leak_area_m2)
     }
 
     /// The time of one stroke over the leak area.
@@ -105,36 +90,23 @@ impl LeakTable {
 
 /// Checks one column and makes a curve of the rows at which it has a time.
 fn column(points: &[LeakPoint], stroke: Stroke) -> Result<TimingCurve, RowError> {
-    let finished = points
-        .iter()
-        .take_while(|p| p.time_s(stroke).is_some())
-        .count();
+    let finished = points.iter().take_while(|p| p.time_s(stroke).is_some()).count();
     if let Some(row) = (finished..points.len()).find(|&row| points[row].time_s(stroke).is_some()) {
         return Err(RowError::TimeAfterGap { row, stroke });
     }
     let times: Vec<f64> = points.iter().filter_map(|p| p.time_s(stroke)).collect();
     if let Some(row) = times.iter().position(|t| !(t.is_finite() && *t >= 0.0)) {
-        return Err(RowError::Time {
-            row,
-            stroke,
-            found_s: times[row],
-        });
+        return Err(RowError::Time { row, stroke, found_s: times[row] });
     }
     let areas = points[..finished].iter().map(|p| p.leak_area_m2).collect();
     let not_reached_from_m2 = points.get(finished).map(|p| p.leak_area_m2);
     TimingCurve::new(areas, times.clone(), not_reached_from_m2).map_err(|error| match error {
-        CurveError::NotMonotone { index: row } => RowError::NotMonotone {
-            row,
-            stroke,
-            found_s: times[row],
-            previous_s: times[row - 1],
-        },
+        CurveError::NotMonotone { index: row } => {
+            RowError::NotMonotone { row, stroke, found_s: times[row], previous_s: times[row - 1] }
+        }
         // Areas and times have been checked above, so that a short column is
         // the only complaint left.
-        _ => RowError::TooFew {
-            stroke,
-            found: finished,
-        },
+        _ => RowError::TooFew { stroke, found: finished },
     })
 }
 
@@ -145,11 +117,7 @@ mod tests {
     use crate::timing::{AreaAt, TimeAt};
 
     fn point(area_mm2: f64, close: Option<f64>, open: Option<f64>) -> LeakPoint {
-        LeakPoint {
-            leak_area_m2: area_mm2 * 1e-6,
-            close_time_s: close,
-            open_time_s: open,
-        }
+        LeakPoint { leak_area_m2: area_mm2 * 1e-6, close_time_s: close, open_time_s: open }
     }
 
     fn rows() -> Vec<LeakPoint> {
@@ -171,10 +139,7 @@ mod tests {
         assert_eq!(close.time_at(-0.01e-6), TimeAt::BelowRange);
         assert_eq!(close.time_at(0.25e-6), TimeAt::AboveRange);
         assert_eq!(close.time_at(0.3e-6), TimeAt::NotReached);
-        assert_eq!(
-            table.curve(Stroke::Open).time_at(0.31e-6),
-            TimeAt::AboveRange
-        );
+        assert_eq!(table.curve(Stroke::Open).time_at(0.31e-6), TimeAt::AboveRange);
         assert_eq!(close.area_at(0.9), AreaAt::BelowRange);
         assert_eq!(close.area_at(2.6), AreaAt::AboveRange);
         assert!(matches!(close.area_at(1.5), AreaAt::Within(a) if (a - 0.1e-6).abs() < 1e-20));
@@ -190,32 +155,12 @@ mod tests {
         let stroke = Stroke::Close;
         assert_eq!(
             refuse(&|r| r[3].close_time_s = Some(2.5)),
-            RowError::NotMonotone {
-                row: 3,
-                stroke,
-                found_s: 2.5,
-                previous_s: 2.5
-            }
+            RowError::NotMonotone { row: 3, stroke, found_s: 2.5, previous_s: 2.5 }
         );
-        assert_eq!(
-            refuse(&|r| r[1].close_time_s = None),
-            RowError::TimeAfterGap { row: 2, stroke }
-        );
-        assert_eq!(
-            refuse(&|r| r.truncate(1)),
-            RowError::TooFew { stroke, found: 1 }
-        );
-        assert!(matches!(
-            refuse(&|r| r[0].close_time_s = Some(f64::NAN)),
-            RowError::Time { row: 0, .. }
-        ));
-        assert!(matches!(
-            refuse(&|r| r.swap(1, 2)),
-            RowError::AreaOrder { row: 2, .. }
-        ));
-        assert!(matches!(
-            refuse(&|r| r[0].leak_area_m2 = -1e-9),
-            RowError::Area { row: 0, .. }
-        ));
+        assert_eq!(refuse(&|r| r[1].close_time_s = None), RowError::TimeAfterGap { row: 2, stroke });
+        assert_eq!(refuse(&|r| r.truncate(1)), RowError::TooFew { stroke, found: 1 });
+        assert!(matches!(refuse(&|r| r[0].close_time_s = Some(f64::NAN)), RowError::Time { row: 0, .. }));
+        assert!(matches!(refuse(&|r| r.swap(1, 2)), RowError::AreaOrder { row: 2, .. }));
+        assert!(matches!(refuse(&|r| r[0].leak_area_m2 = -1e-9), RowError::Area { row: 0, .. }));
     }
 }

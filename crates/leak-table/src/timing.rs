@@ -45,19 +45,12 @@ impl TimingCurve {
         times_s: Vec<f64>,
         not_reached_from_m2: Option<f64>,
     ) -> Result<Self, CurveError> {
-        MonotoneCubic::new(areas_m2, times_s).map(|curve| Self {
-            curve,
-            not_reached_from_m2,
-        })
+        MonotoneCubic::new(areas_m2, times_s).map(|curve| Self { curve, not_reached_from_m2 })
     }
 
     /// Which way the time goes as the leak grows.
     pub fn direction(&self) -> Direction {
-        if self.curve.is_rising() {
-            Direction::Rising
-        } else {
-            Direction::Falling
-        }
+        if self.curve.is_rising() { Direction::Rising } else { Direction::Falling }
     }
 
     /// First and last area at which the table has a time, in m2.

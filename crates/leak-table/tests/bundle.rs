@@ -5,14 +5,11 @@ use std::fs;
 use std::path::Path;
 
 use leak_table::{
-    BundleInfo, CycleSchedule, Fault, FaultInfo, LeakPoint, LeakTable, Limits, MANIFEST_FILE,
-    Stroke, TableBundle, TableError,
+    BundleInfo, CycleSchedule, Fault, FaultInfo, LeakPoint, LeakTable, Limits, MANIFEST_FILE, Stroke, TableBundle,
+    TableError,
 };
 
-const LIMITS: Limits = Limits {
-    close_within_s: 3.0,
-    open_within_s: 6.0,
-};
+const LIMITS: Limits = Limits { close_within_s: 3.0, open_within_s: 6.0 };
 
 /// Times that rise like 1/(1 - a) and fall like 1/(1 + a).
 fn table(fault: Fault, stall_mm2: f64) -> LeakTable {
@@ -25,11 +22,7 @@ fn table(fault: Fault, stall_mm2: f64) -> LeakTable {
                 Fault::Atmosphere => (slow, fast),
                 Fault::Supply => (fast, slow),
             };
-            LeakPoint {
-                leak_area_m2: share * stall_mm2 * 1e-6,
-                close_time_s,
-                open_time_s,
-            }
+            LeakPoint { leak_area_m2: share * stall_mm2 * 1e-6, close_time_s, open_time_s }
         })
         .collect();
     LeakTable::new(fault, points).expect("rows are monotone")
@@ -40,11 +33,7 @@ fn bundle() -> TableBundle {
     let info = BundleInfo {
         valve: "made up".into(),
         model_hash: "0123abcd".into(),
-        schedule: CycleSchedule {
-            close_at_s: 0.0,
-            open_at_s: 4.0,
-            end_s: 12.0,
-        },
+        schedule: CycleSchedule { close_at_s: 0.0, open_at_s: 4.0, end_s: 12.0 },
         limits: LIMITS,
         atmosphere: FaultInfo::from_table(&atmosphere, &LIMITS),
         supply: FaultInfo::from_table(&supply, &LIMITS),
@@ -92,10 +81,8 @@ fn writes_the_same_bytes_again_and_leaves_nothing_else_behind() {
     let read = TableBundle::read(dir.path()).expect("is whole");
     read.write(dir.path()).expect("is written again");
     assert_eq!(names.map(content), before);
-    let mut found: Vec<_> = fs::read_dir(dir.path())
-        .expect("directory is there")
-        .map(|entry| entry.expect("entry").file_name())
-        .collect();
+    let mut found: Vec<_> =
+        fs::read_dir(dir.path()).expect("directory is there").map(|entry| entry.expect("entry").file_name()).collect();
     found.sort();
     assert_eq!(found, names);
 }
@@ -103,27 +90,12 @@ fn writes_the_same_bytes_again_and_leaves_nothing_else_behind() {
 #[test]
 fn the_limit_area_is_where_the_slow_stroke_crosses_its_limit() {
     let bundle = bundle();
-    for (fault, stroke) in [
-        (Fault::Atmosphere, Stroke::Close),
-        (Fault::Supply, Stroke::Open),
-    ] {
+    for (fault, stroke) in [(Fault::Atmosphere, Stroke::Close), (Fault::Supply, Stroke::Open)] {
         let area = bundle.limit_area_m2(fault);
-        let (time, _) = bundle
-            .table(fault)
-            .curve(stroke)
-            .extrapolated_time_and_slope(area);
-        assert!(
-            (time - LIMITS.within_s(stroke)).abs() < 1e-6,
-            "{fault}: {time}"
-        );
-        let fast = Stroke::ALL
-            .into_iter()
-            .find(|s| *s != stroke)
-            .expect("two strokes");
-        assert_eq!(
-            bundle.manifest().fault(fault).stroke(fast).limit_area_m2,
-            None
-        );
+        let (time, _) = bundle.table(fault).curve(stroke).extrapolated_time_and_slope(area);
+        assert!((time - LIMITS.within_s(stroke)).abs() < 1e-6, "{fault}: {time}");
+        let fast = Stroke::ALL.into_iter().find(|s| *s != stroke).expect("two strokes");
+        assert_eq!(bundle.manifest().fault(fault).stroke(fast).limit_area_m2, None);
     }
 }
 
@@ -132,10 +104,7 @@ fn a_missing_manifest_is_told() {
     let dir = written();
     fs::remove_file(dir.path().join(MANIFEST_FILE)).expect("is removed");
     let (error, text) = refusal(dir.path());
-    assert!(
-        matches!(error, TableError::ManifestMissing { .. }),
-        "{text}"
-    );
+    assert!(matches!(error, TableError::ManifestMissing { .. }), "{text}");
     assert!(text.contains("build-tables"), "{text}");
 }
 
@@ -156,10 +125,7 @@ fn a_broken_manifest_is_told_with_its_line() {
     let text = fs::read_to_string(&path).expect("is there");
     fs::write(&path, text.replace("\"valve\"", "\"walve\"")).expect("is written");
     let (error, text) = refusal(dir.path());
-    assert!(
-        matches!(error, TableError::Manifest { line: 3, .. }),
-        "{text}"
-    );
+    assert!(matches!(error, TableError::Manifest { line: 3, .. }), "{text}");
 }
 
 #[test]
@@ -189,10 +155,7 @@ fn wrong_columns_are_told() {
     forge(dir.path(), "supply.csv", "area,close,open\n0,1,2\n");
     let (error, text) = refusal(dir.path());
     assert!(matches!(error, TableError::Columns { .. }), "{text}");
-    assert!(
-        text.contains("supply.csv:1: found columns \"area,close,open\""),
-        "{text}"
-    );
+    assert!(text.contains("supply.csv:1: found columns \"area,close,open\""), "{text}");
 }
 
 #[test]
@@ -212,10 +175,7 @@ fn rows_that_are_not_monotone_are_told_with_their_line() {
     forge(dir.path(), "supply.csv", rows);
     let (error, text) = refusal(dir.path());
     assert!(matches!(error, TableError::Rows { line: 4, .. }), "{text}");
-    assert!(
-        text.contains("supply.csv:4: opening time: found 3 s after 3 s"),
-        "{text}"
-    );
+    assert!(text.contains("supply.csv:4: opening time: found 3 s after 3 s"), "{text}");
 }
 
 #[test]
@@ -235,41 +195,23 @@ fn tables_of_another_model_are_refused() {
     assert!(TableBundle::read_for_model(dir.path(), "0123abcd").is_ok());
     let error = TableBundle::read_for_model(dir.path(), "ffff").expect_err("another model");
     assert!(matches!(error, TableError::Model { .. }));
-    assert!(
-        error.to_string().contains("0123abcd, expected model ffff"),
-        "{error}"
-    );
+    assert!(error.to_string().contains("0123abcd, expected model ffff"), "{error}");
 }
 
 #[test]
 fn limits_outside_the_tables_are_refused() {
-    let limits = Limits {
-        close_within_s: 50.0,
-        open_within_s: 50.0,
-    };
+    let limits = Limits { close_within_s: 50.0, open_within_s: 50.0 };
     let (atmosphere, supply) = (table(Fault::Atmosphere, 0.7), table(Fault::Supply, 0.3));
     let info = BundleInfo {
         valve: "made up".into(),
         model_hash: String::new(),
-        schedule: CycleSchedule {
-            close_at_s: 0.0,
-            open_at_s: 4.0,
-            end_s: 12.0,
-        },
+        schedule: CycleSchedule { close_at_s: 0.0, open_at_s: 4.0, end_s: 12.0 },
         limits,
         atmosphere: FaultInfo::from_table(&atmosphere, &limits),
         supply: FaultInfo::from_table(&supply, &limits),
     };
     let error = TableBundle::new(info, &atmosphere, &supply).expect_err("never crossed");
-    assert!(
-        matches!(
-            error,
-            TableError::LimitOutside {
-                fault: Fault::Atmosphere
-            }
-        ),
-        "{error}"
-    );
+    assert!(matches!(error, TableError::LimitOutside { fault: Fault::Atmosphere }), "{error}");
 }
 
 #[test]

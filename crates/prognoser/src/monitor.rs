@@ -103,10 +103,7 @@ impl Monitor {
             let excess = found / (stated_s * stated_s) - 1.0;
             if n >= ENOUGH && excess > 4.0 * (1.5 / n).sqrt() {
                 self.noise_said = true;
-                notices.push(Notice::NoiseLarger {
-                    stated_s,
-                    found_s: found.sqrt(),
-                });
+                notices.push(Notice::NoiseLarger { stated_s, found_s: found.sqrt() });
             }
         }
     }

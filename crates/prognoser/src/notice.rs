@@ -114,15 +114,11 @@ impl fmt::Display for Notice {
             Self::RepeatedCycle => {
                 write!(f, "this cycle was in the log before; the row is not used")
             }
-            Self::OutOfOrder { latest } => write!(
-                f,
-                "this row comes after cycle {latest}; it is not used; sort the log to use it"
-            ),
+            Self::OutOfOrder { latest } => {
+                write!(f, "this row comes after cycle {latest}; it is not used; sort the log to use it")
+            }
             Self::CounterRestarted => {
-                write!(
-                    f,
-                    "the cycles start again from a lower number; the estimate starts anew"
-                )
+                write!(f, "the cycles start again from a lower number; the estimate starts anew")
             }
             Self::NotFinished { stroke } => {
                 write!(f, "the {stroke} stroke did not finish within the cycle")
@@ -130,31 +126,19 @@ impl fmt::Display for Notice {
             Self::AboveLimit { stroke, limit_s } => {
                 write!(f, "the {stroke} time is above its limit of {limit_s} s")
             }
-            Self::OutsideTables {
-                stroke,
-                found_s,
-                shortest_s,
-                longest_s,
-            } => write!(
+            Self::OutsideTables { stroke, found_s, shortest_s, longest_s } => write!(
                 f,
                 "the {stroke} time of {found_s:.4} s is outside the tables ({shortest_s:.4} to {longest_s:.4} s)"
             ),
-            Self::Glitch { stroke, residual_s } => write!(
-                f,
-                "the {stroke} time is {residual_s:+.3} s off and counts as a glitch"
-            ),
+            Self::Glitch { stroke, residual_s } => {
+                write!(f, "the {stroke} time is {residual_s:+.3} s off and counts as a glitch")
+            }
             Self::Repaired => write!(f, "the valve is healthy again; the estimate starts anew"),
             Self::GrowthChanged => {
-                write!(
-                    f,
-                    "the leak stepped or changed its pace; the estimate starts anew"
-                )
+                write!(f, "the leak stepped or changed its pace; the estimate starts anew")
             }
             Self::GrowthExponential => {
-                write!(
-                    f,
-                    "the leak grows by a factor rather than an amount per cycle"
-                )
+                write!(f, "the leak grows by a factor rather than an amount per cycle")
             }
             Self::Reread => write!(f, "earlier readings were judged anew"),
             Self::NoiseLarger { stated_s, found_s } => write!(

@@ -101,8 +101,7 @@ impl OlsEstimator {
         }
         let sensible = |fault: &Fault| {
             let line = &self.lines[*fault as usize];
-            line.slope()
-                .is_some_and(|slope| slope > 0.0 && line.value(slope, x) > 0.0)
+            line.slope().is_some_and(|slope| slope > 0.0 && line.value(slope, x) > 0.0)
         };
         let fault = Fault::ALL.into_iter().filter(sensible).max_by(|a, b| {
             let correlation = |fault: &Fault| self.lines[*fault as usize].correlation();

@@ -16,11 +16,7 @@ const OUTSIDE_FROM: f64 = 5.0;
 
 /// Notes strokes that did not finish or took too long; whether one of them
 /// would mean end of life if it is no glitch.
-pub(crate) fn limits(
-    tables: &TableBundle,
-    reading: &Reading,
-    notices: &mut Vec<Notice>,
-) -> [bool; 2] {
+pub(crate) fn limits(tables: &TableBundle, reading: &Reading, notices: &mut Vec<Notice>) -> [bool; 2] {
     Stroke::ALL.map(|stroke| {
         let limit_s = tables.manifest().limits.within_s(stroke);
         match reading.time_s(stroke) {
@@ -38,12 +34,7 @@ pub(crate) fn limits(
 }
 
 /// Notes what the estimator found odd.
-pub(crate) fn remark(
-    tables: &TableBundle,
-    reading: &Reading,
-    estimate: &BayesEstimate,
-    notices: &mut Vec<Notice>,
-) {
+pub(crate) fn remark(tables: &TableBundle, reading: &Reading, estimate: &BayesEstimate, notices: &mut Vec<Notice>) {
     for (i, stroke) in Stroke::ALL.into_iter().enumerate() {
         let Some(time) = reading.time_s(stroke) else {
             continue;
@@ -56,12 +47,7 @@ pub(crate) fn remark(
         }
         let margin = OUTSIDE_FROM * estimate.noise_sd_s;
         if time < shortest_s - margin || time > longest_s + margin {
-            notices.push(Notice::OutsideTables {
-                stroke,
-                found_s: time,
-                shortest_s,
-                longest_s,
-            });
+            notices.push(Notice::OutsideTables { stroke, found_s: time, shortest_s, longest_s });
         }
         if estimate.inlier[i] < GLITCH_BELOW
             && let Some(residual_s) = estimate.residual_s[i]
@@ -136,12 +122,7 @@ pub(crate) fn from_bayes(
     prognosis
 }
 
-pub(crate) fn from_ols(
-    name: &str,
-    reading: &Reading,
-    estimate: &OlsEstimate,
-    over_limit: [bool; 2],
-) -> Prognosis {
+pub(crate) fn from_ols(name: &str, reading: &Reading, estimate: &OlsEstimate, over_limit: [bool; 2]) -> Prognosis {
     let mut prognosis = blank(name, reading.cycle);
     let Some(fault) = estimate.fault else {
         return prognosis;
@@ -151,13 +132,7 @@ pub(crate) fn from_ols(
     prognosis.leak_rate_mm2_per_cycle = estimate.leak_rate_m2.map(mm2_from_m2);
     prognosis.eol_cycle = estimate.eol_cycle;
     prognosis.rul_cycles = estimate.rul_cycles;
-    let reached = estimate
-        .eol_cycle
-        .is_some_and(|eol| eol <= reading.cycle as f64);
-    prognosis.status = if reached || over_limit.contains(&true) {
-        Status::EolReached
-    } else {
-        Status::Degrading
-    };
+    let reached = estimate.eol_cycle.is_some_and(|eol| eol <= reading.cycle as f64);
+    prognosis.status = if reached || over_limit.contains(&true) { Status::EolReached } else { Status::Degrading };
     prognosis
 }

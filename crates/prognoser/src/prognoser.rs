@@ -69,11 +69,7 @@ struct Valve {
 impl Prognoser {
     /// A prognoser that has seen no valve.
     pub fn new(tables: Arc<TableBundle>, method: Method) -> Self {
-        Self {
-            tables,
-            method,
-            valves: HashMap::new(),
-        }
+        Self { tables, method, valves: HashMap::new() }
     }
 
     /// Number of valves seen.
@@ -85,13 +81,9 @@ impl Prognoser {
     /// used gives the last prognosis of its valve again, with a notice.
     pub fn push(&mut self, row: &LogRow<'_>) -> Prognosis {
         if !self.valves.contains_key(row.valve) {
-            self.valves
-                .insert(row.valve.to_owned(), Valve::new(&self.method));
+            self.valves.insert(row.valve.to_owned(), Valve::new(&self.method));
         }
-        let valve = self
-            .valves
-            .get_mut(row.valve)
-            .expect("it was inserted if it was missing");
+        let valve = self.valves.get_mut(row.valve).expect("it was inserted if it was missing");
         let mut prognosis = valve.push(&self.tables, &self.method, row.valve, &row.reading);
         prognosis.time = row.time.map(str::to_owned);
         prognosis
@@ -104,34 +96,17 @@ impl Valve {
             Method::Bayes(config) => Estimator::Bayes(Box::new(BayesEstimator::new(config))),
             Method::Ols => Estimator::Ols(OlsEstimator::new()),
         };
-        Self {
-            estimator,
-            monitor: Monitor::default(),
-            latest: None,
-            seen: [None; 8],
-            late: Vec::new(),
-            last: None,
-        }
+        Self { estimator, monitor: Monitor::default(), latest: None, seen: [None; 8], late: Vec::new(), last: None }
     }
 
-    fn push(
-        &mut self,
-        tables: &TableBundle,
-        method: &Method,
-        name: &str,
-        reading: &Reading,
-    ) -> Prognosis {
+    fn push(&mut self, tables: &TableBundle, method: &Method, name: &str, reading: &Reading) -> Prognosis {
         let mut notices = Vec::new();
         if let Some(latest) = self.latest {
             if reading.cycle <= latest {
                 if self.seen.contains(&Some(reading.cycle)) && self.late.is_empty() {
                     return self.unused(name, reading, Notice::RepeatedCycle);
                 }
-                if self
-                    .late
-                    .last()
-                    .is_some_and(|before| before.cycle >= reading.cycle)
-                {
+                if self.late.last().is_some_and(|before| before.cycle >= reading.cycle) {
                     self.late.clear();
                 }
                 self.late.push(*reading);
@@ -157,10 +132,7 @@ impl Valve {
 
     /// The last prognosis again, for a row that is not used.
     fn unused(&self, name: &str, reading: &Reading, notice: Notice) -> Prognosis {
-        let mut prognosis = self
-            .last
-            .clone()
-            .unwrap_or_else(|| blank(name, reading.cycle));
+        let mut prognosis = self.last.clone().unwrap_or_else(|| blank(name, reading.cycle));
         prognosis.cycle = reading.cycle;
         prognosis.notices = vec![notice];
         prognosis
@@ -185,40 +157,23 @@ impl Valve {
                     self.monitor = Monitor::default();
                 }
                 remark(tables, reading, &estimate, &mut notices);
-                let sound = |i: usize| {
-                    estimate.residual_s[i].filter(|_| estimate.inlier[i] >= GLITCH_BELOW)
-                };
+                let sound = |i: usize| estimate.residual_s[i].filter(|_| estimate.inlier[i] >= GLITCH_BELOW);
                 let stated = match config.noise {
                     Noise::Known { sd_s } => Some(sd_s),
                     Noise::Estimated { .. } => None,
                 };
                 let residuals = [sound(0), sound(1)];
-                let healthy = Stroke::ALL.map(|stroke| {
-                    tables
-                        .table(Fault::Atmosphere)
-                        .curve(stroke)
-                        .end_times_s()
-                        .0
-                });
-                self.monitor
-                    .look(residuals, healthy, stated, estimate.leading, &mut notices);
+                let healthy = Stroke::ALL.map(|stroke| tables.table(Fault::Atmosphere).curve(stroke).end_times_s().0);
+                self.monitor.look(residuals, healthy, stated, estimate.leading, &mut notices);
                 from_bayes(name, reading, &estimate, config.name_from, over_limit)
             }
-            (Estimator::Ols(estimator), _) => from_ols(
-                name,
-                reading,
-                &estimator.update(tables, reading),
-                over_limit,
-            ),
+            (Estimator::Ols(estimator), _) => from_ols(name, reading, &estimator.update(tables, reading), over_limit),
             (Estimator::Bayes(_), Method::Ols) => {
                 unreachable!("the estimator is made by the method, which never changes")
             }
         };
         prognosis.notices = notices;
-        self.last = Some(Prognosis {
-            notices: Vec::new(),
-            ..prognosis.clone()
-        });
+        self.last = Some(Prognosis { notices: Vec::new(), ..prognosis.clone() });
         prognosis
     }
 }

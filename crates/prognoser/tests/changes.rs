@@ -13,10 +13,7 @@ const SD: f64 = 0.02;
 
 /// Cycle at which a notice came first.
 fn first(prognoses: &[Prognosis], kind: &str) -> Option<u64> {
-    notices(prognoses)
-        .iter()
-        .find(|(_, found)| *found == kind)
-        .map(|(cycle, _)| *cycle)
+    notices(prognoses).iter().find(|(_, found)| *found == kind).map(|(cycle, _)| *cycle)
 }
 
 fn end(prognosis: &Prognosis) -> f64 {
@@ -28,23 +25,12 @@ fn a_repair_restarts_the_estimate() {
     for fault in Fault::ALL {
         for seed in 0..20 {
             let leak = |k: f64| {
-                if k < 25.0 {
-                    k / 50.0
-                } else {
-                    (k - 25.0) / 50.0
-                }
+                if k < 25.0 { k / 50.0 } else { (k - 25.0) / 50.0 }
             };
-            let prognoses = run(
-                Method::default(),
-                &log(&tables(), fault, 60, SD, seed, leak),
-            );
+            let prognoses = run(Method::default(), &log(&tables(), fault, 60, SD, seed, leak));
             let cycle = first(&prognoses, "repaired").expect("the repair is seen");
             assert!((25..=30).contains(&cycle), "{fault}, {seed}: {cycle}");
-            assert!(
-                (end(&prognoses[50]) - 75.0).abs() < 5.0,
-                "{fault}: {:?}",
-                prognoses[50]
-            );
+            assert!((end(&prognoses[50]) - 75.0).abs() < 5.0, "{fault}: {:?}", prognoses[50]);
         }
     }
 }
@@ -54,17 +40,10 @@ fn a_step_is_seen_and_followed() {
     for fault in Fault::ALL {
         for seed in 0..20 {
             let leak = |k: f64| k / 50.0 + if k < 20.0 { 0.0 } else { 0.25 };
-            let prognoses = run(
-                Method::default(),
-                &log(&tables(), fault, 36, SD, seed, leak),
-            );
+            let prognoses = run(Method::default(), &log(&tables(), fault, 36, SD, seed, leak));
             let cycle = first(&prognoses, "growth-changed").expect("the step is seen");
             assert!((20..=26).contains(&cycle), "{fault}, {seed}: {cycle}");
-            assert!(
-                (end(&prognoses[35]) - 37.5).abs() < 1.5,
-                "{fault}: {:?}",
-                prognoses[35]
-            );
+            assert!((end(&prognoses[35]) - 37.5).abs() < 1.5, "{fault}: {:?}", prognoses[35]);
         }
     }
 }
@@ -74,17 +53,10 @@ fn a_leak_that_sets_in_late_is_found() {
     for fault in Fault::ALL {
         for seed in 0..10 {
             let leak = |k: f64| (k - 100.0).max(0.0) / 40.0;
-            let prognoses = run(
-                Method::default(),
-                &log(&tables(), fault, 130, SD, seed, leak),
-            );
+            let prognoses = run(Method::default(), &log(&tables(), fault, 130, SD, seed, leak));
             assert_eq!(prognoses[99].fault, FaultCall::None, "{seed}");
             assert_eq!(prognoses[115].fault.fault(), Some(fault), "{seed}");
-            assert!(
-                (end(&prognoses[125]) - 140.0).abs() < 5.0,
-                "{fault}: {:?}",
-                prognoses[125]
-            );
+            assert!((end(&prognoses[125]) - 140.0).abs() < 5.0, "{fault}: {:?}", prognoses[125]);
         }
     }
 }
@@ -94,28 +66,14 @@ fn exponential_growth_is_told_from_linear_growth() {
     let leak = |k: f64| (0.12 * (k - 50.0)).exp();
     for fault in Fault::ALL {
         let readings = log(&tables(), fault, 48, SD, 2, leak);
-        let config = BayesConfig {
-            growth: GrowthLaw::Exponential,
-            ..BayesConfig::default()
-        };
+        let config = BayesConfig { growth: GrowthLaw::Exponential, ..BayesConfig::default() };
         let asked = run(Method::Bayes(config), &readings);
-        assert!(
-            (end(&asked[44]) - 50.0).abs() < 2.5,
-            "{fault}: {:?}",
-            asked[44]
-        );
+        assert!((end(&asked[44]) - 50.0).abs() < 2.5, "{fault}: {:?}", asked[44]);
         let chosen = run(Method::default(), &readings);
         let seen = first(&chosen, "growth-exponential").or(first(&chosen, "growth-changed"));
         assert!(seen.is_some(), "{fault}: nothing was said");
-        assert!(
-            (end(&chosen[47]) - 50.0).abs() < 2.5,
-            "{fault}: {:?}",
-            chosen[47]
-        );
-        let config = BayesConfig {
-            growth: GrowthLaw::Linear,
-            ..BayesConfig::default()
-        };
+        assert!((end(&chosen[47]) - 50.0).abs() < 2.5, "{fault}: {:?}", chosen[47]);
+        let config = BayesConfig { growth: GrowthLaw::Linear, ..BayesConfig::default() };
         let straight = run(Method::Bayes(config), &readings);
         assert_eq!(first(&straight, "growth-exponential"), None);
     }
@@ -127,16 +85,8 @@ fn steady_growth_raises_no_suspicion() {
         for seed in 0..50 {
             let readings = log(&tables(), fault, 50, SD, seed, |k| k / 51.0);
             let said = notices(&run(Method::default(), &readings));
-            let changes = [
-                "repaired",
-                "growth-changed",
-                "growth-exponential",
-                "unexplained",
-            ];
-            assert!(
-                !said.iter().any(|(_, kind)| changes.contains(kind)),
-                "{seed}: {said:?}"
-            );
+            let changes = ["repaired", "growth-changed", "growth-exponential", "unexplained"];
+            assert!(!said.iter().any(|(_, kind)| changes.contains(kind)), "{seed}: {said:?}");
         }
     }
 }
@@ -146,13 +96,7 @@ fn noise_above_what_was_stated_is_said() {
     let readings = log(&tables(), Fault::Supply, 40, 0.05, 1, |k| k / 45.0);
     let stated = |sd_s: f64| {
         let noise = Noise::Known { sd_s };
-        run(
-            Method::Bayes(BayesConfig {
-                noise,
-                ..BayesConfig::default()
-            }),
-            &readings,
-        )
+        run(Method::Bayes(BayesConfig { noise, ..BayesConfig::default() }), &readings)
     };
     assert!(first(&stated(0.01), "noise-larger").is_some());
     assert_eq!(first(&stated(0.05), "noise-larger"), None);
@@ -162,27 +106,13 @@ fn noise_above_what_was_stated_is_said() {
 fn a_constant_offset_that_no_leak_explains_is_said_with_what_to_do() {
     let readings: Vec<Reading> = log(&tables(), Fault::Supply, 30, 0.005, 1, |k| k / 40.0)
         .into_iter()
-        .map(|r| Reading {
-            close_time_s: r.close_time_s.map(|t| t + 0.08),
-            ..r
-        })
+        .map(|r| Reading { close_time_s: r.close_time_s.map(|t| t + 0.08), ..r })
         .collect();
     let prognoses = run(Method::default(), &readings);
-    assert!(
-        first(&prognoses, "offset").is_some(),
-        "{:?}",
-        notices(&prognoses)
-    );
-    let text = prognoses
-        .iter()
-        .flat_map(|p| &p.notices)
-        .find(|n| n.kind() == "offset")
-        .expect("it was said")
-        .to_string();
-    assert!(
-        text.contains("valve compare") && text.contains("valve explain"),
-        "{text}"
-    );
+    assert!(first(&prognoses, "offset").is_some(), "{:?}", notices(&prognoses));
+    let text =
+        prognoses.iter().flat_map(|p| &p.notices).find(|n| n.kind() == "offset").expect("it was said").to_string();
+    assert!(text.contains("valve compare") && text.contains("valve explain"), "{text}");
 }
 
 #[test]

@@ -12,14 +12,7 @@ const END: f64 = 24.9;
 
 fn methods() -> [Method; 3] {
     let known = Noise::Known { sd_s: 1e-3 };
-    [
-        Method::default(),
-        Method::Bayes(BayesConfig {
-            noise: known,
-            ..BayesConfig::default()
-        }),
-        Method::Ols,
-    ]
+    [Method::default(), Method::Bayes(BayesConfig { noise: known, ..BayesConfig::default() }), Method::Ols]
 }
 
 #[test]
@@ -52,11 +45,7 @@ fn the_state_goes_from_healthy_over_degrading_to_the_end() {
         let bounds = &prognoses[10];
         assert!(bounds.rul_p05 < bounds.rul_p50 && bounds.rul_p50 < bounds.rul_p95);
         let said = notices(&prognoses);
-        assert!(
-            said.iter()
-                .all(|(cycle, kind)| *kind == "above-limit" && *cycle >= 25),
-            "{said:?}"
-        );
+        assert!(said.iter().all(|(cycle, kind)| *kind == "above-limit" && *cycle >= 25), "{said:?}");
     }
 }
 
@@ -74,15 +63,10 @@ fn least_squares_give_whole_cycles() {
 fn a_valve_that_starts_with_a_leak_is_followed_all_the_same() {
     let tables = tables();
     for fault in Fault::ALL {
-        let readings = log(&tables, fault, 25, 0.005, 3, |cycle| {
-            0.4 + 0.6 * cycle / 25.0
-        });
+        let readings = log(&tables, fault, 25, 0.005, 3, |cycle| 0.4 + 0.6 * cycle / 25.0);
         let prognoses = run(Method::default(), &readings);
         let late = &prognoses[15];
         assert_eq!(late.fault.fault(), Some(fault));
-        assert!(
-            (late.eol_cycle.expect("an end") - 25.0).abs() < 1.0,
-            "{late:?}"
-        );
+        assert!((late.eol_cycle.expect("an end") - 25.0).abs() < 1.0, "{late:?}");
     }
 }

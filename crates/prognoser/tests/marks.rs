@@ -13,13 +13,8 @@ use prognoser::study::{Outliers, StudyConfig, StudyResult};
 
 const LIVES: u64 = 2000;
 
-static STUDY: LazyLock<Vec<StudyResult>> = LazyLock::new(|| {
-    StudyConfig {
-        seeds: LIVES,
-        ..StudyConfig::default()
-    }
-    .run(&tables())
-});
+static STUDY: LazyLock<Vec<StudyResult>> =
+    LazyLock::new(|| StudyConfig { seeds: LIVES, ..StudyConfig::default() }.run(&tables()));
 
 fn of(method: &str) -> impl Iterator<Item = &'static StudyResult> {
     STUDY.iter().filter(move |result| result.method == method)
@@ -34,12 +29,7 @@ fn relative_accuracy_and_convergence_reach_their_marks() {
             1e-3 => (result.relative_accuracy.p50, 0.95),
             _ => (result.relative_accuracy.p50, 0.87),
         };
-        assert!(
-            median >= mark,
-            "{}, {}: {median}",
-            result.fault,
-            result.noise_variance_s2
-        );
+        assert!(median >= mark, "{}, {}: {median}", result.fault, result.noise_variance_s2);
         if result.noise_variance_s2 <= 1e-3 {
             assert!(result.convergence_cycle.p50 <= 5.0, "{result:?}");
         }
@@ -59,11 +49,7 @@ fn least_squares_are_where_the_paper_would_have_them() {
             (Fault::Atmosphere, _) => 0.65,
         };
         let median = result.relative_accuracy.p50;
-        assert!(
-            (median - mark).abs() < 0.07,
-            "{}: {median}, about {mark}",
-            result.fault
-        );
+        assert!((median - mark).abs() < 0.07, "{}: {median}, about {mark}", result.fault);
     }
 }
 
@@ -83,11 +69,7 @@ fn the_intervals_hold_the_truth_as_often_as_they_say() {
     let pooled = noisy.iter().filter_map(|r| r.coverage_90).sum::<f64>() / noisy.len() as f64;
     assert!((0.88..=0.92).contains(&pooled), "{pooled}");
     for result in noisy {
-        for share in result
-            .coverage_90_at_quarters
-            .as_ref()
-            .expect("it has intervals")
-        {
+        for share in result.coverage_90_at_quarters.as_ref().expect("it has intervals") {
             assert!((0.86..=0.94).contains(share), "{result:?}");
         }
     }
@@ -102,11 +84,7 @@ fn the_fault_is_isolated_by_cycle_3() {
 
 #[test]
 fn a_healthy_valve_is_hardly_ever_called_faulty() {
-    let config = StudyConfig {
-        seeds: 300,
-        noise_variances_s2: vec![1e-4, 1e-3, 1e-2],
-        ..StudyConfig::default()
-    };
+    let config = StudyConfig { seeds: 300, noise_variances_s2: vec![1e-4, 1e-3, 1e-2], ..StudyConfig::default() };
     let shares = config.false_alarms(&tables(), &Method::default(), 1000);
     assert!(shares.iter().all(|share| *share < 0.01), "{shares:?}");
 }
@@ -117,10 +95,7 @@ fn outliers_cost_less_than_three_points() {
         noise_variances_s2: vec![1e-3],
         methods: vec![Method::default()],
         seeds: LIVES,
-        outliers: Some(Outliers {
-            share: 0.05,
-            size_s: 1.0,
-        }),
+        outliers: Some(Outliers { share: 0.05, size_s: 1.0 }),
         ..StudyConfig::default()
     };
     for hit in config.run(&tables()) {
@@ -134,10 +109,7 @@ fn outliers_cost_less_than_three_points() {
 
 #[test]
 fn an_unknown_start_is_near_its_own_bound() {
-    let config = BayesConfig {
-        start: StartPrior::Unknown,
-        ..BayesConfig::default()
-    };
+    let config = BayesConfig { start: StartPrior::Unknown, ..BayesConfig::default() };
     let study = StudyConfig {
         noise_variances_s2: vec![1e-4, 1e-3],
         methods: vec![Method::Bayes(config)],
@@ -145,30 +117,16 @@ fn an_unknown_start_is_near_its_own_bound() {
         ..StudyConfig::default()
     };
     for result in study.run(&tables()) {
-        let ratios = result
-            .eol_error_to_bound_unknown_start
-            .expect("there is noise");
+        let ratios = result.eol_error_to_bound_unknown_start.expect("there is noise");
         assert!(ratios[1..].iter().all(|ratio| *ratio < 1.15), "{ratios:?}");
     }
 }
 
 #[test]
 fn a_study_is_the_same_for_any_number_of_threads() {
-    let config = StudyConfig {
-        seeds: 20,
-        ..StudyConfig::default()
-    };
+    let config = StudyConfig { seeds: 20, ..StudyConfig::default() };
     let tables = tables();
-    let one = rayon::ThreadPoolBuilder::new()
-        .num_threads(1)
-        .build()
-        .expect("a pool");
-    let three = rayon::ThreadPoolBuilder::new()
-        .num_threads(3)
-        .build()
-        .expect("a pool");
-    assert_eq!(
-        one.install(|| config.run(&tables)),
-        three.install(|| config.run(&tables))
-    );
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a pool");
+    let three = rayon::ThreadPoolBuilder::new().num_threads(3).build().expect("a pool");
+    assert_eq!(one.install(|| config.run(&tables)), three.install(|| config.run(&tables)));
 }

@@ -41,18 +41,11 @@ fn interleaved_valves_do_not_disturb_each_other() {
 #[test]
 fn missed_cycles_are_said_and_cost_only_their_information() {
     let full = supply_log(1);
-    let thinned: Vec<Reading> = full
-        .iter()
-        .copied()
-        .filter(|r| r.cycle < 10 || r.cycle % 3 == 0)
-        .collect();
+    let thinned: Vec<Reading> = full.iter().copied().filter(|r| r.cycle < 10 || r.cycle % 3 == 0).collect();
     let prognoses = run(Method::default(), &thinned);
     assert!(notices(&prognoses).contains(&(12, "missed-cycles")));
     let last = prognoses.last().expect("rows");
-    assert!(
-        (last.eol_cycle.expect("an end") - 30.0).abs() < 1.0,
-        "{last:?}"
-    );
+    assert!((last.eol_cycle.expect("an end") - 30.0).abs() < 1.0, "{last:?}");
 }
 
 #[test]
@@ -61,14 +54,9 @@ fn repeated_and_late_rows_are_said_and_not_used() {
     let mut untidy = tidy.clone();
     untidy.insert(11, tidy[10]);
     untidy.insert(15, tidy[2]);
-    let (a, b) = (
-        run(Method::default(), &tidy),
-        run(Method::default(), &untidy),
-    );
-    let said: Vec<_> = notices(&b)
-        .into_iter()
-        .filter(|(_, kind)| ["repeated-cycle", "out-of-order"].contains(kind))
-        .collect();
+    let (a, b) = (run(Method::default(), &tidy), run(Method::default(), &untidy));
+    let said: Vec<_> =
+        notices(&b).into_iter().filter(|(_, kind)| ["repeated-cycle", "out-of-order"].contains(kind)).collect();
     assert_eq!(said, [(10, "repeated-cycle"), (2, "out-of-order")]);
     assert_eq!(a.last().map(|p| p.eol_cycle), b.last().map(|p| p.eol_cycle));
     assert_eq!(b[11].eol_cycle, b[10].eol_cycle);
@@ -79,16 +67,9 @@ fn a_counter_that_starts_again_starts_the_estimate_anew() {
     let mut readings = supply_log(3);
     readings.extend(supply_log(4));
     let prognoses = run(Method::default(), &readings);
-    assert!(
-        notices(&prognoses).contains(&(2, "counter-restarted")),
-        "{:?}",
-        notices(&prognoses)
-    );
+    assert!(notices(&prognoses).contains(&(2, "counter-restarted")), "{:?}", notices(&prognoses));
     let last = prognoses.last().expect("rows");
-    assert!(
-        (last.eol_cycle.expect("an end") - 30.0).abs() < 1.0,
-        "{last:?}"
-    );
+    assert!((last.eol_cycle.expect("an end") - 30.0).abs() < 1.0, "{last:?}");
 }
 
 #[test]
@@ -125,10 +106,7 @@ fn the_state_of_a_valve_does_not_grow() {
     // kept); here, that a long log runs through and stays sane.
     let readings = log(&tables(), Fault::Supply, 20_000, 0.02, 6, |_| 0.0);
     let last = run(Method::default(), &readings).pop().expect("rows");
-    assert!(
-        last.fault_probability.expect("bayes").none > 0.999,
-        "{last:?}"
-    );
+    assert!(last.fault_probability.expect("bayes").none > 0.999, "{last:?}");
 }
 
 const HEADER: &str = "valve,cycle,close_time_s,open_time_s\n";
@@ -139,9 +117,7 @@ fn a_growing_file_is_followed_by_whole_lines() {
     let path = dir.path().join("log.csv");
     fs::write(&path, HEADER).expect("written");
     let stop = Arc::new(AtomicBool::new(false));
-    let followed = FollowedFile::open(&path, Duration::from_millis(2))
-        .expect("is there")
-        .stop_by(Arc::clone(&stop));
+    let followed = FollowedFile::open(&path, Duration::from_millis(2)).expect("is there").stop_by(Arc::clone(&stop));
     let reader = thread::spawn(move || {
         let mut log = TimingLog::new("log.csv", BufReader::new(followed)).expect("a header");
         let mut cycles = Vec::new();
@@ -150,19 +126,13 @@ fn a_growing_file_is_followed_by_whole_lines() {
         }
         cycles
     });
-    let mut file = OpenOptions::new()
-        .append(true)
-        .open(&path)
-        .expect("is there");
+    let mut file = OpenOptions::new().append(true).open(&path).expect("is there");
     for piece in ["V,0,1.0", "4,2.1\nV,1,", "1.05,2.2\n"] {
         file.write_all(piece.as_bytes()).expect("written");
         thread::sleep(Duration::from_millis(20));
     }
     stop.store(true, Ordering::Relaxed);
-    assert_eq!(
-        reader.join().expect("no panic"),
-        [(0, Some(2.1)), (1, Some(2.2))]
-    );
+    assert_eq!(reader.join().expect("no panic"), [(0, Some(2.1)), (1, Some(2.2))]);
 }
 
 fn follow_until_error(change: impl FnOnce(&std::path::Path) + Send + 'static) -> String {
@@ -173,10 +143,7 @@ fn follow_until_error(change: impl FnOnce(&std::path::Path) + Send + 'static) ->
     let mut log = TimingLog::new("log.csv", BufReader::new(followed)).expect("a header");
     assert!(log.next_row().expect("a row").is_some());
     let changer = thread::spawn(move || change(&path));
-    let error = log
-        .next_row()
-        .expect_err("the file is no longer the same")
-        .to_string();
+    let error = log.next_row().expect_err("the file is no longer the same").to_string();
     changer.join().expect("no panic");
     error
 }
@@ -184,16 +151,9 @@ fn follow_until_error(change: impl FnOnce(&std::path::Path) + Send + 'static) ->
 #[test]
 fn a_followed_file_that_vanishes_shrinks_or_is_replaced_is_an_error() {
     let gone = follow_until_error(|path| fs::remove_file(path).expect("removed"));
-    assert!(
-        gone.contains("log.csv:3") && gone.contains("vanished"),
-        "{gone}"
-    );
+    assert!(gone.contains("log.csv:3") && gone.contains("vanished"), "{gone}");
     let shorter = follow_until_error(|path| {
-        File::options()
-            .write(true)
-            .open(path)
-            .and_then(|f| f.set_len(3))
-            .expect("cut");
+        File::options().write(true).open(path).and_then(|f| f.set_len(3)).expect("cut");
     });
     assert!(shorter.contains("became shorter"), "{shorter}");
     let other = follow_until_error(|path| {

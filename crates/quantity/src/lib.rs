@@ -1,1 +1,25 @@
-//! Quantities with units as users write them, to SI and back
+//! Quantities with units as users write them ("75 psig", "25.4 mm"), to SI and back.
+//!
+//! This is the only place where units convert. Inside the project every value
+//! is SI; the edges (valve file, campaign, command line, report) come here.
+//!
+//! A [`Unit`] is a product of known units with powers, such as `N s/m` or
+//! `J/(kg K)`; spaces, `·`, `*`, `^2` and `²` are all understood. A [`Dimension`]
+//! says what kind of quantity a key wants. Pressures know whether they count
+//! from vacuum or from the atmosphere ([`Reference`]): 1 psi is 6894.757 Pa, a
+//! gauge pressure needs an ambient pressure to become absolute, and a bare
+//! `bar`, `kPa`, `MPa` or `Pa` is absolute.
+
+mod atoms;
+mod dimension;
+mod error;
+mod format;
+mod parse;
+pub mod suggest;
+mod unit;
+
+pub use dimension::Dimension;
+pub use error::QuantityError;
+pub use format::{format_number, format_si, format_si_like};
+pub use parse::{Quantity, absolute_pressure_pa, pressure_difference_pa, pressure_pa, si_value};
+pub use unit::{Reference, Unit};

@@ -1,1 +1,31 @@
-//! Figures and reports of results
+//! Figures and reports of results.
+//!
+//! A figure is built from plain numbers by a pure function of [`figures`], and
+//! drawn as SVG or PNG from one list of shapes. The crate knows nothing of
+//! valves files, models or logs, reads no file and writes none.
+//!
+//! ```
+//! use report::figures::{TableFigure, TablePoint};
+//!
+//! let figure = TableFigure {
+//!     fault: "leak to atmosphere".to_owned(),
+//!     points: vec![
+//!         TablePoint { leak_area_mm2: 0.0, close_time_s: Some(1.04), open_time_s: Some(2.13) },
+//!         TablePoint { leak_area_mm2: 0.3, close_time_s: Some(1.60), open_time_s: Some(1.30) },
+//!     ],
+//!     close_limit_s: None,
+//!     open_limit_s: None,
+//!     area_at_limit_mm2: None,
+//! }
+//! .figure();
+//! assert!(figure.to_svg().starts_with("<svg"));
+//! ```
+
+pub mod chart;
+pub mod draw;
+mod error;
+pub mod figures;
+pub mod html;
+
+pub use chart::Figure;
+pub use error::ReportError;

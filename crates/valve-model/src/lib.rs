@@ -1,1 +1,34 @@
-//! Physics of a pneumatic valve: checked parameters in, strokes out
+//! Physics of a pneumatic valve: checked parameters in, strokes out.
+//!
+//! The model is that of Kulkarni, Daigle, Gorospe and Goebel, "Application of
+//! Model-Based Prognostics to a Pneumatic Valves Testbed", IEEE Aerospace
+//! Conference 2014: a normally-open valve with a linear cylinder, a spring, a
+//! pipe and a three-way solenoid, with a catalogue of further physical
+//! [`effects`] that can be added one by one.
+//!
+//! This crate is pure: it reads no files, starts no threads, prints nothing
+//! and uses neither clock nor random numbers. All quantities are SI, pressures
+//! are absolute and areas are geometric (the flow coefficient multiplies them).
+
+pub mod coefficients;
+pub mod command;
+pub mod conditions;
+pub mod custom;
+pub mod cycle;
+pub mod dispatch;
+pub mod driven;
+pub mod effects;
+mod integrator;
+pub mod orifice;
+pub mod params;
+pub mod real;
+pub mod rest;
+pub mod rhs;
+pub mod simulate;
+pub mod stroke;
+
+pub use command::CommandEdge;
+pub use conditions::Conditions;
+pub use effects::{Effect, EffectKind};
+pub use params::{Limits, Orientation, ParameterError, ParameterId, Parameters, Schedule, Switches, Valve};
+pub use simulate::{Nodes, Prepared, Run, simulate};

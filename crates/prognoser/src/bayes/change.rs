@@ -82,9 +82,7 @@ pub(crate) struct Suspicion {
 impl Watch {
     /// Takes in the residuals of a cycle.
     pub(crate) fn look(&mut self, all: &Hypotheses) -> Suspicion {
-        let LastView {
-            inlier, surprise, ..
-        } = all.view_of_last();
+        let LastView { inlier, surprise, .. } = all.view_of_last();
         let mut drifting = false;
         for (mean, z) in self.mean.iter_mut().zip(surprise) {
             if let Some(z) = z {
@@ -92,11 +90,7 @@ impl Watch {
             }
             drifting |= mean.abs() > SUSPICIOUS_MEAN;
         }
-        self.misfits = if inlier.iter().any(|p| *p < 0.5) {
-            self.misfits + 1
-        } else {
-            0
-        };
+        self.misfits = if inlier.iter().any(|p| *p < 0.5) { self.misfits + 1 } else { 0 };
         self.change.left = self.change.left.saturating_sub(1);
         self.law.left = self.law.left.saturating_sub(1);
         if !drifting && self.misfits < MISFITS {
@@ -104,18 +98,12 @@ impl Watch {
             if self.calm > CALM {
                 (self.change, self.law) = (Pause::default(), Pause::default());
             }
-            return Suspicion {
-                change: false,
-                law: false,
-            };
+            return Suspicion { change: false, law: false };
         }
         self.calm = 0;
         // A run of misfits is looked at in any case, once.
         let fresh = self.misfits == MISFITS;
-        Suspicion {
-            change: self.change.over(2) || fresh,
-            law: self.law.over(8),
-        }
+        Suspicion { change: self.change.over(2) || fresh, law: self.law.over(8) }
     }
 
     /// Starts over.

@@ -45,33 +45,14 @@ impl BayesEstimator {
             Noise::Known { .. } => 1e6,
             Noise::Estimated { prior_readings, .. } => 0.5 * prior_readings,
         };
-        let (Noise::Known { sd_s }
-        | Noise::Estimated {
-            prior_sd_s: sd_s, ..
-        }) = config.noise;
-        let noise = NoisePrior {
-            a,
-            b: a * sd_s * sd_s,
-        };
+        let (Noise::Known { sd_s } | Noise::Estimated { prior_sd_s: sd_s, .. }) = config.noise;
+        let noise = NoisePrior { a, b: a * sd_s * sd_s };
         let growth = GrowthPrior::new(-config.life_median_cycles.ln(), config.life_ln_sd);
         let healthy = |weight: f64| {
-            let view = |share: f64, sd| View {
-                ln_weight: (weight * share).ln(),
-                mean: 0.0,
-                sd,
-            };
-            vec![
-                view(config.no_start_leak, 0.0),
-                view(1.0 - config.no_start_leak, config.start_sd),
-            ]
+            let view = |share: f64, sd| View { ln_weight: (weight * share).ln(), mean: 0.0, sd };
+            vec![view(config.no_start_leak, 0.0), view(1.0 - config.no_start_leak, config.start_sd)]
         };
-        let any = |weight: f64| {
-            vec![View {
-                ln_weight: weight.ln(),
-                mean: 0.4,
-                sd: 0.4,
-            }]
-        };
+        let any = |weight: f64| vec![View { ln_weight: weight.ln(), mean: 0.4, sd: 0.4 }];
         let none = healthy(1.0);
         let starts = match config.start {
             StartPrior::Healthy => StartViews {
@@ -79,28 +60,18 @@ impl BayesEstimator {
                 unknown: any(config.wrong_start),
                 none: none.clone(),
             },
-            StartPrior::Unknown => StartViews {
-                healthy: Vec::new(),
-                unknown: any(1.0),
-                none: none.clone(),
-            },
+            StartPrior::Unknown => StartViews { healthy: Vec::new(), unknown: any(1.0), none: none.clone() },
         };
         Self {
             priors: Priors {
                 noise,
                 growth,
-                glitch: GlitchModel {
-                    share: config.outlier_share,
-                },
+                glitch: GlitchModel { share: config.outlier_share },
                 ln_none: config.no_fault.ln(),
                 ln_fault: (0.5 * (1.0 - config.no_fault)).ln(),
             },
             starts,
-            restart: StartViews {
-                healthy: healthy(0.5),
-                unknown: any(0.5),
-                none,
-            },
+            restart: StartViews { healthy: healthy(0.5), unknown: any(0.5), none },
             growth: config.growth,
             history: History::default(),
             watch: Watch::default(),
@@ -145,12 +116,7 @@ impl BayesEstimator {
     fn fit_first(&mut self, models: &[FaultModel; 2], cycle: u64, thorough: bool) {
         let origin = self.all.as_ref().map_or(cycle, |all| all.origin);
         let shape = self.all.as_ref().map_or(Shape::Linear, |all| all.shape);
-        let readings: Vec<Reading> = self
-            .history
-            .recent()
-            .iter()
-            .map(|entry| entry.reading)
-            .collect();
+        let readings: Vec<Reading> = self.history.recent().iter().map(|entry| entry.reading).collect();
         let all = match &self.all {
             Some(all) if !thorough => all.fit_on(models, &readings, &self.starts, &self.priors),
             _ => Hypotheses::fit(models, &readings, origin, shape, &self.starts, &self.priors),
@@ -158,52 +124,24 @@ impl BayesEstimator {
         self.all = Some(all);
     }
 
-    fn estimate(
-        &self,
-        models: &[FaultModel; 2],
-        reading: &Reading,
-        change: Option<Change>,
-    ) -> BayesEstimate {
+    fn estimate(&self, models: &[FaultModel; 2], reading: &Reading, change: Option<Change>) -> BayesEstimate {
         let all = self.all.as_ref().expect("an update makes the hypotheses");
         let total = all.ln_total();
         let [none, atmosphere, supply] = all.ln.map(|value| (value - total).exp());
         let leading = all.leading();
         let limit_m2 = models[leading as usize].limit_m2();
         let track = &all.tracks[leading as usize];
-        let Posterior {
-            start,
-            growth,
-            eol_phi,
-            life_phi,
-            ..
-        } = track.state;
-        let LastView {
-            inlier,
-            surprise,
-            residual_s,
-            sigma2,
-        } = all.view_of_last();
+        let Posterior { start, growth, eol_phi, life_phi, .. } = track.state;
+        let LastView { inlier, surprise, residual_s, sigma2 } = all.view_of_last();
         let cycles = reading.cycle.saturating_sub(all.origin) as f64;
         let at = |phi: f64| all.origin as f64 + all.shape.cycles(phi);
         BayesEstimate {
-            probability: FaultProbability {
-                none,
-                atmosphere,
-                supply,
-            },
+            probability: FaultProbability { none, atmosphere, supply },
             leading,
             leak_area_m2: (start + growth * all.shape.phi(cycles)) * limit_m2,
             leak_rate_m2: growth * all.shape.rate_at(cycles) * limit_m2,
-            eol_cycle: at(if cycles > 0.0 && none < GROWTH_IN_DOUBT {
-                life_phi
-            } else {
-                eol_phi.p50
-            }),
-            eol: Quantiles {
-                p05: at(eol_phi.p05),
-                p50: at(eol_phi.p50),
-                p95: at(eol_phi.p95),
-            },
+            eol_cycle: at(if cycles > 0.0 && none < GROWTH_IN_DOUBT { life_phi } else { eol_phi.p50 }),
+            eol: Quantiles { p05: at(eol_phi.p05), p50: at(eol_phi.p50), p95: at(eol_phi.p95) },
             noise_sd_s: sigma2.sqrt(),
             inlier,
             surprise,

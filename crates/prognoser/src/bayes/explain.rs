@@ -27,11 +27,7 @@ const CHANGE_WINDOWS: [usize; 2] = [3, RECENT];
 impl BayesEstimator {
     /// Looks for a story that explains the last readings better than the one
     /// followed so far, and follows it if there is one.
-    pub(super) fn explain(
-        &mut self,
-        models: &[FaultModel; 2],
-        suspicion: Suspicion,
-    ) -> Option<Change> {
+    pub(super) fn explain(&mut self, models: &[FaultModel; 2], suspicion: Suspicion) -> Option<Change> {
         if suspicion.law
             && self.growth == GrowthLaw::Auto
             && self.history.seen() >= LAW_FROM
@@ -55,10 +51,7 @@ impl BayesEstimator {
                 unknown: Vec::new(),
                 none: self.restart.none.clone(),
             };
-            let any = StartViews {
-                healthy: Vec::new(),
-                ..self.restart.clone()
-            };
+            let any = StartViews { healthy: Vec::new(), ..self.restart.clone() };
             for (kind, origin, starts) in [
                 (Change::Reread, all.origin, &self.starts),
                 (Change::Repaired, from, &known(&self.restart.healthy)),
@@ -68,11 +61,7 @@ impl BayesEstimator {
                 if kind == Change::Reread && window < RECENT {
                     continue;
                 }
-                let shape = if kind == Change::Reread {
-                    all.shape
-                } else {
-                    Shape::Linear
-                };
+                let shape = if kind == Change::Reread { all.shape } else { Shape::Linear };
                 let fit = Hypotheses::fit(models, &readings, origin, shape, starts, &self.priors);
                 let gain = fit.ln_total() - present;
                 if gain > best_gain {
@@ -95,8 +84,7 @@ impl BayesEstimator {
         let Some(all) = &self.all else { return false };
         let (origin, noise) = (all.origin, all.tracks[all.leading() as usize].state.sigma2);
         let sample = self.history.sample();
-        let fit =
-            |shape| Hypotheses::fit(models, &sample, origin, shape, &self.starts, &self.priors);
+        let fit = |shape| Hypotheses::fit(models, &sample, origin, shape, &self.starts, &self.priors);
         let linear = fit(Shape::Linear).ln_total();
         let best = self.best_exponential(models);
         // A step fits no exponential: the noise would have to be larger.
@@ -119,17 +107,11 @@ impl BayesEstimator {
             (rate, all)
         };
         let better = |a: (f64, Hypotheses), b: (f64, Hypotheses)| {
-            if b.1.ln_total() > a.1.ln_total() {
-                b
-            } else {
-                a
-            }
+            if b.1.ln_total() > a.1.ln_total() { b } else { a }
         };
         // Beyond so many e-foldings the start would have been too small to be
         // one.
-        let span = sample
-            .last()
-            .map_or(0.0, |last| last.cycle.saturating_sub(origin) as f64);
+        let span = sample.last().map_or(0.0, |last| last.cycle.saturating_sub(origin) as f64);
         let slowest = RATES[0].min(MOST_FOLDS / span.max(1.0));
         let coarse = RATES
             .iter()
@@ -138,11 +120,7 @@ impl BayesEstimator {
             .map(|rate| fit(*rate))
             .fold(fit(slowest), better);
         let rate = coarse.0;
-        CLOSER
-            .iter()
-            .map(|factor| fit(rate * factor))
-            .fold(coarse, better)
-            .1
+        CLOSER.iter().map(|factor| fit(rate * factor)).fold(coarse, better).1
     }
 
     /// Once growth is exponential, or with such growth asked for, its rate is
@@ -150,10 +128,7 @@ impl BayesEstimator {
     pub(super) fn follow_exponential(&mut self, models: &[FaultModel; 2]) {
         let seen = self.history.seen();
         let asked = self.growth == GrowthLaw::Exponential && seen >= 3;
-        let known = self
-            .all
-            .as_ref()
-            .is_some_and(|all| all.shape != Shape::Linear);
+        let known = self.all.as_ref().is_some_and(|all| all.shape != Shape::Linear);
         if (asked || known) && (seen <= RECENT as u64 || seen.is_multiple_of(RATE_EVERY)) {
             self.all = Some(self.best_exponential(models));
         }

@@ -17,9 +17,7 @@ pub(super) fn first_guess(
 ) -> (f64, f64) {
     let leaks = |reading: &Reading| {
         let reading = *reading;
-        Stroke::ALL
-            .into_iter()
-            .filter_map(move |s| reading.time_s(s).map(|t| model.leak_at(s, t)))
+        Stroke::ALL.into_iter().filter_map(move |s| reading.time_s(s).map(|t| model.leak_at(s, t)))
     };
     let healthy = views.iter().any(|view| view.sd == 0.0);
     if healthy {
@@ -31,12 +29,7 @@ pub(super) fn first_guess(
                 leaks(r).map(move |leak| leak / phi)
             })
             .collect();
-        return (
-            0.0,
-            median(&mut rates)
-                .unwrap_or(0.01)
-                .clamp(SMALLEST_GROWTH, 1.0),
-        );
+        return (0.0, median(&mut rates).unwrap_or(0.01).clamp(SMALLEST_GROWTH, 1.0));
     }
     let half = readings.len().div_ceil(2);
     let centre = |part: &[Reading]| {
@@ -64,13 +57,9 @@ pub(super) fn first_variance(
 ) -> f64 {
     let residuals = readings.iter().flat_map(|reading| {
         let leak = start + growth * shape(reading.cycle);
-        Stroke::ALL.into_iter().filter_map(move |stroke| {
-            Some(
-                model
-                    .linearise(stroke, leak, reading.time_s(stroke)?)
-                    .residual,
-            )
-        })
+        Stroke::ALL
+            .into_iter()
+            .filter_map(move |stroke| Some(model.linearise(stroke, leak, reading.time_s(stroke)?).residual))
     });
     robust_variance(residuals, prior)
 }
@@ -89,9 +78,5 @@ fn median(values: &mut [f64]) -> Option<f64> {
     }
     values.sort_by(f64::total_cmp);
     let middle = values.len() / 2;
-    Some(if values.len() % 2 == 1 {
-        values[middle]
-    } else {
-        0.5 * (values[middle - 1] + values[middle])
-    })
+    Some(if values.len() % 2 == 1 { values[middle] } else { 0.5 * (values[middle - 1] + values[middle]) })
 }

@@ -30,10 +30,7 @@ impl History {
         if self.recent.len() == RECENT {
             self.recent.remove(0);
         }
-        self.recent.push(Recent {
-            reading,
-            ln_predicted: 0.0,
-        });
+        self.recent.push(Recent { reading, ln_predicted: 0.0 });
         if self.sample.len() == SAMPLE {
             let mut index = 0;
             self.sample.retain(|_| {
@@ -70,20 +67,13 @@ impl History {
     pub(crate) fn sample(&self) -> Vec<Reading> {
         let mut all = self.sample.clone();
         let last = all.last().map_or(0, |reading| reading.cycle);
-        all.extend(
-            self.recent
-                .iter()
-                .map(|r| r.reading)
-                .filter(|r| r.cycle > last),
-        );
+        all.extend(self.recent.iter().map(|r| r.reading).filter(|r| r.cycle > last));
         all
     }
 
     /// Forgets everything before the last `keep` readings.
     pub(crate) fn restart(&mut self, keep: usize) {
-        let kept: Vec<Recent> = self
-            .recent
-            .split_off(self.recent.len().saturating_sub(keep));
+        let kept: Vec<Recent> = self.recent.split_off(self.recent.len().saturating_sub(keep));
         *self = Self::default();
         for entry in kept {
             self.push(entry.reading);
@@ -99,11 +89,7 @@ mod tests {
     fn stays_bounded_and_spans_the_past() {
         let mut history = History::default();
         for cycle in 0..10_000 {
-            history.push(Reading {
-                cycle,
-                close_time_s: None,
-                open_time_s: None,
-            });
+            history.push(Reading { cycle, close_time_s: None, open_time_s: None });
             assert!(history.sample().len() <= SAMPLE + RECENT);
             assert!(history.recent().len() <= RECENT);
         }

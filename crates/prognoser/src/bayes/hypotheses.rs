@@ -88,11 +88,7 @@ impl Hypotheses {
             let guess = Some(&self.tracks[i].state);
             Track::fit(&models[i], readings, &phi, views, priors, guess)
         });
-        let mut all = Self {
-            tracks,
-            none: NoneTrack::fit(models, readings, priors),
-            ..self.clone()
-        };
+        let mut all = Self { tracks, none: NoneTrack::fit(models, readings, priors), ..self.clone() };
         all.weigh(starts, priors);
         all
     }
@@ -117,8 +113,7 @@ impl Hypotheses {
                     continue;
                 }
                 let track = fit(views);
-                let better =
-                    best.is_none_or(|old: Track| track.state.ln_evidence > old.state.ln_evidence);
+                let better = best.is_none_or(|old: Track| track.state.ln_evidence > old.state.ln_evidence);
                 if better {
                     healthy[fault as usize] = from_health;
                     best = Some(track);
@@ -127,30 +122,16 @@ impl Hypotheses {
             best.expect("a start has a prior for health, for anything, or for both")
         });
         let none = NoneTrack::fit(models, readings, priors);
-        let mut all = Self {
-            origin,
-            shape,
-            tracks,
-            healthy,
-            none,
-            ln: [0.0; 3],
-        };
+        let mut all = Self { origin, shape, tracks, healthy, none, ln: [0.0; 3] };
         all.weigh(starts, priors);
         all
     }
 
     /// Adds one cycle.
-    pub(crate) fn update(
-        &mut self,
-        models: &[FaultModel; 2],
-        reading: &Reading,
-        starts: &StartViews,
-        priors: &Priors,
-    ) {
+    pub(crate) fn update(&mut self, models: &[FaultModel; 2], reading: &Reading, starts: &StartViews, priors: &Priors) {
         let phi = self.phi(reading.cycle);
         self.none.update(models, reading, priors);
-        let mut best =
-            priors.ln_none - priors.ln_fault + self.none.ln_evidence(&starts.none, priors);
+        let mut best = priors.ln_none - priors.ln_fault + self.none.ln_evidence(&starts.none, priors);
         // The leading fault first: it may make the other one not worth much.
         let leading = self.leading();
         let other = Fault::ALL.into_iter().find(|fault| *fault != leading);
@@ -165,11 +146,7 @@ impl Hypotheses {
     }
 
     fn views<'v>(&self, fault: Fault, starts: &'v StartViews) -> &'v [View] {
-        if self.healthy[fault as usize] {
-            &starts.healthy
-        } else {
-            &starts.unknown
-        }
+        if self.healthy[fault as usize] { &starts.healthy } else { &starts.unknown }
     }
 
     fn weigh(&mut self, starts: &StartViews, priors: &Priors) {
@@ -192,11 +169,7 @@ impl Hypotheses {
 
     /// The more probable fault.
     pub(crate) fn leading(&self) -> Fault {
-        if self.ln[1] >= self.ln[2] {
-            Fault::Atmosphere
-        } else {
-            Fault::Supply
-        }
+        if self.ln[1] >= self.ln[2] { Fault::Atmosphere } else { Fault::Supply }
     }
 
     /// What the most probable hypothesis thinks of the last timings.

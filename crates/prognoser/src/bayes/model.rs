@@ -15,11 +15,7 @@ pub(crate) struct FaultModel<'t> {
 
 impl<'t> FaultModel<'t> {
     pub(crate) fn new(bundle: &'t TableBundle, fault: Fault) -> Self {
-        Self {
-            bundle,
-            fault,
-            limit_m2: bundle.limit_area_m2(fault),
-        }
+        Self { bundle, fault, limit_m2: bundle.limit_area_m2(fault) }
     }
 
     /// Leak area at end of life in m2.
@@ -39,11 +35,7 @@ impl<'t> FaultModel<'t> {
     /// A timing linearised about a leak.
     pub(crate) fn linearise(&self, stroke: Stroke, leak: f64, time_s: f64) -> Linearised {
         let (time, slope) = self.time_and_slope(stroke, leak);
-        Linearised {
-            leak,
-            residual: time_s - time,
-            slope,
-        }
+        Linearised { leak, residual: time_s - time, slope }
     }
 
     /// The leak, as a fraction of the limit, that gives this time.

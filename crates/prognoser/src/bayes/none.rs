@@ -79,15 +79,7 @@ impl NoneTrack {
             self.surprise[i] = Some(residual / self.sigma2.sqrt());
             self.residual_s[i] = Some(residual);
             for (sums, slope) in self.sums.iter_mut().zip([slope, other]) {
-                sums.add(
-                    0.0,
-                    &Linearised {
-                        leak: 0.0,
-                        residual,
-                        slope,
-                    },
-                    p,
-                );
+                sums.add(0.0, &Linearised { leak: 0.0, residual, slope }, p);
                 sums.ln_extra += ln_extra;
             }
         }
@@ -102,10 +94,8 @@ impl NoneTrack {
     /// of either kind, half of the probability each; without a leak the two
     /// are the same.
     pub(crate) fn ln_evidence(&self, views: &[View], priors: &Priors) -> f64 {
-        let one = |sums: &Sums| {
-            ln_evidence_without_growth(sums, views, &priors.noise, self.sigma2)
-                - std::f64::consts::LN_2
-        };
+        let one =
+            |sums: &Sums| ln_evidence_without_growth(sums, views, &priors.noise, self.sigma2) - std::f64::consts::LN_2;
         ln_sum([one(&self.sums[0]), one(&self.sums[1])].into_iter())
     }
 }

@@ -47,18 +47,9 @@ pub(crate) struct Posterior {
 
 /// Logarithm of the probability of the data if the leak stays what it is at
 /// the start.
-pub(crate) fn ln_evidence_without_growth(
-    sums: &Sums,
-    views: &[View],
-    noise: &NoisePrior,
-    sigma2: f64,
-) -> f64 {
+pub(crate) fn ln_evidence_without_growth(sums: &Sums, views: &[View], noise: &NoisePrior, sigma2: f64) -> f64 {
     let common = Common::new(sums, noise);
-    ln_sum(
-        views
-            .iter()
-            .map(|view| ViewFit::new(sums, view, noise, sigma2, &common).ln_at(0.0)),
-    )
+    ln_sum(views.iter().map(|view| ViewFit::new(sums, view, noise, sigma2, &common).ln_at(0.0)))
 }
 
 /// The posterior of a growing leak. If its evidence is certainly below `floor`
@@ -81,37 +72,21 @@ pub(crate) fn posterior(
     let fits = &fits[..count];
     let narrow = |fit: &ViewFit| fit.centre > 0.0 && fit.scale() < NARROW * fit.centre;
     // The view that the data like best decides how the integral is done.
-    let best = fits
-        .iter()
-        .max_by(|x, y| x.ln_area.total_cmp(&y.ln_area))
-        .expect("there is at least one view of the start");
+    let best =
+        fits.iter().max_by(|x, y| x.ln_area.total_cmp(&y.ln_area)).expect("there is at least one view of the start");
     // The prior integrates to one, so that the likelihood's largest value is
     // a bound of the evidence. A hypothesis that is out by far is not worth
     // more than its bound.
-    let bound = fits
-        .iter()
-        .map(|fit| fit.ln_at(fit.centre.max(0.0)))
-        .fold(f64::MIN, f64::max);
+    let bound = fits.iter().map(|fit| fit.ln_at(fit.centre.max(0.0))).fold(f64::MIN, f64::max);
     if bound + (fits.len() as f64).ln() < floor {
-        let mut out = Posterior {
-            ln_evidence: bound,
-            ..Posterior::default()
-        };
+        let mut out = Posterior { ln_evidence: bound, ..Posterior::default() };
         out.set_point(best, best.centre.clamp(0.0, 1.0));
         let rate = out.growth.max(1e-9) / (1.0 - out.start).max(1e-9);
         out.life_phi = 1.0 / rate;
-        out.eol_phi = Quantiles {
-            p05: 1.0 / rate,
-            p50: 1.0 / rate,
-            p95: 1.0 / rate,
-        };
+        out.eol_phi = Quantiles { p05: 1.0 / rate, p50: 1.0 / rate, p95: 1.0 / rate };
         return out;
     }
-    if narrow(best) {
-        closed(fits, prior)
-    } else {
-        summed(fits, prior, phi)
-    }
+    if narrow(best) { closed(fits, prior) } else { summed(fits, prior, phi) }
 }
 
 /// The peak of the likelihood of the view that the data like best, growth kept
@@ -160,8 +135,7 @@ fn closed(fits: &[ViewFit], prior: &GrowthPrior) -> Posterior {
         // Variance of the leak at end of life, over room squared.
         let sigma2 = fit.sigma2(g);
         let along = 1.0 - fit.start_g * rate;
-        let spread =
-            (variance * along * along + fit.start_var * sigma2 * rate * rate) / (room * room);
+        let spread = (variance * along * along + fit.start_var * sigma2 * rate * rate) / (room * room);
         *shape = (g, rate, spread);
     }
     out.ln_evidence = ln_sum(ln_weights.iter().copied());
@@ -176,11 +150,8 @@ fn closed(fits: &[ViewFit], prior: &GrowthPrior) -> Posterior {
         }
     }
     let half_width = t_quantile_95(dof) * (square - rate * rate).max(0.0).sqrt();
-    out.eol_phi = Quantiles {
-        p05: 1.0 / (rate + half_width),
-        p50: 1.0 / rate,
-        p95: 1.0 / (rate - half_width).max(1e-12),
-    };
+    out.eol_phi =
+        Quantiles { p05: 1.0 / (rate + half_width), p50: 1.0 / rate, p95: 1.0 / (rate - half_width).max(1e-12) };
     out.life_phi = 1.0 / rate;
     out.set_point(&fits[best], shapes[best].0);
     out
@@ -192,10 +163,6 @@ impl Posterior {
         self.start = fit.start_0 - fit.start_g * growth;
         self.sigma2 = fit.sigma2(growth);
         let g_var = 1.0 / fit.kappa;
-        self.cov = [
-            fit.start_var + fit.start_g * fit.start_g * g_var,
-            -fit.start_g * g_var,
-            g_var,
-        ];
+        self.cov = [fit.start_var + fit.start_g * fit.start_g * g_var, -fit.start_g * g_var, g_var];
     }
 }

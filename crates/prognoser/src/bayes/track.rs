@@ -68,11 +68,7 @@ impl Track {
             },
             |known| (known.start, known.growth, known.sigma2),
         );
-        let rounds = if guess.is_some() {
-            ROUNDS_FROM_GUESS
-        } else {
-            ROUNDS
-        };
+        let rounds = if guess.is_some() { ROUNDS_FROM_GUESS } else { ROUNDS };
         let mut track = Self {
             sums: Sums::default(),
             state: Posterior::default(),
@@ -113,15 +109,7 @@ impl Track {
                 break;
             }
         }
-        track.state = posterior(
-            &track.sums,
-            views,
-            &priors.noise,
-            &priors.growth,
-            sigma2,
-            last,
-            f64::MIN,
-        );
+        track.state = posterior(&track.sums, views, &priors.noise, &priors.growth, sigma2, last, f64::MIN);
         track
     }
 
@@ -135,13 +123,7 @@ impl Track {
         priors: &Priors,
         floor: f64,
     ) {
-        let Posterior {
-            start,
-            growth,
-            cov,
-            sigma2,
-            ..
-        } = self.state;
+        let Posterior { start, growth, cov, sigma2, .. } = self.state;
         let leak = start + growth.max(SMALLEST_GROWTH) * phi;
         let leak_var = (cov[0] + phi * (2.0 * cov[1] + phi * cov[2])).max(0.0);
         let mut lins = [None; 2];
@@ -172,24 +154,13 @@ impl Track {
                 self.sums.add(phi, &lin, p);
             }
         }
-        self.state = posterior(
-            &self.sums,
-            views,
-            &priors.noise,
-            &priors.growth,
-            sigma2,
-            phi,
-            floor,
-        );
+        self.state = posterior(&self.sums, views, &priors.noise, &priors.growth, sigma2, phi, floor);
     }
 
     /// Adds a stroke that did not finish. If the leak is expected beyond the
     /// stall this says nothing more; otherwise it pulls the leak there, unless
     /// it is so unlikely that it must be a glitch.
-    #[expect(
-        clippy::too_many_arguments,
-        reason = "the state of one timing, used in two places"
-    )]
+    #[expect(clippy::too_many_arguments, reason = "the state of one timing, used in two places")]
     fn miss(
         &mut self,
         model: &FaultModel,
@@ -211,9 +182,7 @@ impl Track {
         let (_, slope) = model.time_and_slope(stroke, stall);
         let cov = self.state.cov;
         let leak_var = (cov[0] + phi * (2.0 * cov[1] + phi * cov[2])).clamp(0.0, 1e6);
-        let spread = (sigma2 * (1.0 / (slope * slope) + leak_var))
-            .sqrt()
-            .max(1e-6);
+        let spread = (sigma2 * (1.0 / (slope * slope) + leak_var)).sqrt().max(1e-6);
         let z = (stall - leak) / spread;
         let tail = super::special::normal_tail(z);
         let kept = (1.0 - priors.glitch.share) * tail;
@@ -226,11 +195,7 @@ impl Track {
             let density = (-0.5 * z * z).exp() / std::f64::consts::TAU.sqrt();
             let mills = density / tail.max(1e-300);
             let information = p * (mills * (mills - z)).clamp(0.0, 1.0);
-            let lin = Linearised {
-                leak,
-                residual: slope * spread * mills,
-                slope,
-            };
+            let lin = Linearised { leak, residual: slope * spread * mills, slope };
             // A bound tells nothing of the noise: the residual is left out of
             // the count and of the sum of squares.
             let (n, c) = (self.sums.n, self.sums.c);

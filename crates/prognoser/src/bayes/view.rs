@@ -33,12 +33,7 @@ pub(crate) struct GrowthPrior {
 
 impl GrowthPrior {
     pub(crate) fn new(ln_median: f64, ln_sd: f64) -> Self {
-        Self {
-            ln_median,
-            ln_sd,
-            inverse_sd: 1.0 / ln_sd,
-            ln_scale: -ln_sd.ln() - 0.5 * LN_TAU,
-        }
+        Self { ln_median, ln_sd, inverse_sd: 1.0 / ln_sd, ln_scale: -ln_sd.ln() - 0.5 * LN_TAU }
     }
 
     /// Logarithm of the density of ln g at u = ln g.
@@ -99,24 +94,13 @@ impl Common {
 }
 
 impl ViewFit {
-    pub(super) fn new(
-        sums: &Sums,
-        view: &View,
-        noise: &NoisePrior,
-        sigma2: f64,
-        common: &Common,
-    ) -> Self {
+    pub(super) fn new(sums: &Sums, view: &View, noise: &NoisePrior, sigma2: f64, common: &Common) -> Self {
         let a = common.a;
         let (s0, b0, c, occam) = if view.sd > 0.0 {
             let lambda = sigma2 / (view.sd * view.sd);
             let s0 = sums.s0 + lambda;
             let b0 = sums.b0 + lambda * view.mean;
-            (
-                s0,
-                b0,
-                sums.c + lambda * view.mean * view.mean,
-                0.5 * quick_ln(lambda / s0),
-            )
+            (s0, b0, sums.c + lambda * view.mean * view.mean, 0.5 * quick_ln(lambda / s0))
         } else {
             (f64::INFINITY, 0.0, sums.c, 0.0)
         };
@@ -127,19 +111,8 @@ impl ViewFit {
         let rss = (c - b0 * start_0 - kappa * centre * centre).max(0.0);
         let b = noise.b + 0.5 * rss;
         let ln_peak = view.ln_weight + occam + common.ln_rest - a * quick_ln(b);
-        let ln_area =
-            ln_peak + 0.5 * quick_ln(std::f64::consts::TAU * b / kappa) + common.ln_gamma_step;
-        Self {
-            ln_peak,
-            ln_area,
-            centre,
-            kappa,
-            a,
-            b,
-            start_0,
-            start_g,
-            start_var: 1.0 / s0,
-        }
+        let ln_area = ln_peak + 0.5 * quick_ln(std::f64::consts::TAU * b / kappa) + common.ln_gamma_step;
+        Self { ln_peak, ln_area, centre, kappa, a, b, start_0, start_g, start_var: 1.0 / s0 }
     }
 
     pub(super) fn ln_at(&self, g: f64) -> f64 {

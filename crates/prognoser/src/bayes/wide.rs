@@ -27,16 +27,8 @@ pub(super) fn summed(fits: &[ViewFit], prior: &GrowthPrior, phi: f64) -> Posteri
     let lowest = (prior.ln_median - 4.0 * prior.ln_sd)
         .min(quick_ln((0.1 * finest).max(f64::MIN_POSITIVE)))
         .max(prior.ln_median - 12.0 * prior.ln_sd);
-    let low = if low > 0.0 {
-        low.ln().max(lowest)
-    } else {
-        lowest
-    };
-    let high = if high > 0.0 {
-        high.ln().min(highest)
-    } else {
-        lowest
-    };
+    let low = if low > 0.0 { low.ln().max(lowest) } else { lowest };
+    let high = if high > 0.0 { high.ln().min(highest) } else { lowest };
     let high = high.max(low + 1e-3);
     let step = (high - low) / (NODES - 1) as f64;
 
@@ -72,18 +64,9 @@ pub(super) fn summed(fits: &[ViewFit], prior: &GrowthPrior, phi: f64) -> Posteri
     }
     let total: f64 = weights.iter().sum();
     let rate: f64 = urgency.iter().sum();
-    let mean: f64 = weights
-        .iter()
-        .zip(&growths)
-        .map(|(weight, growth)| weight * growth)
-        .sum();
-    let best = (0..fits.len())
-        .max_by(|&x, &y| by_view[x].total_cmp(&by_view[y]))
-        .unwrap_or(0);
-    let mut out = Posterior {
-        ln_evidence: top + quick_ln(total * step),
-        ..Posterior::default()
-    };
+    let mean: f64 = weights.iter().zip(&growths).map(|(weight, growth)| weight * growth).sum();
+    let best = (0..fits.len()).max_by(|&x, &y| by_view[x].total_cmp(&by_view[y])).unwrap_or(0);
+    let mut out = Posterior { ln_evidence: top + quick_ln(total * step), ..Posterior::default() };
     // A long life is a small growth: the quantiles run against each other.
     let life_at = |share: f64, weights: &[f64; NODES], total: f64| {
         let mut below = 0.0;
@@ -91,16 +74,8 @@ pub(super) fn summed(fits: &[ViewFit], prior: &GrowthPrior, phi: f64) -> Posteri
             let next = below + weights[i];
             if next >= share * total {
                 // The cumulative weight at the middle of a node.
-                let into = if weights[i] > 0.0 {
-                    (share * total - below) / weights[i]
-                } else {
-                    0.5
-                };
-                let j = if into < 0.5 {
-                    (i + 1).min(NODES - 1)
-                } else {
-                    i.saturating_sub(1)
-                };
+                let into = if weights[i] > 0.0 { (share * total - below) / weights[i] } else { 0.5 };
+                let j = if into < 0.5 { (i + 1).min(NODES - 1) } else { i.saturating_sub(1) };
                 let t = (into - 0.5).abs();
                 return lives[i] * (lives[j] / lives[i]).powf(t);
             }
@@ -109,11 +84,7 @@ pub(super) fn summed(fits: &[ViewFit], prior: &GrowthPrior, phi: f64) -> Posteri
         lives[0]
     };
     let quantile = |share| life_at(share, &weights, total);
-    out.eol_phi = Quantiles {
-        p05: quantile(0.05),
-        p50: quantile(0.5),
-        p95: quantile(0.95),
-    };
+    out.eol_phi = Quantiles { p05: quantile(0.05), p50: quantile(0.5), p95: quantile(0.95) };
     out.life_phi = life_at(0.5, &urgency, rate);
     out.set_point(&fits[best], mean / total);
     out

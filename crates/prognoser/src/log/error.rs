@@ -24,9 +24,7 @@ pub enum LogErrorKind {
     #[error("{0}")]
     Io(#[from] io::Error),
     /// There is no header.
-    #[error(
-        "found an empty file, expected a header with valve, cycle, close_time_s and open_time_s"
-    )]
+    #[error("found an empty file, expected a header with valve, cycle, close_time_s and open_time_s")]
     Empty,
     /// A column is missing.
     #[error(

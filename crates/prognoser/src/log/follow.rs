@@ -39,13 +39,7 @@ impl FollowedFile {
     /// Opens a file and looks for more of it every `poll`.
     pub fn open(path: &Path, poll: Duration) -> io::Result<Self> {
         let file = File::open(path)?;
-        Ok(Self {
-            path: path.to_path_buf(),
-            file,
-            position: 0,
-            poll,
-            stop: None,
-        })
+        Ok(Self { path: path.to_path_buf(), file, position: 0, poll, stop: None })
     }
 
     /// Ends the file, as far as readers see, once the flag is set.
@@ -56,8 +50,7 @@ impl FollowedFile {
     }
 
     fn check(&self) -> io::Result<()> {
-        let failure =
-            |make: fn(PathBuf) -> FollowFailure| io::Error::other(make(self.path.clone()));
+        let failure = |make: fn(PathBuf) -> FollowFailure| io::Error::other(make(self.path.clone()));
         let at_path = match fs::metadata(&self.path) {
             Ok(metadata) => metadata,
             Err(error) if error.kind() == io::ErrorKind::NotFound => {
@@ -94,11 +87,7 @@ impl Read for FollowedFile {
                 self.position += count as u64;
                 return Ok(count);
             }
-            if self
-                .stop
-                .as_ref()
-                .is_some_and(|flag| flag.load(Ordering::Relaxed))
-            {
+            if self.stop.as_ref().is_some_and(|flag| flag.load(Ordering::Relaxed)) {
                 return Ok(0);
             }
             self.check()?;

@@ -16,11 +16,7 @@ pub(crate) struct Lines<R> {
 
 impl<R: BufRead> Lines<R> {
     pub(crate) fn new(source: R) -> Self {
-        Self {
-            source,
-            buffer: Vec::new(),
-            number: 0,
-        }
+        Self { source, buffer: Vec::new(), number: 0 }
     }
 
     /// Number of the line read last, from 1.
@@ -35,16 +31,12 @@ impl<R: BufRead> Lines<R> {
             self.buffer.clear();
             self.number += 1;
             let limit = LONGEST_LINE as u64 + 1;
-            let read = (&mut self.source)
-                .take(limit)
-                .read_until(b'\n', &mut self.buffer)?;
+            let read = (&mut self.source).take(limit).read_until(b'\n', &mut self.buffer)?;
             if read == 0 {
                 return Ok(None);
             }
             if self.buffer.len() > LONGEST_LINE && self.buffer.last() != Some(&b'\n') {
-                return Err(LogErrorKind::LongLine {
-                    limit: LONGEST_LINE,
-                });
+                return Err(LogErrorKind::LongLine { limit: LONGEST_LINE });
             }
             if self.number == 1 && self.buffer.starts_with(b"\xEF\xBB\xBF") {
                 self.buffer.drain(..3);
@@ -55,8 +47,6 @@ impl<R: BufRead> Lines<R> {
                 break;
             }
         }
-        std::str::from_utf8(&self.buffer)
-            .map(Some)
-            .map_err(|_| LogErrorKind::NotText)
+        std::str::from_utf8(&self.buffer).map(Some).map_err(|_| LogErrorKind::NotText)
     }
 }

@@ -53,16 +53,8 @@ impl<R: BufRead> TimingLog<R> {
             Err(kind) => Err(kind),
         };
         match layout {
-            Ok(layout) => Ok(Self {
-                name,
-                lines,
-                layout,
-            }),
-            Err(kind) => Err(LogError {
-                log: name,
-                line: lines.number(),
-                kind,
-            }),
+            Ok(layout) => Ok(Self { name, lines, layout }),
+            Err(kind) => Err(LogError { log: name, line: lines.number(), kind }),
         }
     }
 
@@ -73,20 +65,13 @@ impl<R: BufRead> TimingLog<R> {
     pub fn next_row(&mut self) -> Result<Option<LogRow<'_>>, LogError> {
         let line = self.lines.number() + 1;
         // Two steps, since the row borrows the line.
-        let at = |line, kind| LogError {
-            log: self.name.clone(),
-            line,
-            kind,
-        };
+        let at = |line, kind| LogError { log: self.name.clone(), line, kind };
         let text = match self.lines.next_line() {
             Ok(None) => return Ok(None),
             Ok(Some(text)) => text,
             Err(kind) => return Err(at(line, kind)),
         };
-        self.layout
-            .row(text, line)
-            .map(Some)
-            .map_err(|kind| at(line, kind))
+        self.layout.row(text, line).map(Some).map_err(|kind| at(line, kind))
     }
 }
 
@@ -102,16 +87,10 @@ impl Layout {
         };
         let mut columns = [0; 4];
         for (place, column) in columns.iter_mut().zip(COLUMNS) {
-            *place = find(column)?.ok_or_else(|| LogErrorKind::MissingColumn {
-                found: shortened(header, 4 * SHOWN),
-                missing: column,
-            })?;
+            *place = find(column)?
+                .ok_or_else(|| LogErrorKind::MissingColumn { found: shortened(header, 4 * SHOWN), missing: column })?;
         }
-        Ok(Self {
-            columns,
-            time: find(TIME)?,
-            count: names.len(),
-        })
+        Ok(Self { columns, time: find(TIME)?, count: names.len() })
     }
 
     fn row<'a>(&self, text: &'a str, line: u64) -> Result<LogRow<'a>, LogErrorKind> {
@@ -130,33 +109,20 @@ impl Layout {
             count += 1;
         }
         if count != self.count {
-            return Err(LogErrorKind::FieldCount {
-                found: count,
-                expected: self.count,
-            });
+            return Err(LogErrorKind::FieldCount { found: count, expected: self.count });
         }
         let [valve, cycle, close, open] = wanted;
         if valve.is_empty() {
             return Err(field_error(COLUMNS[0], valve, "the name of a valve"));
         }
-        let cycle = cycle.parse().map_err(|_| {
-            field_error(
-                COLUMNS[1],
-                cycle,
-                "a cycle number: an integer of at least 0",
-            )
-        })?;
+        let cycle =
+            cycle.parse().map_err(|_| field_error(COLUMNS[1], cycle, "a cycle number: an integer of at least 0"))?;
         let reading = Reading {
             cycle,
             close_time_s: stroke_time(COLUMNS[2], close)?,
             open_time_s: stroke_time(COLUMNS[3], open)?,
         };
-        Ok(LogRow {
-            valve,
-            reading,
-            time,
-            line,
-        })
+        Ok(LogRow { valve, reading, time, line })
     }
 }
 
@@ -176,9 +142,7 @@ impl<'a> Iterator for Fields<'a> {
         } else {
             0
         };
-        let comma = rest.as_bytes()[from..]
-            .iter()
-            .position(|&byte| byte == b',');
+        let comma = rest.as_bytes()[from..].iter().position(|&byte| byte == b',');
         self.0 = comma.map(|comma| &rest[from + comma + 1..]);
         Some(unquoted(comma.map_or(rest, |comma| &rest[..from + comma])))
     }
@@ -186,10 +150,7 @@ impl<'a> Iterator for Fields<'a> {
 
 fn unquoted(field: &str) -> &str {
     let field = field.trim_ascii();
-    field
-        .strip_prefix('"')
-        .and_then(|inner| inner.strip_suffix('"'))
-        .unwrap_or(field)
+    field.strip_prefix('"').and_then(|inner| inner.strip_suffix('"')).unwrap_or(field)
 }
 
 fn stroke_time(column: &'static str, field: &str) -> Result<Option<f64>, LogErrorKind> {
@@ -198,20 +159,12 @@ fn stroke_time(column: &'static str, field: &str) -> Result<Option<f64>, LogErro
     }
     match field.parse::<f64>() {
         Ok(time) if time.is_finite() && time >= 0.0 => Ok(Some(time)),
-        _ => Err(field_error(
-            column,
-            field,
-            "a time in s of at least 0, or nothing if the valve did not get there",
-        )),
+        _ => Err(field_error(column, field, "a time in s of at least 0, or nothing if the valve did not get there")),
     }
 }
 
 fn field_error(column: &'static str, field: &str, expected: &'static str) -> LogErrorKind {
-    LogErrorKind::Field {
-        column,
-        found: shortened(field, SHOWN),
-        expected,
-    }
+    LogErrorKind::Field { column, found: shortened(field, SHOWN), expected }
 }
 
 fn shortened(text: &str, longest: usize) -> String {
@@ -229,11 +182,7 @@ mod tests {
         let mut log = TimingLog::new("log.csv", text.as_bytes()).map_err(|e| e.to_string())?;
         let mut rows = Vec::new();
         while let Some(row) = log.next_row().map_err(|e| e.to_string())? {
-            rows.push((
-                row.valve.to_owned(),
-                row.reading,
-                row.time.map(str::to_owned),
-            ));
+            rows.push((row.valve.to_owned(), row.reading, row.time.map(str::to_owned)));
         }
         Ok(rows)
     }
@@ -248,15 +197,8 @@ mod tests {
              2026-01-01T00:00:00Z, 2.5 ,\"DV,1\",,7,x\r\n",
         )
         .expect("is a log");
-        let reading = Reading {
-            cycle: 7,
-            close_time_s: None,
-            open_time_s: Some(2.5),
-        };
-        assert_eq!(
-            rows,
-            [("DV,1".into(), reading, Some("2026-01-01T00:00:00Z".into()))]
-        );
+        let reading = Reading { cycle: 7, close_time_s: None, open_time_s: Some(2.5) };
+        assert_eq!(rows, [("DV,1".into(), reading, Some("2026-01-01T00:00:00Z".into()))]);
     }
 
     #[test]
@@ -267,22 +209,13 @@ mod tests {
                 "valve,cycle,close_time_s\n",
                 "log.csv:1: found columns \"valve,cycle,close_time_s\", expected also \"open_time_s\"",
             ),
-            (
-                "valve,cycle,close_time_ms,open_time_s\n",
-                "expected also \"close_time_s\"",
-            ),
-            (
-                "valve,valve,cycle,close_time_s,open_time_s\n",
-                "column \"valve\" twice",
-            ),
+            ("valve,cycle,close_time_ms,open_time_s\n", "expected also \"close_time_s\""),
+            ("valve,valve,cycle,close_time_s,open_time_s\n", "column \"valve\" twice"),
         ];
         let rows = [
             ("A,1,2\n", "log.csv:2: found 3 fields, expected 4"),
             ("A,1,2,3,4\n", "log.csv:2: found 5 fields, expected 4"),
-            (
-                "A,0,1,2\nA,1,fast,2\n",
-                "log.csv:3: close_time_s: found \"fast\", expected a time in s",
-            ),
+            ("A,0,1,2\nA,1,fast,2\n", "log.csv:3: close_time_s: found \"fast\", expected a time in s"),
             ("A,1,NaN,2\n", "log.csv:2: close_time_s: found \"NaN\""),
             ("A,1,1,inf\n", "log.csv:2: open_time_s: found \"inf\""),
             ("A,1,1,-2\n", "log.csv:2: open_time_s: found \"-2\""),
@@ -305,10 +238,7 @@ mod tests {
         let mut text = HEADER.to_owned();
         text.push_str(&"9".repeat(10 << 20));
         let error = read(&text).expect_err("no row is that long");
-        assert!(
-            error.starts_with("log.csv:2: found a line of more than 65536 bytes"),
-            "{error}"
-        );
+        assert!(error.starts_with("log.csv:2: found a line of more than 65536 bytes"), "{error}");
         let mut log = TimingLog::new("log", text.as_bytes()).expect("header is fine");
         assert!(log.next_row().is_err());
     }
@@ -317,9 +247,6 @@ mod tests {
     fn bytes_that_are_not_text_are_refused() {
         let bytes = [HEADER.as_bytes(), b"A\xff,1,1,2\n"].concat();
         let mut log = TimingLog::new("log", &bytes[..]).expect("header is fine");
-        assert!(matches!(
-            log.next_row().expect_err("is no text").kind,
-            LogErrorKind::NotText
-        ));
+        assert!(matches!(log.next_row().expect_err("is no text").kind, LogErrorKind::NotText));
     }
 }

@@ -60,8 +60,7 @@ pub(crate) fn run_life(
     truth: &LifeTruth,
     method: &Method,
 ) -> Vec<Prediction> {
-    let stream =
-        truth.fault.map_or(2, |fault| fault as u64) + 3 * truth.noise_variance_s2.to_bits();
+    let stream = truth.fault.map_or(2, |fault| fault as u64) + 3 * truth.noise_variance_s2.to_bits();
     let mut noise = NoiseSource::new(truth.seed, stream);
     let sd = truth.noise_variance_s2.sqrt();
     let mut estimator = Estimator::new(method);
@@ -69,11 +68,7 @@ pub(crate) fn run_life(
         .map(|cycle| {
             let life = cycle as f64 / truth.end_cycle;
             let fault = truth.fault.unwrap_or(Fault::Atmosphere);
-            let growing = if truth.fault.is_some() {
-                (1.0 - truth.start) * life
-            } else {
-                0.0
-            };
+            let growing = if truth.fault.is_some() { (1.0 - truth.start) * life } else { 0.0 };
             let leak = (truth.start + growing) * tables.limit_area_m2(fault);
             let clean = times(fault, leak);
             let mut read = |stroke: Stroke| {
@@ -81,11 +76,7 @@ pub(crate) fn run_life(
                 let error = sd * noise.normal() + glitch.map_or(0.0, |o| o.size_s);
                 clean[stroke as usize].map(|time| (time + error).max(0.0))
             };
-            let reading = Reading {
-                cycle,
-                close_time_s: read(Stroke::Close),
-                open_time_s: read(Stroke::Open),
-            };
+            let reading = Reading { cycle, close_time_s: read(Stroke::Close), open_time_s: read(Stroke::Open) };
             estimator.predict(tables, &reading, truth)
         })
         .collect()
@@ -99,34 +90,23 @@ enum Estimator {
 impl Estimator {
     fn new(method: &Method) -> Self {
         match method {
-            Method::Bayes(config) => {
-                Self::Bayes(Box::new(BayesEstimator::new(config)), config.name_from)
-            }
+            Method::Bayes(config) => Self::Bayes(Box::new(BayesEstimator::new(config)), config.name_from),
             Method::Ols => Self::Ols(OlsEstimator::new()),
         }
     }
 
-    fn predict(
-        &mut self,
-        tables: &TableBundle,
-        reading: &Reading,
-        truth: &LifeTruth,
-    ) -> Prediction {
+    fn predict(&mut self, tables: &TableBundle, reading: &Reading, truth: &LifeTruth) -> Prediction {
         let cycle = reading.cycle as f64;
         match self {
             Self::Bayes(estimator, name_from) => {
                 let estimate = estimator.update(tables, reading);
                 let p = estimate.probability;
-                let wrong = Fault::ALL
-                    .into_iter()
-                    .filter(|fault| Some(*fault) != truth.fault);
+                let wrong = Fault::ALL.into_iter().filter(|fault| Some(*fault) != truth.fault);
                 Prediction {
                     cycle,
                     remaining: Some(estimate.eol_cycle - cycle),
                     end: Some(estimate.eol_cycle),
-                    covered: Some(
-                        estimate.eol.p05 <= truth.end_cycle && truth.end_cycle <= estimate.eol.p95,
-                    ),
+                    covered: Some(estimate.eol.p05 <= truth.end_cycle && truth.end_cycle <= estimate.eol.p95),
                     isolated: truth.fault.is_some_and(|fault| p.of(fault) > 0.95),
                     false_call: wrong.map(|fault| p.of(fault)).any(|q| q >= *name_from),
                 }

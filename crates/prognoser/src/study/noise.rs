@@ -11,15 +11,9 @@ pub struct NoiseSource {
 impl NoiseSource {
     /// A generator for one stream of one seed.
     pub fn new(seed: u64, stream: u64) -> Self {
-        let mut source = Self {
-            state: seed,
-            spare: None,
-        };
+        let mut source = Self { state: seed, spare: None };
         let mixed = source.next_u64() ^ stream.wrapping_mul(0xD129_0D3B_3F4C_9A5B);
-        Self {
-            state: mixed,
-            spare: None,
-        }
+        Self { state: mixed, spare: None }
     }
 
     fn next_u64(&mut self) -> u64 {

@@ -59,12 +59,10 @@ impl StudyConfig {
     /// Runs the study with the tables as the truth.
     pub fn run(&self, tables: &TableBundle) -> Vec<StudyResult> {
         let times = |fault: Fault, area_m2: f64| {
-            Stroke::ALL.map(
-                |stroke| match tables.table(fault).curve(stroke).time_at(area_m2) {
-                    TimeAt::Within(time_s) => Some(time_s),
-                    TimeAt::NotReached | TimeAt::BelowRange | TimeAt::AboveRange => None,
-                },
-            )
+            Stroke::ALL.map(|stroke| match tables.table(fault).curve(stroke).time_at(area_m2) {
+                TimeAt::Within(time_s) => Some(time_s),
+                TimeAt::NotReached | TimeAt::BelowRange | TimeAt::AboveRange => None,
+            })
         };
         run_study(tables, &times, self)
     }
@@ -89,9 +87,7 @@ impl StudyConfig {
                         outliers: self.outliers,
                         seed: self.first_seed + seed,
                     };
-                    run_life(tables, &times, &truth, method)
-                        .iter()
-                        .any(|p| p.false_call)
+                    run_life(tables, &times, &truth, method).iter().any(|p| p.false_call)
                 });
                 called.count() as f64 / self.seeds as f64
             })
@@ -101,11 +97,7 @@ impl StudyConfig {
 
 /// Runs a study with given true times. Results come by fault, then noise, then
 /// method, in the order of the configuration.
-pub fn run_study(
-    tables: &TableBundle,
-    times: &TruthTimes<'_>,
-    config: &StudyConfig,
-) -> Vec<StudyResult> {
+pub fn run_study(tables: &TableBundle, times: &TruthTimes<'_>, config: &StudyConfig) -> Vec<StudyResult> {
     let mut results = Vec::new();
     for &fault in &config.faults {
         for &noise_variance_s2 in &config.noise_variances_s2 {
@@ -154,24 +146,8 @@ pub struct PaperValue {
 
 /// The paper's own numbers (Kulkarni et al. 2014, section 5).
 pub const PAPER: [PaperValue; 4] = [
-    PaperValue {
-        noise_variance_s2: 0.0,
-        supply: 1.0,
-        atmosphere: 1.0,
-    },
-    PaperValue {
-        noise_variance_s2: 1e-4,
-        supply: 0.965,
-        atmosphere: 0.953,
-    },
-    PaperValue {
-        noise_variance_s2: 1e-3,
-        supply: 0.796,
-        atmosphere: 0.799,
-    },
-    PaperValue {
-        noise_variance_s2: 1e-2,
-        supply: 0.314,
-        atmosphere: 0.344,
-    },
+    PaperValue { noise_variance_s2: 0.0, supply: 1.0, atmosphere: 1.0 },
+    PaperValue { noise_variance_s2: 1e-4, supply: 0.965, atmosphere: 0.953 },
+    PaperValue { noise_variance_s2: 1e-3, supply: 0.796, atmosphere: 0.799 },
+    PaperValue { noise_variance_s2: 1e-2, supply: 0.314, atmosphere: 0.344 },
 ];

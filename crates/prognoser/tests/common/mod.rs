@@ -5,8 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use leak_table::{
-    BundleInfo, CycleSchedule, Fault, FaultInfo, LeakPoint, LeakTable, Limits, Stroke, TableBundle,
-    TimeAt, m2_from_mm2,
+    BundleInfo, CycleSchedule, Fault, FaultInfo, LeakPoint, LeakTable, Limits, Stroke, TableBundle, TimeAt, m2_from_mm2,
 };
 use prognoser::study::NoiseSource;
 use prognoser::{LogRow, Method, Prognoser, Prognosis, Reading};
@@ -30,19 +29,12 @@ pub fn tables() -> TableBundle {
             .collect();
         LeakTable::new(fault, points).expect("test data are monotone")
     };
-    let limits = Limits {
-        close_within_s: 3.0,
-        open_within_s: 6.0,
-    };
+    let limits = Limits { close_within_s: 3.0, open_within_s: 6.0 };
     let (atmosphere, supply) = (table(Fault::Atmosphere), table(Fault::Supply));
     let info = BundleInfo {
         valve: "test valve".into(),
         model_hash: String::new(),
-        schedule: CycleSchedule {
-            close_at_s: 0.0,
-            open_at_s: 4.0,
-            end_s: 12.0,
-        },
+        schedule: CycleSchedule { close_at_s: 0.0, open_at_s: 4.0, end_s: 12.0 },
         limits,
         atmosphere: FaultInfo::from_table(&atmosphere, &limits),
         supply: FaultInfo::from_table(&supply, &limits),
@@ -57,11 +49,7 @@ pub fn reading(tables: &TableBundle, fault: Fault, cycle: u64, leak: f64) -> Rea
         TimeAt::Within(time) => Some(time),
         _ => None,
     };
-    Reading {
-        cycle,
-        close_time_s: time(Stroke::Close),
-        open_time_s: time(Stroke::Open),
-    }
+    Reading { cycle, close_time_s: time(Stroke::Close), open_time_s: time(Stroke::Open) }
 }
 
 /// Adds noise to a reading and rounds it to 0.1 ms.
@@ -70,11 +58,7 @@ pub fn noisy(reading: Reading, sd_s: f64, noise: &mut NoiseSource) -> Reading {
         let error = sd_s * noise.normal();
         time.map(|time| ((time + error).max(0.0) * 1e4).round() / 1e4)
     };
-    Reading {
-        cycle: reading.cycle,
-        close_time_s: blur(reading.close_time_s),
-        open_time_s: blur(reading.open_time_s),
-    }
+    Reading { cycle: reading.cycle, close_time_s: blur(reading.close_time_s), open_time_s: blur(reading.open_time_s) }
 }
 
 /// A log of one valve whose leak goes as `leak` (fractions of the limit).
@@ -87,40 +71,21 @@ pub fn log(
     leak: impl Fn(f64) -> f64,
 ) -> Vec<Reading> {
     let mut noise = NoiseSource::new(seed, 0);
-    (0..cycles)
-        .map(|cycle| {
-            noisy(
-                reading(tables, fault, cycle, leak(cycle as f64)),
-                sd_s,
-                &mut noise,
-            )
-        })
-        .collect()
+    (0..cycles).map(|cycle| noisy(reading(tables, fault, cycle, leak(cycle as f64)), sd_s, &mut noise)).collect()
 }
 
 /// Pushes the log of one valve through a new prognoser.
 pub fn run(method: Method, readings: &[Reading]) -> Vec<Prognosis> {
     let mut prognoser = Prognoser::new(tables().into(), method);
-    readings
-        .iter()
-        .map(|reading| prognoser.push(&row("V", reading)))
-        .collect()
+    readings.iter().map(|reading| prognoser.push(&row("V", reading))).collect()
 }
 
 /// A row of a log.
 pub fn row<'a>(valve: &'a str, reading: &Reading) -> LogRow<'a> {
-    LogRow {
-        valve,
-        reading: *reading,
-        time: None,
-        line: reading.cycle + 2,
-    }
+    LogRow { valve, reading: *reading, time: None, line: reading.cycle + 2 }
 }
 
 /// Names of all notices with the cycles at which they came.
 pub fn notices(prognoses: &[Prognosis]) -> Vec<(u64, &'static str)> {
-    prognoses
-        .iter()
-        .flat_map(|p| p.notices.iter().map(|n| (p.cycle, n.kind())))
-        .collect()
+    prognoses.iter().flat_map(|p| p.notices.iter().map(|n| (p.cycle, n.kind()))).collect()
 }

@@ -1,0 +1,179 @@
+//! What makes a campaign unusable.
+
+use checked_toml::TomlFileError;
+
+/// A campaign that was refused.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum CampaignError {
+    /// The campaign file itself.
+    #[error(transparent)]
+    Text(#[from] TomlFileError),
+    /// One of the CSV files.
+    #[error(transparent)]
+    Data(#[from] DataError),
+}
+
+/// A refusal of a CSV file with its place.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{file}:{line}: {problem}")]
+pub struct DataError {
+    /// The file.
+    pub file: String,
+    /// The line, counted from 1.
+    pub line: usize,
+    /// What is wrong.
+    pub problem: Box<DataProblem>,
+}
+
+impl DataError {
+    pub(crate) fn new(file: &str, line: usize, problem: DataProblem) -> Self {
+        Self { file: file.to_owned(), line, problem: Box::new(problem) }
+    }
+}
+
+/// What is wrong with a CSV file, and what would be right.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum DataProblem {
+    /// It cannot be opened or read.
+    #[error("cannot be read: {reason} (the campaign names it in line {named_in_line})")]
+    Unreadable {
+        /// The operating system's words.
+        reason: String,
+        /// The line of the campaign file.
+        named_in_line: usize,
+    },
+    /// No header.
+    #[error("the file is empty; expected a header and at least one row")]
+    Empty,
+    /// A header and too few rows.
+    #[error("has {rows} usable rows; expected at least {expected}")]
+    TooFewRows {
+        /// How many there are.
+        rows: usize,
+        /// How many are needed.
+        expected: usize,
+    },
+    /// Bytes that are not text.
+    #[error("is not UTF-8 text; save the file as UTF-8 CSV")]
+    NotText,
+    /// A line no recorder writes.
+    #[error("a line of {bytes} bytes; expected lines of at most {most} bytes")]
+    LongLine {
+        /// Its length.
+        bytes: usize,
+        /// The longest that is read.
+        most: usize,
+    },
+    /// A column that must be there is not.
+    #[error("has no column {column}; expected {expected}; found {found}")]
+    MissingColumn {
+        /// The column looked for.
+        column: String,
+        /// How it may be named.
+        expected: String,
+        /// The columns that are there.
+        found: String,
+    },
+    /// Two columns for one channel.
+    #[error("has two columns for {channel}: \"{first}\" and \"{second}\"; say which one in [columns]")]
+    TwoColumns {
+        /// The channel.
+        channel: String,
+        /// One column.
+        first: String,
+        /// The other.
+        second: String,
+    },
+    /// A row of another length than the header.
+    #[error("has {found} fields; expected {expected} as in the header")]
+    RowLength {
+        /// Fields of the row.
+        found: usize,
+        /// Fields of the header.
+        expected: usize,
+    },
+    /// Text where a number should be.
+    #[error("column \"{column}\": \"{found}\" is not a number; expected a number, or nothing for a gap")]
+    NotANumber {
+        /// The column.
+        column: String,
+        /// What stands there.
+        found: String,
+    },
+    /// A number that makes no sense in its column.
+    #[error("column \"{column}\": {found}; expected {expected}")]
+    ImpossibleNumber {
+        /// The column.
+        column: String,
+        /// What stands there.
+        found: f64,
+        /// What would be right.
+        expected: String,
+    },
+    /// Conditions of a row that make no sense.
+    #[error("{key} is {found}; expected {expected}")]
+    ImpossibleCondition {
+        /// The condition.
+        key: String,
+        /// What was found, SI.
+        found: String,
+        /// What would be right.
+        expected: String,
+    },
+    /// A time that is not after the one before it.
+    #[error("time {found_s} s follows {before_s} s; expected times that increase from row to row")]
+    TimeNotIncreasing {
+        /// The time of this row, s.
+        found_s: f64,
+        /// The time of the row before, s.
+        before_s: f64,
+    },
+    /// A command that is neither 0 nor 1.
+    #[error(
+        "command is {found}; expected 0 (open) or 1 (close); if the channel is a voltage or a pressure, \
+         name it in command_from with a threshold"
+    )]
+    CommandValue {
+        /// What stands there.
+        found: f64,
+    },
+    /// There is no stroke to compare.
+    #[error(
+        "the command is {value} from the first row to the last, so no stroke can be told from another; \
+         expected 1 where the valve is told to close and 0 where it is told to open"
+    )]
+    CommandNeverChanges {
+        /// Its only value, 0 or 1.
+        value: u8,
+    },
+    /// A channel without a single number.
+    #[error("column \"{column}\" holds no number at all; expected readings of the {channel}")]
+    NoReadings {
+        /// The column.
+        column: String,
+        /// The channel.
+        channel: String,
+    },
+    /// The recorded motion is larger or smaller than the valve's stroke by a factor.
+    #[error("the recorded motion spans {span_mm:.4} mm, the valve's stroke is {stroke_mm:.4} mm; {hint}")]
+    WrongScale {
+        /// Span of the recorded motion, mm.
+        span_mm: f64,
+        /// The valve's stroke, mm.
+        stroke_mm: f64,
+        /// What is likely wrong.
+        hint: String,
+    },
+    /// The position grows where the valve closes.
+    #[error(
+        "the position grows while the valve is told to close; expected 0 at the closed stop and the stroke \
+         at the open one: turn it round in [columns], position = {{ name = \"{column}\", scale = -1.0, \
+         offset = \"{stroke_mm} mm\" }}"
+    )]
+    Mirrored {
+        /// The column of the position.
+        column: String,
+        /// The valve's stroke, mm.
+        stroke_mm: f64,
+    },
+}

@@ -1,0 +1,201 @@
+//! Whether a trace can be what it claims to be.
+
+use crate::error::{DataError, DataProblem};
+use crate::noise::range;
+use crate::trace::ReadTrace;
+use crate::types::{Trace, ValveFacts};
+use crate::warning::{Doubt, Warning};
+
+/// Millimetres in an inch.
+const INCH_MM: f64 = 25.4;
+/// Motion below this share of the stroke is none.
+const NO_MOTION: f64 = 0.02;
+/// Motion below this share of the stroke may be the sensor's noise alone.
+const ONLY_NOISE: f64 = 0.1;
+/// Motion below this share of the stroke is worth a word.
+const SHORT_MOTION: f64 = 0.9;
+/// Motion above this many strokes cannot be: the stops give way by a few hundredths.
+const TOO_LONG: f64 = 1.3;
+/// How far outside the stops a position may lie, in strokes.
+const OUTSIDE: f64 = 0.12;
+
+/// Checks a trace against the valve; warnings go to `warnings`.
+pub(crate) fn check(
+    read: &ReadTrace,
+    file: &str,
+    valve: &ValveFacts,
+    warnings: &mut Vec<Warning>,
+) -> Result<(), DataError> {
+    let trace = &read.trace;
+    let error = |line, problem| Err(DataError::new(file, line, problem));
+    let first_line = read.lines.first().copied().unwrap_or(read.header_line);
+    let mut warn = |line, doubt| warnings.push(Warning { file: file.to_owned(), line, doubt });
+    for doubt in &read.doubts {
+        warn(read.header_line, doubt.clone());
+    }
+    let Some((lowest_m, highest_m)) = range(&trace.position_m) else {
+        let problem = DataProblem::NoReadings { column: read.position_column.clone(), channel: "position".into() };
+        return error(first_line, problem);
+    };
+    check_pressures(read, file, valve, &mut warn)?;
+    check_gaps(trace, first_line, &mut warn);
+    let constant = trace.command_close.iter().all(|close| *close == trace.command_close[0]);
+    let only_closing = constant && trace.command_close[0] && closes_for_good(trace, valve.stroke_m);
+    if constant && !only_closing {
+        return error(first_line, DataProblem::CommandNeverChanges { value: u8::from(trace.command_close[0]) });
+    }
+    if only_closing {
+        warn(first_line, Doubt::OnlyClosing);
+    }
+    let (span_mm, stroke_mm) = ((highest_m - lowest_m) * 1e3, valve.stroke_m * 1e3);
+    let only_noise = span_mm < ONLY_NOISE * stroke_mm && is_noise(&trace.position_m, highest_m - lowest_m);
+    if !only_noise && let Some(hint) = scale_hint(span_mm, highest_m * 1e3, stroke_mm) {
+        return error(read.header_line, DataProblem::WrongScale { span_mm, stroke_mm, hint });
+    }
+    if only_noise || span_mm < NO_MOTION * stroke_mm {
+        warn(first_line, Doubt::NoMotion { span_mm, stroke_mm });
+        return Ok(());
+    }
+    if mirrored(trace) {
+        let problem = DataProblem::Mirrored { column: read.position_column.clone(), stroke_mm };
+        return error(read.header_line, problem);
+    }
+    if span_mm < SHORT_MOTION * stroke_mm {
+        warn(first_line, Doubt::ShortMotion { span_mm, stroke_mm });
+    }
+    let (lowest_mm, highest_mm) = (lowest_m * 1e3, highest_m * 1e3);
+    if lowest_mm < -OUTSIDE * stroke_mm || highest_mm > (1.0 + OUTSIDE) * stroke_mm {
+        warn(first_line, Doubt::Offset { lowest_mm, highest_mm, stroke_mm });
+    }
+    check_clipping(read, (lowest_m, highest_m), valve.stroke_m, &mut warn);
+    Ok(())
+}
+
+/// What is likely wrong where the motion's size cannot be right.
+fn scale_hint(span_mm: f64, highest_mm: f64, stroke_mm: f64) -> Option<String> {
+    let ratio = span_mm / stroke_mm;
+    // A short motion that begins at the open stop is a partial stroke; one that never gets near it is in another unit.
+    let possible = ratio > 1.0 || highest_mm < 0.3 * stroke_mm;
+    let near = |factor: f64| possible && (0.75..1.3).contains(&(ratio / factor));
+    let unit = |found: &str| format!("the column looks like {found}: give its unit in [columns]");
+    if near(1.0 / INCH_MM) {
+        Some(unit("inches called mm (a factor of 25.4)"))
+    } else if near(INCH_MM) {
+        Some(unit("millimetres called inches (a factor of 25.4)"))
+    } else if near(1e3) {
+        Some(unit("micrometres called mm, or millimetres called metres (a factor of 1000)"))
+    } else if near(1e-3) && span_mm > 0.0 {
+        Some(unit("metres called mm (a factor of 1000)"))
+    } else if near(0.1) {
+        Some(unit("centimetres called mm (a factor of 10)"))
+    } else if ratio > TOO_LONG {
+        Some("check the unit and the scale in [columns], and the stroke in the valve file".into())
+    } else {
+        None
+    }
+}
+
+/// Whether readings that span so much jump about from row to row instead of moving: white noise
+/// spans some four to six times the rms difference of neighbours, a recorded stroke far more.
+fn is_noise(position_m: &[f64], span_m: f64) -> bool {
+    let differences = position_m.windows(2).map(|pair| pair[1] - pair[0]).filter(|difference| difference.is_finite());
+    let (sum, count) = differences.fold((0.0, 0usize), |(sum, count), value| (sum + value * value, count + 1));
+    span_m < 6.5 * (sum / count.max(1) as f64).sqrt()
+}
+
+/// Whether a trace is one closing stroke: from open to closed, and not back.
+fn closes_for_good(trace: &Trace, stroke_m: f64) -> bool {
+    let finite = || trace.position_m.iter().copied().filter(|position| position.is_finite());
+    let mut closed = false;
+    for position in finite() {
+        closed |= position < 0.1 * stroke_m;
+        if closed && position > 0.3 * stroke_m {
+            return false;
+        }
+    }
+    closed && finite().next().is_some_and(|first| first > 0.7 * stroke_m)
+}
+
+/// Whether the position grows while the valve is told to close and falls while it is told to open.
+fn mirrored(trace: &Trace) -> bool {
+    let (mut closing, mut opening) = (0.0, 0.0);
+    let mut last: Option<f64> = None;
+    for (&position, &close) in trace.position_m.iter().zip(&trace.command_close) {
+        if position.is_nan() {
+            continue;
+        }
+        if let Some(last) = last {
+            *(if close { &mut closing } else { &mut opening }) += position - last;
+        }
+        last = Some(position);
+    }
+    let moved = range(&trace.position_m).map_or(0.0, |(lowest, highest)| highest - lowest);
+    // The total way under each command; a stroke that is under way when the command changes has its share in both.
+    closing > 0.5 * moved && opening <= 0.0 || closing >= 0.0 && opening < -0.5 * moved
+}
+
+fn check_pressures(
+    read: &ReadTrace,
+    file: &str,
+    valve: &ValveFacts,
+    warn: &mut impl FnMut(usize, Doubt),
+) -> Result<(), DataError> {
+    for (channel, values) in pressures(&read.trace) {
+        let Some(values) = values else { continue };
+        let Some((lowest, _)) = range(values) else {
+            let problem = DataProblem::NoReadings { column: channel.into(), channel: channel.into() };
+            return Err(DataError::new(file, read.header_line, problem));
+        };
+        if lowest < 0.5 * valve.ambient_pressure_pa {
+            let (lowest_kpa, ambient_kpa) = (lowest / 1e3, valve.ambient_pressure_pa / 1e3);
+            warn(read.header_line, Doubt::LooksGauge { channel: channel.into(), lowest_kpa, ambient_kpa });
+        }
+    }
+    Ok(())
+}
+
+fn pressures(trace: &Trace) -> [(&'static str, Option<&Vec<f64>>); 3] {
+    [
+        ("chamber pressure", trace.chamber_pressure_pa.as_ref()),
+        ("pipe pressure", trace.pipe_pressure_pa.as_ref()),
+        ("supply pressure", trace.supply_pressure_pa.as_ref()),
+    ]
+}
+
+fn check_gaps(trace: &Trace, line: usize, warn: &mut impl FnMut(usize, Doubt)) {
+    let position = [("position", Some(&trace.position_m))];
+    for (channel, values) in position.into_iter().chain(pressures(trace)) {
+        let Some(values) = values else { continue };
+        let missing = values.iter().filter(|value| value.is_nan()).count();
+        let share = missing as f64 / values.len() as f64;
+        if share > 0.2 {
+            warn(line, Doubt::ManyGaps { channel: channel.into(), share });
+        }
+    }
+}
+
+/// Warns where many samples are exactly one extreme value: either the other end is noisy, so that
+/// the sensor is not merely a quiet one, or the value lies clearly inside the stops.
+fn check_clipping(
+    read: &ReadTrace,
+    (lowest_m, highest_m): (f64, f64),
+    stroke_m: f64,
+    warn: &mut impl FnMut(usize, Doubt),
+) {
+    const FEWEST: usize = 20;
+    const SHARE: f64 = 0.3;
+    let band = 0.1 * (highest_m - lowest_m);
+    let share_at = |extreme: f64| {
+        let near = read.trace.position_m.iter().filter(|position| (**position - extreme).abs() <= band).count();
+        let at = read.trace.position_m.iter().filter(|position| **position == extreme).count();
+        if at < FEWEST { 0.0 } else { at as f64 / near as f64 }
+    };
+    let (low, high) = (share_at(lowest_m), share_at(highest_m));
+    let ends = [(lowest_m, low, high, lowest_m > 0.02 * stroke_m), (highest_m, high, low, highest_m < 0.98 * stroke_m)];
+    for (extreme_m, share, other_share, inside) in ends {
+        if share > SHARE && (other_share < 0.5 * SHARE || inside) {
+            let first = read.trace.position_m.iter().position(|position| *position == extreme_m).unwrap_or(0);
+            warn(read.lines[first], Doubt::Clipped { value_mm: extreme_m * 1e3, share });
+        }
+    }
+}

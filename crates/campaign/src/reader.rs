@@ -1,0 +1,219 @@
+//! Reads `campaign.toml` and the files that it names.
+
+use std::path::{Path, PathBuf};
+
+use checked_toml::{Document, QuantityKind, Section, TomlFileError};
+
+use crate::columns::{self, Mapping};
+use crate::conditions::{self, CONDITION_KEYS};
+use crate::error::{CampaignError, DataError, DataProblem};
+use crate::trace::{self, CommandFrom, TraceFormat};
+use crate::types::{Campaign, CommandEdge, Inputs, PlannedRun, Run, Sensors, TimingRow, ValveFacts};
+use crate::warning::Warning;
+use crate::{plausibility, timings};
+
+/// Gives the bytes of a file that the campaign names.
+type Load<'a> = &'a dyn Fn(&str) -> std::io::Result<Vec<u8>>;
+
+impl Campaign {
+    /// Reads a campaign file and the CSV files that it names, relative to its folder.
+    pub fn read(path: &Path, valve: &ValveFacts) -> Result<Self, CampaignError> {
+        let text = checked_toml::read_text(path)?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        Self::parse(&text, &path.display().to_string(), valve, &|file| std::fs::read(folder.join(file)))
+    }
+
+    /// Reads a campaign's text; `load` gives the bytes of each file that it names. `file_name` is
+    /// what messages call the campaign; CSV files are called by their path beside it.
+    pub fn parse(
+        text: &str,
+        file_name: &str,
+        valve: &ValveFacts,
+        load: &dyn Fn(&str) -> std::io::Result<Vec<u8>>,
+    ) -> Result<Self, CampaignError> {
+        let document = Document::parse(text, file_name)?;
+        let root = document.root();
+        root.allow_only(&["name", "sensors", "columns", "inputs", "command_from", "run", "timings"])?;
+        let name = root.text("name", "a text")?.ok_or_else(|| root.missing("name", "the campaign's name, a text"))?;
+        let reader = Reader {
+            folder: Path::new(file_name).parent().unwrap_or(Path::new("")).to_owned(),
+            file_name,
+            valve,
+            load,
+            mappings: columns::read_mappings(&root)?,
+            command_from: trace::read_command_from(&root, valve)?,
+            inputs: read_inputs(&root)?,
+        };
+        let mut campaign = Self {
+            name: name.to_owned(),
+            sensors: read_sensors(&root)?,
+            inputs: reader.inputs,
+            runs: Vec::new(),
+            planned: Vec::new(),
+            timings: Vec::new(),
+            warnings: Vec::new(),
+        };
+        let mut files: Vec<(PathBuf, usize)> = Vec::new();
+        for section in root.sections("run")? {
+            reader.run(&section, &mut files, &mut campaign)?;
+        }
+        if let Some(section) = root.section("timings")? {
+            campaign.timings = reader.timings(&section, &mut campaign.warnings)?;
+        }
+        if campaign.runs.is_empty() && campaign.planned.is_empty() && campaign.timings.is_empty() {
+            return Err(root.missing("run", "at least one [[run]] with a file, or [timings] with a file").into());
+        }
+        Ok(campaign)
+    }
+}
+
+struct Reader<'a> {
+    folder: PathBuf,
+    file_name: &'a str,
+    valve: &'a ValveFacts,
+    load: Load<'a>,
+    mappings: Vec<Mapping>,
+    command_from: Option<CommandFrom>,
+    inputs: Inputs,
+}
+
+impl Reader<'_> {
+    /// The bytes of a file named in `section`, and what messages call it.
+    fn load(&self, section: &Section<'_>, file: &str) -> Result<(Vec<u8>, String), DataError> {
+        let shown = self.folder.join(file).display().to_string();
+        match (self.load)(file) {
+            Ok(bytes) => Ok((bytes, shown)),
+            Err(error) => {
+                let named_in_line = section.line_of("file");
+                Err(DataError::new(&shown, 1, DataProblem::Unreadable { reason: error.to_string(), named_in_line }))
+            }
+        }
+    }
+
+    fn run(
+        &self,
+        section: &Section<'_>,
+        files: &mut Vec<(PathBuf, usize)>,
+        campaign: &mut Campaign,
+    ) -> Result<(), CampaignError> {
+        let mut known = vec!["file", "commands", "name", "end"];
+        known.extend(CONDITION_KEYS);
+        section.allow_only(&known)?;
+        let (conditions, doubt) = conditions::read(section, self.valve)?;
+        if let Some(doubt) = doubt {
+            campaign.warnings.push(Warning { file: self.file_name.to_owned(), line: section.line(), doubt });
+        }
+        let file = section.text("file", "the path of a CSV file")?;
+        let Some(file) = file else {
+            let number = campaign.planned.len() + 1;
+            campaign.planned.push(planned(section, conditions, number)?);
+            return Ok(());
+        };
+        for key in ["commands", "end"] {
+            if section.has(key) {
+                let expected = "either a file (a recorded run) or commands (a planned one)";
+                return Err(section.wrong(key, "given beside a file", expected).into());
+            }
+        }
+        let path: PathBuf = Path::new(file).components().filter(|part| part.as_os_str() != ".").collect();
+        if let Some((_, line)) = files.iter().find(|(other, _)| *other == path) {
+            let found = format!("\"{file}\", which the run in line {line} has already");
+            return Err(section.wrong("file", found, "a file of its own for each run").into());
+        }
+        files.push((path, section.line()));
+        let (bytes, shown) = self.load(section, file)?;
+        let format =
+            TraceFormat { mappings: &self.mappings, command_from: self.command_from.as_ref(), valve: self.valve };
+        let read = trace::read(&bytes, &shown, &format)?;
+        plausibility::check(&read, &shown, self.valve, &mut campaign.warnings)?;
+        let trace = read.trace;
+        for (wanted, present, column) in [
+            (self.inputs.pipe_pressure, trace.pipe_pressure_pa.is_some(), "pipe_pressure_kpa"),
+            (self.inputs.chamber_pressure, trace.chamber_pressure_pa.is_some(), "chamber_pressure_kpa"),
+        ] {
+            if wanted && !present {
+                let problem = DataProblem::MissingColumn {
+                    column: format!("\"{column}\""),
+                    expected: "it in every run, since [inputs] lets it drive the model".into(),
+                    found: "none for this channel".into(),
+                };
+                return Err(DataError::new(&shown, read.header_line, problem).into());
+            }
+        }
+        let commands = trace::edges(&trace);
+        campaign.runs.push(Run { file: file.to_owned(), conditions, trace, commands });
+        Ok(())
+    }
+
+    fn timings(&self, section: &Section<'_>, warnings: &mut Vec<Warning>) -> Result<Vec<TimingRow>, CampaignError> {
+        section.allow_only(&["file"])?;
+        let expected = "the path of a CSV file";
+        let file = section.text("file", expected)?.ok_or_else(|| section.missing("file", expected))?;
+        let (bytes, shown) = self.load(section, file)?;
+        Ok(timings::read(&bytes, &shown, self.valve, warnings)?)
+    }
+}
+
+fn read_sensors(root: &Section<'_>) -> Result<Sensors, TomlFileError> {
+    let Some(section) = root.section("sensors")? else { return Ok(Sensors::default()) };
+    section.allow_only(&["position_noise", "pressure_noise", "timing_noise"])?;
+    let noise = |key: &str, kind: QuantityKind| match section.quantity(key, kind)? {
+        Some(sigma) if !(sigma > 0.0 && sigma.is_finite()) => {
+            Err(section.wrong(key, sigma.to_string(), "one standard deviation of the noise, more than 0"))
+        }
+        sigma => Ok(sigma),
+    };
+    Ok(Sensors {
+        position_noise_m: noise("position_noise", QuantityKind::Si("m"))?,
+        pressure_noise_pa: noise("pressure_noise", QuantityKind::PressureDifference)?,
+        timing_noise_s: noise("timing_noise", QuantityKind::Si("s"))?,
+    })
+}
+
+fn read_inputs(root: &Section<'_>) -> Result<Inputs, TomlFileError> {
+    let Some(section) = root.section("inputs")? else { return Ok(Inputs::default()) };
+    section.allow_only(&["pipe_pressure", "chamber_pressure"])?;
+    let expected = "\"measured\" (drives the model) or \"simulated\"";
+    let measured = |key: &str| match section.text(key, expected)? {
+        None | Some("simulated") => Ok(false),
+        Some("measured") => Ok(true),
+        Some(other) => Err(section.wrong(key, format!("\"{other}\""), expected)),
+    };
+    Ok(Inputs { pipe_pressure: measured("pipe_pressure")?, chamber_pressure: measured("chamber_pressure")? })
+}
+
+fn planned(
+    section: &Section<'_>,
+    conditions: crate::RunConditions,
+    number: usize,
+) -> Result<PlannedRun, TomlFileError> {
+    let meaning = "the path of a CSV file, or commands = [ { at = \"0 s\", close = true }, ... ] for a planned run";
+    if !section.has("commands") {
+        return Err(section.missing("file", meaning));
+    }
+    let mut commands: Vec<CommandEdge> = Vec::new();
+    for edge in section.sections("commands")? {
+        edge.allow_only(&["at", "close"])?;
+        let time_s = edge
+            .quantity("at", QuantityKind::Si("s"))?
+            .ok_or_else(|| edge.missing("at", "the time of the command, such as \"0.6 s\""))?;
+        let close = edge
+            .boolean("close", "true or false")?
+            .ok_or_else(|| edge.missing("close", "true where the valve is told to close, else false"))?;
+        let after = commands.last().map_or(0.0, |last| last.time_s);
+        let increases = commands.last().is_none_or(|last| time_s > last.time_s);
+        if !(time_s.is_finite() && time_s >= 0.0 && increases) {
+            return Err(edge.wrong("at", format!("{time_s} s"), format!("a time after {after} s")));
+        }
+        commands.push(CommandEdge { time_s, close });
+    }
+    let Some(last) = commands.last() else {
+        return Err(section.wrong("commands", "an empty list", "at least one command"));
+    };
+    let end_s = section.quantity("end", QuantityKind::Si("s"))?;
+    if end_s.is_some_and(|end_s| end_s <= last.time_s || !end_s.is_finite()) {
+        return Err(section.wrong("end", "before the last command", "a time after the last command"));
+    }
+    let name = section.text("name", "a text")?.map_or_else(|| format!("planned run {number}"), str::to_owned);
+    Ok(PlannedRun { name, conditions, commands, end_s })
+}

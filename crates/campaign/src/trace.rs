@@ -1,0 +1,214 @@
+//! From a CSV text to a trace and its command edges.
+
+use checked_toml::{QuantityKind, Section, TomlFileError};
+use csv::ByteRecord;
+use quantity::Dimension;
+
+use crate::columns::{self, CHANNELS, Column, Mapping};
+use crate::csv_text::CsvText;
+use crate::error::{DataError, DataProblem};
+use crate::types::{CommandEdge, Trace, ValveFacts};
+use crate::warning::Doubt;
+
+/// `command_from`: a channel that tells the command by a threshold.
+#[derive(Debug, Clone)]
+pub(crate) struct CommandFrom {
+    channel: String,
+    /// SI for a known channel, else in the column's own numbers.
+    threshold: f64,
+    hysteresis: f64,
+    above_closes: bool,
+}
+
+/// How traces are to be read.
+#[derive(Debug)]
+pub(crate) struct TraceFormat<'a> {
+    pub mappings: &'a [Mapping],
+    pub command_from: Option<&'a CommandFrom>,
+    pub valve: &'a ValveFacts,
+}
+
+/// A trace with what is needed to judge it.
+#[derive(Debug)]
+pub(crate) struct ReadTrace {
+    pub trace: Trace,
+    /// The line of each row.
+    pub lines: Vec<usize>,
+    pub header_line: usize,
+    pub position_column: String,
+    pub doubts: Vec<Doubt>,
+}
+
+/// Reads `command_from`.
+pub(crate) fn read_command_from(root: &Section<'_>, valve: &ValveFacts) -> Result<Option<CommandFrom>, TomlFileError> {
+    let Some(section) = root.section("command_from")? else { return Ok(None) };
+    section.allow_only(&["channel", "threshold", "hysteresis", "above"])?;
+    let channel = section
+        .text("channel", "the name of a channel or a column")?
+        .ok_or_else(|| section.missing("channel", "the name of a channel or a column"))?;
+    let dimension = CHANNELS.iter().find(|(name, _)| *name == channel).map(|(_, dimension)| *dimension);
+    let (level, width) = match dimension {
+        Some(Dimension::Pressure) => (
+            QuantityKind::Pressure { ambient_pressure_pa: valve.ambient_pressure_pa },
+            QuantityKind::PressureDifference,
+        ),
+        Some(dimension) => (QuantityKind::Si(dimension.si_unit()), QuantityKind::Si(dimension.si_unit())),
+        None => (QuantityKind::Si(""), QuantityKind::Si("")),
+    };
+    let threshold = section
+        .quantity("threshold", level)?
+        .ok_or_else(|| section.missing("threshold", "the level that parts open from close"))?;
+    let expected = "\"close\" or \"open\": what is commanded above the threshold";
+    let above_closes = match section.text("above", expected)? {
+        None | Some("close") => true,
+        Some("open") => false,
+        Some(other) => return Err(section.wrong("above", format!("\"{other}\""), expected)),
+    };
+    let hysteresis = section.quantity("hysteresis", width)?.unwrap_or(0.0);
+    if !(threshold.is_finite() && hysteresis.is_finite() && hysteresis >= 0.0) {
+        return Err(section.wrong("hysteresis", hysteresis.to_string(), "a finite level, and a width of 0 or more"));
+    }
+    Ok(Some(CommandFrom { channel: channel.to_owned(), threshold, hysteresis, above_closes }))
+}
+
+/// The columns of one file.
+struct Columns {
+    time: Column,
+    command: Column,
+    position: Column,
+    pressures: [Option<Column>; 3],
+}
+
+fn find_columns(csv: &CsvText<'_>, format: &TraceFormat<'_>) -> Result<(Columns, Vec<Doubt>), DataError> {
+    let mut doubts = Vec::new();
+    let mut find = |channel: &str| {
+        let dimension = CHANNELS.iter().find(|(name, _)| *name == channel).map_or(Dimension::Pure, |(_, found)| *found);
+        let mapping = format.mappings.iter().find(|mapping| mapping.channel == channel);
+        let found = columns::find(csv, channel, dimension, mapping, format.valve.ambient_pressure_pa)?;
+        Ok::<_, DataError>(found.map(|(column, doubt)| {
+            doubts.extend(doubt);
+            column
+        }))
+    };
+    let hint = "or its name in [columns]";
+    let time = find("time")?.ok_or_else(|| columns::missing(csv, "time_s", &format!("time_s, time_ms, {hint}")))?;
+    let position = find("position")?
+        .ok_or_else(|| columns::missing(csv, "position_mm", &format!("position_mm, position_in, {hint}")))?;
+    let command = match format.command_from {
+        None => find("command")?.ok_or_else(|| {
+            let hint =
+                "command (0 open, 1 close), its name in [columns], or command_from with a channel and a threshold";
+            columns::missing(csv, "command", hint)
+        })?,
+        Some(from) if CHANNELS.iter().any(|(name, _)| *name == from.channel) => {
+            find(&from.channel)?.ok_or_else(|| columns::missing(csv, &from.channel, "the channel of command_from"))?
+        }
+        Some(from) => {
+            let mapping = Mapping::raw(&from.channel);
+            columns::find(csv, "command", Dimension::Pure, Some(&mapping), 0.0)?
+                .map(|(column, _)| column)
+                .ok_or_else(|| columns::missing(csv, &from.channel, "the channel of command_from"))?
+        }
+    };
+    let pressures = [find("chamber_pressure")?, find("pipe_pressure")?, find("supply_pressure")?];
+    let mut read = vec![time.index, position.index, command.index];
+    read.extend(pressures.iter().flatten().map(|column| column.index));
+    let known = ["chamber_pressure_kpa", "pipe_pressure_kpa", "supply_pressure_kpa"];
+    doubts.extend(columns::look_alikes(csv, &read, &known));
+    Ok((Columns { time, command, position, pressures }, doubts))
+}
+
+/// Reads a trace.
+pub(crate) fn read(bytes: &[u8], file: &str, format: &TraceFormat<'_>) -> Result<ReadTrace, DataError> {
+    let mut csv = CsvText::new(bytes, file)?;
+    let (columns, mut doubts) = find_columns(&csv, format)?;
+    let rows = bytes.len() / 12;
+    let mut trace = Trace {
+        time_s: Vec::with_capacity(rows),
+        command_close: Vec::with_capacity(rows),
+        position_m: Vec::with_capacity(rows),
+        ..Trace::default()
+    };
+    let mut pressures = columns.pressures.map(|column| column.map(|_| Vec::with_capacity(rows)));
+    let mut lines = Vec::with_capacity(rows);
+    let (mut without_time, mut without_command) = (0, 0);
+    let (mut first_s, mut command) = (0.0, false);
+    let mut row = ByteRecord::new();
+    while let Some(line) = csv.next_row(&mut row)? {
+        let time_s = columns.time.to_si(csv.number(&row, columns.time.index, line)?);
+        if time_s.is_nan() {
+            without_time += 1;
+            continue;
+        }
+        if trace.time_s.is_empty() {
+            first_s = time_s;
+        }
+        let since_first_s = time_s - first_s;
+        if let Some(&before_s) = trace.time_s.last()
+            && since_first_s <= before_s
+        {
+            let problem = DataProblem::TimeNotIncreasing { found_s: time_s, before_s: before_s + first_s };
+            return Err(csv.error(line, problem));
+        }
+        let signal = columns.command.to_si(csv.number(&row, columns.command.index, line)?);
+        if signal.is_nan() {
+            without_command += 1;
+        } else {
+            command = next_command(signal, command, trace.time_s.is_empty(), format.command_from)
+                .ok_or_else(|| csv.error(line, DataProblem::CommandValue { found: signal }))?;
+        }
+        trace.time_s.push(since_first_s);
+        trace.command_close.push(command);
+        trace.position_m.push(columns.position.to_si(csv.number(&row, columns.position.index, line)?));
+        for (column, values) in columns.pressures.iter().zip(&mut pressures) {
+            if let (Some(column), Some(values)) = (column, values) {
+                values.push(column.to_si(csv.number(&row, column.index, line)?));
+            }
+        }
+        lines.push(line);
+    }
+    if trace.time_s.len() < 2 {
+        let problem = DataProblem::TooFewRows { rows: trace.time_s.len(), expected: 2 };
+        return Err(csv.error(csv.header_line(), problem));
+    }
+    if without_time > 0 {
+        doubts.push(Doubt::RowsWithoutTime { rows: without_time });
+    }
+    if without_command > 0 {
+        doubts.push(Doubt::RowsWithoutCommand { rows: without_command });
+    }
+    let [chamber, pipe, supply] = pressures;
+    (trace.chamber_pressure_pa, trace.pipe_pressure_pa, trace.supply_pressure_pa) = (chamber, pipe, supply);
+    let position_column = csv.headers[columns.position.index].clone();
+    Ok(ReadTrace { trace, lines, header_line: csv.header_line(), position_column, doubts })
+}
+
+/// The command that a reading tells; `None` where it is neither 0 nor 1.
+fn next_command(signal: f64, before: bool, first: bool, from: Option<&CommandFrom>) -> Option<bool> {
+    let Some(from) = from else {
+        return if signal == 1.0 { Some(true) } else { (signal == 0.0).then_some(false) };
+    };
+    // Within half the hysteresis of the threshold the command stays as it is.
+    let half = if first { 0.0 } else { 0.5 * from.hysteresis };
+    Some(if signal > from.threshold + half {
+        from.above_closes
+    } else if signal < from.threshold - half || first {
+        !from.above_closes
+    } else {
+        before
+    })
+}
+
+/// The command edges of a trace: each at the first row with the new value, the first one at 0 s
+/// where the first row says close.
+pub(crate) fn edges(trace: &Trace) -> Vec<CommandEdge> {
+    let mut edges = Vec::new();
+    let mut before = false;
+    for (&time_s, &close) in trace.time_s.iter().zip(&trace.command_close) {
+        if close != before {
+            edges.push(CommandEdge { time_s, close });
+            before = close;
+        }
+    }
+    edges
+}

@@ -1,0 +1,132 @@
+//! What looks wrong in a campaign but can be used.
+
+/// A warning with its place.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Warning {
+    /// The file.
+    pub file: String,
+    /// The line, counted from 1.
+    pub line: usize,
+    /// What looks wrong.
+    pub doubt: Doubt,
+}
+
+impl std::fmt::Display for Warning {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(formatter, "{}:{}: {}", self.file, self.line, self.doubt)
+    }
+}
+
+/// What looks wrong, and the remedy.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Doubt {
+    /// The valve does not move although it is told to.
+    #[error(
+        "no motion: the position spans {span_mm:.3} mm of a stroke of {stroke_mm:.3} mm; \
+         is the sensor connected and the right column named?"
+    )]
+    NoMotion {
+        /// Span of the position, mm.
+        span_mm: f64,
+        /// The valve's stroke, mm.
+        stroke_mm: f64,
+    },
+    /// The motion is shorter than the stroke.
+    #[error(
+        "the motion spans {span_mm:.3} mm of a stroke of {stroke_mm:.3} mm: partial strokes, \
+         or a wrong scale or stroke?"
+    )]
+    ShortMotion {
+        /// Span of the position, mm.
+        span_mm: f64,
+        /// The valve's stroke, mm.
+        stroke_mm: f64,
+    },
+    /// The motion lies outside the stops.
+    #[error(
+        "the position lies between {lowest_mm:.3} and {highest_mm:.3} mm, the stops at 0 and {stroke_mm:.3} mm; \
+         set an offset in [columns] if the zero is elsewhere"
+    )]
+    Offset {
+        /// Lowest position, mm.
+        lowest_mm: f64,
+        /// Highest position, mm.
+        highest_mm: f64,
+        /// The valve's stroke, mm.
+        stroke_mm: f64,
+    },
+    /// Many samples at exactly one extreme value.
+    #[error(
+        "{share:.2} of the samples near that end are exactly {value_mm} mm, without noise: the sensor looks \
+         clipped; widen its range, or leave these strokes out"
+    )]
+    Clipped {
+        /// The extreme value, mm.
+        value_mm: f64,
+        /// Share of the samples within a tenth of the span from it that equal it.
+        share: f64,
+    },
+    /// A command that says close throughout, with a closing stroke only.
+    #[error("the command is 1 from the first row to the last: taken as a closing stroke that begins at the first row")]
+    OnlyClosing,
+    /// Rows without a time.
+    #[error("{rows} rows have no time and were left out")]
+    RowsWithoutTime {
+        /// How many.
+        rows: usize,
+    },
+    /// Rows without a command.
+    #[error("{rows} rows have no command; the one before was kept")]
+    RowsWithoutCommand {
+        /// How many.
+        rows: usize,
+    },
+    /// Readings that are missing.
+    #[error("{share:.2} of the readings of the {channel} are missing")]
+    ManyGaps {
+        /// The channel.
+        channel: String,
+        /// Share of missing readings.
+        share: f64,
+    },
+    /// A pressure column in a gauge unit.
+    #[error(
+        "column \"{column}\" is in {unit}, a gauge unit, where traces usually hold absolute pressures: \
+         {ambient_kpa} kPa of ambient pressure were added"
+    )]
+    GaugeColumn {
+        /// The column.
+        column: String,
+        /// Its unit.
+        unit: String,
+        /// What was added, kPa.
+        ambient_kpa: f64,
+    },
+    /// Absolute pressures that lie too low for it.
+    #[error(
+        "the {channel} falls to {lowest_kpa:.1} kPa, far below the ambient pressure of {ambient_kpa:.1} kPa: \
+         is the column gauge? Then give it a gauge unit in [columns], such as barg or psig"
+    )]
+    LooksGauge {
+        /// The channel.
+        channel: String,
+        /// Lowest reading, kPa.
+        lowest_kpa: f64,
+        /// Ambient pressure, kPa.
+        ambient_kpa: f64,
+    },
+    /// A column that is not read and looks like one that is.
+    #[error("column \"{column}\" is not read; did you mean \"{known}\"?")]
+    UnreadColumn {
+        /// The column.
+        column: String,
+        /// The column that it looks like.
+        known: String,
+    },
+    /// A run that does not say its supply pressure.
+    #[error("the supply pressure is not given; the valve file's {assumed_kpa:.1} kPa absolute is taken")]
+    SupplyAssumed {
+        /// The valve file's supply pressure, kPa absolute.
+        assumed_kpa: f64,
+    },
+}

@@ -1,0 +1,193 @@
+//! The forward simulation of a dataset: residuals of many parameter sets at once.
+
+use rayon::prelude::*;
+use valve_model::cycle::{CycleTimes, cycles};
+use valve_model::simulate::DEFAULT_STEP_S;
+use valve_model::{EffectKind, Nodes, Prepared, Valve, simulate};
+
+use crate::data::{Channel, ChannelData, Dataset, RunData};
+
+/// Residuals beyond this many standard deviations carry no more information.
+const LARGEST_RESIDUAL: f64 = 1e4;
+
+/// Runs handed to one task; a multiple of the lanes.
+const CHUNK: usize = 16;
+
+/// What a recorder would have written down of a simulated run, at its sample times.
+#[derive(Debug, Clone, Default)]
+pub struct Predicted {
+    /// Position, m.
+    pub position_m: Vec<f64>,
+    /// Chamber pressure, Pa; empty if the run has no such channel.
+    pub chamber_pressure_pa: Vec<f64>,
+    /// Pipe pressure, Pa; empty if the run has no such channel.
+    pub pipe_pressure_pa: Vec<f64>,
+}
+
+impl Predicted {
+    /// A channel.
+    pub fn channel(&self, channel: Channel) -> &[f64] {
+        match channel {
+            Channel::Position => &self.position_m,
+            Channel::ChamberPressure => &self.chamber_pressure_pa,
+            Channel::PipePressure => &self.pipe_pressure_pa,
+        }
+    }
+}
+
+/// The measurement effects of a valve: sensor time constant and clock offset, s.
+fn measurement(valve: &Valve) -> (f64, f64) {
+    let value =
+        |kind| valve.effects().iter().find(|effect| effect.kind() == kind).map_or(0.0, |effect| effect.values()[0]);
+    (value(EffectKind::SensorLag), value(EffectKind::ClockOffset))
+}
+
+/// The record of a simulated run as the sensors of the valve would give it.
+pub fn record(valve: &Valve, nodes: &Nodes, times_s: &[f64], into: &mut Predicted) {
+    let (lag, offset) = measurement(valve);
+    let shifted: Vec<f64>;
+    let times = if offset == 0.0 {
+        times_s
+    } else {
+        shifted = times_s.iter().map(|time| time - offset).collect();
+        &shifted
+    };
+    if lag > 0.0 {
+        lagged(nodes, lag).positions_at(times, &mut into.position_m);
+    } else {
+        nodes.positions_at(times, &mut into.position_m);
+    }
+    if nodes.chamber_pressure_pa.is_empty() {
+        into.chamber_pressure_pa.clear();
+        into.pipe_pressure_pa.clear();
+    } else {
+        nodes.linear_at(&nodes.chamber_pressure_pa, times_s, &mut into.chamber_pressure_pa);
+        nodes.linear_at(&nodes.pipe_pressure_pa, times_s, &mut into.pipe_pressure_pa);
+    }
+}
+
+/// The motion as a first-order lag shows it, exact for straight lines between nodes.
+fn lagged(nodes: &Nodes, lag: f64) -> Nodes {
+    let (time, x) = (&nodes.time_s, &nodes.position_m);
+    let mut y = Vec::with_capacity(x.len());
+    y.push(x[0]);
+    for i in 1..x.len() {
+        let h = time[i] - time[i - 1];
+        let slope = if h > 0.0 { (x[i] - x[i - 1]) / h } else { 0.0 };
+        y.push(x[i] - slope * lag + (y[i - 1] - x[i - 1] + slope * lag) * (-h / lag).exp());
+    }
+    let velocity = x.iter().zip(&y).map(|(x, y)| (x - y) / lag).collect();
+    Nodes { time_s: time.clone(), position_m: y, velocity_m_per_s: velocity, ..Nodes::default() }
+}
+
+/// The residuals of a dataset for each valve: data minus model in units of the noise, all blocks of
+/// all runs one after the other, then closing and opening of every row of stroke times.
+pub fn residuals(data: &Dataset, valves: &[Valve]) -> Vec<Vec<f64>> {
+    let count = data.residual_count();
+    let mut all: Vec<Vec<f64>> = valves.iter().map(|_| Vec::with_capacity(count)).collect();
+    let jobs: Vec<(usize, usize)> =
+        (0..data.runs.len()).flat_map(|run| (0..valves.len()).map(move |set| (run, set))).collect();
+    let parts: Vec<Vec<Vec<f64>>> = jobs
+        .par_chunks(CHUNK)
+        .map(|chunk| {
+            let mut out: Vec<Vec<f64>> = vec![Vec::new(); chunk.len()];
+            let prepared: Vec<Prepared> = chunk
+                .iter()
+                .map(|(run, set)| Prepared::new(&valves[*set], &data.runs[*run].run, DEFAULT_STEP_S))
+                .collect();
+            let pressures = chunk.iter().any(|(run, _)| data.runs[*run].channels.len() > 1);
+            let mut predicted = Predicted::default();
+            simulate(&prepared, pressures, |index, nodes, _| {
+                let (run, set) = chunk[index];
+                record(&valves[set], nodes, &data.runs[run].times_s, &mut predicted);
+                run_residuals(&data.runs[run], &predicted, &mut out[index]);
+            });
+            out
+        })
+        .collect();
+    for ((_, set), part) in jobs.iter().zip(parts.into_iter().flatten()) {
+        all[*set].extend_from_slice(&part);
+    }
+    if !data.timing_rows.is_empty() {
+        let times = timing_predictions(data, valves);
+        for (all, times) in all.iter_mut().zip(&times) {
+            timing_residuals(data, times, all);
+        }
+    }
+    all
+}
+
+/// Residuals of the blocks of one run.
+fn run_residuals(run: &RunData, predicted: &Predicted, into: &mut Vec<f64>) {
+    for channel in &run.channels {
+        channel_residuals(channel, predicted.channel(channel.channel), into);
+    }
+}
+
+fn channel_residuals(channel: &ChannelData, model: &[f64], into: &mut Vec<f64>) {
+    for block in &channel.blocks {
+        let (mut sum, mut count) = (0.0, 0.0);
+        for (sample, model) in channel.samples[block.first..block.end].iter().zip(&model[block.first..block.end]) {
+            if sample.is_finite() {
+                sum += model;
+                count += 1.0;
+            }
+        }
+        into.push(bounded((block.mean - sum / count) * block.inverse_sigma));
+    }
+}
+
+fn bounded(residual: f64) -> f64 {
+    if residual.is_nan() { LARGEST_RESIDUAL } else { residual.clamp(-LARGEST_RESIDUAL, LARGEST_RESIDUAL) }
+}
+
+/// The stroke times of every group of stroke times for each valve.
+pub fn timing_predictions(data: &Dataset, valves: &[Valve]) -> Vec<Vec<CycleTimes>> {
+    let groups = data.timing_groups.len();
+    let mut times: Vec<Vec<CycleTimes>> =
+        vec![vec![CycleTimes { close_time_s: None, open_time_s: None }; groups]; valves.len()];
+    for wanted in [1, 2] {
+        let jobs: Vec<(usize, usize)> = (0..groups)
+            .filter(|group| data.timing_groups[*group].cycles == wanted)
+            .flat_map(|group| (0..valves.len()).map(move |set| (group, set)))
+            .collect();
+        let parts: Vec<Vec<Vec<CycleTimes>>> = jobs
+            .par_chunks(CHUNK)
+            .map(|chunk| {
+                let batch: Vec<_> =
+                    chunk.iter().map(|(group, set)| (&valves[*set], data.timing_groups[*group].conditions)).collect();
+                cycles(&batch, &data.schedule, wanted, DEFAULT_STEP_S)
+            })
+            .collect();
+        for ((group, set), cycle) in jobs.iter().zip(parts.into_iter().flatten()) {
+            if let Some(last) = cycle.last() {
+                let (_, offset) = measurement(&valves[*set]);
+                let shifted = |time: Option<f64>| time.map(|time| time + offset);
+                times[*set][*group] =
+                    CycleTimes { close_time_s: shifted(last.close_time_s), open_time_s: shifted(last.open_time_s) };
+            }
+        }
+    }
+    times
+}
+
+fn timing_residuals(data: &Dataset, times: &[CycleTimes], into: &mut Vec<f64>) {
+    let windows = (data.schedule.open_at_s - data.schedule.close_at_s, data.schedule.end_s - data.schedule.open_at_s);
+    for (group, times) in data.timing_groups.iter().zip(times) {
+        for row in &group.rows {
+            let row = &data.timing_rows[*row];
+            into.push(timing_residual(row.close_time_s, times.close_time_s, windows.0, data.timing_noise_s));
+            into.push(timing_residual(row.open_time_s, times.open_time_s, windows.1, data.timing_noise_s));
+        }
+    }
+}
+
+/// A stroke that was not finished within its window is a censored reading: it only says "later".
+fn timing_residual(measured: Option<f64>, model: Option<f64>, window: f64, noise: f64) -> f64 {
+    let beyond = 1.2 * window;
+    match (measured, model) {
+        (Some(measured), model) => bounded((measured - model.unwrap_or(beyond)) / noise),
+        (None, Some(model)) => bounded((window - model).max(0.0) / noise),
+        (None, None) => 0.0,
+    }
+}

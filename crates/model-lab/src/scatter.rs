@@ -1,0 +1,319 @@
+//! How strokes scatter from one to the next, and what that does to every test.
+//!
+//! Each unit (a run, or a row of stroke times) has a few nuisance directions D: what its record would
+//! change by if the solenoid answered a little later, or the preload, the flow or the supply were a
+//! little off in this one stroke. Their variances come from the repeats of a campaign alone; with them
+//! the residuals of a unit have the covariance 1 + D S D' in units of the sensor noise.
+
+use nalgebra::{DMatrix, DVector};
+use valve_model::{CommandEdge, ParameterId, Valve};
+
+use crate::data::Dataset;
+use crate::forward::residuals;
+
+/// What scatters from stroke to stroke.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Source {
+    /// The command to close takes effect later.
+    CloseDelay,
+    /// The command to open takes effect later.
+    OpenDelay,
+    /// A parameter is off in this stroke.
+    Parameter(ParameterId),
+    /// The supply pressure is off in this stroke.
+    Supply,
+}
+
+/// All sources that are looked for, with the size of one unit of each: 1 ms, or a share of 0.3 %.
+pub const SOURCES: [(Source, f64); 5] = [
+    (Source::CloseDelay, 1e-3),
+    (Source::OpenDelay, 1e-3),
+    (Source::Parameter(ParameterId::PreloadCompression), 3e-3),
+    (Source::Parameter(ParameterId::SolenoidOrificeArea), 3e-3),
+    (Source::Supply, 3e-3),
+];
+
+/// The scatter of a dataset from stroke to stroke.
+#[derive(Debug, Clone)]
+pub struct Scatter {
+    units: Vec<UnitScatter>,
+    /// Variance of each source in its units squared; zero for all where repeats are missing or agree.
+    pub variances: [f64; SOURCES.len()],
+    /// Whether the campaign has repeats to tell it from.
+    pub is_known: bool,
+}
+
+/// The nuisance directions of one stretch of the residual vector.
+#[derive(Debug, Clone)]
+struct UnitScatter {
+    start: usize,
+    end: usize,
+    /// Residual per unit of each source, `end - start` by sources.
+    directions: DMatrix<f64>,
+    /// (S^-1 + D'D)^-1; absent without scatter.
+    kernel: Option<DMatrix<f64>>,
+}
+
+impl Scatter {
+    /// No scatter: the sensor noise is all there is.
+    pub fn none() -> Self {
+        Self { units: Vec::new(), variances: [0.0; SOURCES.len()], is_known: false }
+    }
+
+    /// Estimates the scatter from the repeats of a dataset, with the directions of a valve that fits it
+    /// (expectation and maximisation over the deviations from each group's mean).
+    pub fn estimate(data: &Dataset, valve: &Valve) -> Self {
+        let layout = layout(data);
+        let groups = repeat_groups(data);
+        if groups.iter().all(|group| group.len() < 2) {
+            return Self::none();
+        }
+        let directions = directions(data, valve);
+        let base = &residuals(data, core::slice::from_ref(valve))[0];
+        // Deviations from the group's mean lose one degree of freedom in each group.
+        let mut samples: Vec<(DMatrix<f64>, DVector<f64>, f64)> = Vec::new();
+        for group in groups.iter().filter(|group| group.len() > 1) {
+            let length = layout[group[0]].1 - layout[group[0]].0;
+            if group.iter().any(|unit| layout[*unit].1 - layout[*unit].0 != length) {
+                continue;
+            }
+            let mean: Vec<f64> = (0..length)
+                .map(|i| group.iter().map(|unit| base[layout[*unit].0 + i]).sum::<f64>() / group.len() as f64)
+                .collect();
+            let share = 1.0 - 1.0 / group.len() as f64;
+            for unit in group {
+                let (start, end) = layout[*unit];
+                let d = matrix(&directions, start, end);
+                let deviation = DVector::from_iterator(length, (0..length).map(|i| base[start + i] - mean[i]));
+                samples.push((d.transpose() * &d, d.transpose() * deviation, share));
+            }
+        }
+        let mut variances = [1.0; SOURCES.len()];
+        if samples.is_empty() {
+            return Self::none();
+        }
+        for _ in 0..300 {
+            let mut sums = [0.0; SOURCES.len()];
+            let freedom: f64 = samples.iter().map(|(_, _, share)| share).sum();
+            for (gram, projection, share) in &samples {
+                // The sensor noise of a deviation is smaller by the same share.
+                let mut precision = gram / *share;
+                for (source, variance) in variances.iter().enumerate() {
+                    precision[(source, source)] += 1.0 / (variance * share).max(1e-12);
+                }
+                let Some(covariance) = precision.try_inverse() else { continue };
+                let mean = &covariance * projection / *share;
+                for (source, sum) in sums.iter_mut().enumerate() {
+                    *sum += mean[source] * mean[source] + covariance[(source, source)];
+                }
+            }
+            for (variance, sum) in variances.iter_mut().zip(sums) {
+                *variance = sum / freedom;
+            }
+        }
+        // What is far below a hundredth of a unit is nothing.
+        for variance in &mut variances {
+            if *variance < 1e-3 {
+                *variance = 0.0;
+            }
+        }
+        Self::assemble(&layout, &directions, variances)
+    }
+
+    fn assemble(layout: &[(usize, usize)], directions: &[Vec<f64>], variances: [f64; SOURCES.len()]) -> Self {
+        let active: Vec<usize> = (0..SOURCES.len()).filter(|source| variances[*source] > 0.0).collect();
+        let units = layout
+            .iter()
+            .map(|(start, end)| {
+                let all = matrix(directions, *start, *end);
+                let directions = DMatrix::from_fn(end - start, active.len(), |row, column| all[(row, active[column])]);
+                let mut precision = directions.transpose() * &directions;
+                for (column, source) in active.iter().enumerate() {
+                    precision[(column, column)] += 1.0 / variances[*source];
+                }
+                let kernel = if active.is_empty() { None } else { precision.try_inverse() };
+                UnitScatter { start: *start, end: *end, directions, kernel }
+            })
+            .collect();
+        Self { units, variances, is_known: true }
+    }
+
+    /// The scatter of the same campaign with only some of its units.
+    #[must_use]
+    pub fn for_data(&self, data: &Dataset, valve: &Valve) -> Self {
+        if !self.is_known {
+            return Self::none();
+        }
+        Self::assemble(&layout(data), &directions(data, valve), self.variances)
+    }
+
+    /// The weighted sum of products of two residual vectors: a' (1 + D S D')^-1 b.
+    pub fn dot(&self, a: &[f64], b: &[f64]) -> f64 {
+        let plain: f64 = a.iter().zip(b).map(|(a, b)| a * b).sum();
+        let taken: f64 =
+            self.units.iter().filter_map(|unit| Some(unit.project(a)?.dot(&unit.weigh(&unit.project(b)?)?))).sum();
+        plain - taken
+    }
+
+    /// J'WJ and J'Wr for the columns of J.
+    pub fn normal_equations(&self, columns: &[Vec<f64>], residual: &[f64]) -> (DMatrix<f64>, DVector<f64>) {
+        let n = columns.len();
+        let mut matrix = DMatrix::zeros(n, n);
+        let mut vector = DVector::zeros(n);
+        for i in 0..n {
+            for j in 0..=i {
+                let plain: f64 = columns[i].iter().zip(&columns[j]).map(|(a, b)| a * b).sum();
+                matrix[(i, j)] = plain;
+                matrix[(j, i)] = plain;
+            }
+            vector[i] = columns[i].iter().zip(residual).map(|(a, b)| a * b).sum();
+        }
+        for unit in &self.units {
+            let Some(kernel) = &unit.kernel else { continue };
+            let projected: Vec<DVector<f64>> = columns.iter().filter_map(|column| unit.project(column)).collect();
+            let Some(target) = unit.project(residual) else { continue };
+            for i in 0..n {
+                let weighted = kernel * &projected[i];
+                for j in 0..n {
+                    matrix[(i, j)] -= weighted.dot(&projected[j]);
+                }
+                vector[i] -= weighted.dot(&target);
+            }
+        }
+        (matrix, vector)
+    }
+
+    /// The residuals with the most likely scatter of each stroke taken out.
+    pub fn without_scatter(&self, residual: &[f64]) -> Vec<f64> {
+        let mut clean = residual.to_vec();
+        for unit in &self.units {
+            let Some(amount) = unit.project(residual).and_then(|p| unit.weigh(&p)) else { continue };
+            let part = &unit.directions * amount;
+            for (value, part) in clean[unit.start..unit.end].iter_mut().zip(part.iter()) {
+                *value -= part;
+            }
+        }
+        clean
+    }
+
+    /// One standard deviation of each source, in the units of [`SOURCES`] times their size (s, or a share).
+    pub fn sizes(&self) -> [f64; SOURCES.len()] {
+        core::array::from_fn(|source| self.variances[source].sqrt() * SOURCES[source].1)
+    }
+}
+
+impl UnitScatter {
+    fn project(&self, vector: &[f64]) -> Option<DVector<f64>> {
+        self.kernel.as_ref()?;
+        let columns = self.directions.ncols();
+        let part = &vector[self.start..self.end];
+        Some(DVector::from_iterator(
+            columns,
+            (0..columns).map(|c| self.directions.column(c).iter().zip(part).map(|(d, v)| d * v).sum()),
+        ))
+    }
+
+    fn weigh(&self, projected: &DVector<f64>) -> Option<DVector<f64>> {
+        Some(self.kernel.as_ref()? * projected)
+    }
+}
+
+/// Start and end of each unit in the residual vector: runs, then single rows of stroke times.
+fn layout(data: &Dataset) -> Vec<(usize, usize)> {
+    let mut bounds = Vec::new();
+    let mut start = 0;
+    for run in &data.runs {
+        bounds.push((start, start + run.block_count()));
+        start += run.block_count();
+    }
+    for group in &data.timing_groups {
+        for _ in &group.rows {
+            bounds.push((start, start + 2));
+            start += 2;
+        }
+    }
+    bounds
+}
+
+/// Units recorded under the same conditions and commands, by index into [`layout`].
+fn repeat_groups(data: &Dataset) -> Vec<Vec<usize>> {
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    for (index, run) in data.runs.iter().enumerate() {
+        let same = |other: usize| {
+            data.runs[other].run.conditions == run.run.conditions && data.runs[other].run.commands == run.run.commands
+        };
+        match groups.iter_mut().find(|group| same(group[0])) {
+            Some(group) => group.push(index),
+            None => groups.push(vec![index]),
+        }
+    }
+    let mut next = data.runs.len();
+    for group in &data.timing_groups {
+        groups.push((next..next + group.rows.len()).collect());
+        next += group.rows.len();
+    }
+    groups
+}
+
+/// Residual per unit of each source, over the whole residual vector.
+fn directions(data: &Dataset, valve: &Valve) -> Vec<Vec<f64>> {
+    let base = residuals(data, core::slice::from_ref(valve)).remove(0);
+    SOURCES
+        .iter()
+        .map(|(source, size)| {
+            let changed = match source {
+                Source::CloseDelay | Source::OpenDelay => {
+                    let close = *source == Source::CloseDelay;
+                    let mut shifted = data.clone();
+                    for run in &mut shifted.runs {
+                        let edges: Vec<CommandEdge> =
+                            run.run.commands.iter().map(|edge| later(edge, close, *size)).collect();
+                        run.run.commands = edges;
+                    }
+                    let mut moved = residuals(&shifted, core::slice::from_ref(valve)).remove(0);
+                    shift_timings(data, &mut moved, close, *size);
+                    moved
+                }
+                Source::Parameter(id) => {
+                    let mut parameters = valve.parameters().clone();
+                    parameters.set(*id, parameters.get(*id) * (1.0 + size));
+                    let changed =
+                        Valve::new(parameters, valve.switches(), valve.effects().to_vec(), valve.custom().to_vec());
+                    match changed {
+                        Ok(changed) => residuals(data, &[changed]).remove(0),
+                        Err(_) => base.clone(),
+                    }
+                }
+                Source::Supply => {
+                    let mut raised = data.clone();
+                    for run in &mut raised.runs {
+                        run.run.conditions.supply_pressure_pa *= 1.0 + size;
+                    }
+                    for group in &mut raised.timing_groups {
+                        group.conditions.supply_pressure_pa *= 1.0 + size;
+                    }
+                    residuals(&raised, core::slice::from_ref(valve)).remove(0)
+                }
+            };
+            changed.iter().zip(&base).map(|(changed, base)| changed - base).collect()
+        })
+        .collect()
+}
+
+fn later(edge: &CommandEdge, close: bool, by_s: f64) -> CommandEdge {
+    let time_s = if edge.close == close { edge.time_s + by_s } else { edge.time_s };
+    CommandEdge { time_s, ..*edge }
+}
+
+/// A delay lengthens the stroke times of its direction by just that.
+fn shift_timings(data: &Dataset, residual: &mut [f64], close: bool, by_s: f64) {
+    let first = residual.len() - 2 * data.timing_rows.len();
+    let offset = usize::from(!close);
+    for pair in residual[first..].chunks_mut(2) {
+        pair[offset] -= by_s / data.timing_noise_s;
+    }
+}
+
+fn matrix(directions: &[Vec<f64>], start: usize, end: usize) -> DMatrix<f64> {
+    DMatrix::from_fn(end - start, directions.len(), |row, column| directions[column][start + row])
+}

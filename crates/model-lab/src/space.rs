@@ -1,0 +1,326 @@
+//! Which parameters may move, and the coordinates in which a fit moves them.
+//!
+//! A tolerated parameter p moves as p0 exp(sigma u) with u ~ N(0, 1): u counts its own tolerances. The
+//! size of an effect moves linearly from its neutral value (u = 0) through its typical size (u = 1),
+//! its shape parameters logarithmically about their defaults.
+
+use valve_file::{Tolerance, ValveFile};
+use valve_model::custom::CustomEffect;
+use valve_model::effects::DefaultValue;
+use valve_model::{Effect, EffectKind, ParameterId, Parameters, Switches, Valve};
+
+/// What a coordinate moves.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Target {
+    /// A parameter of the base model.
+    Base(ParameterId),
+    /// A parameter of an effect of the catalogue: position in [`Space::effects`], index of the parameter.
+    Effect(usize, usize),
+    /// A parameter of a custom effect: position in [`Space::custom`], index of the parameter.
+    Custom(usize, usize),
+}
+
+/// How a coordinate maps to a value.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Map {
+    /// centre + scale u.
+    Linear,
+    /// centre exp(scale u).
+    Logarithmic,
+}
+
+/// One coordinate of a fit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Coordinate {
+    /// What it moves.
+    pub target: Target,
+    map: Map,
+    centre: f64,
+    scale: f64,
+    /// Smallest u.
+    pub lower: f64,
+    /// Largest u.
+    pub upper: f64,
+    /// Where a fit starts.
+    pub start: f64,
+    /// Mean and standard deviation of u beforehand, if anything is known.
+    pub prior: Option<(f64, f64)>,
+    /// Step for finite differences in u.
+    pub step: f64,
+}
+
+impl Coordinate {
+    /// The value at a coordinate, SI (for the static force: its excess over the Coulomb force, relative).
+    pub fn value(&self, u: f64) -> f64 {
+        match self.map {
+            Map::Linear => self.centre + self.scale * u,
+            Map::Logarithmic => self.centre * (self.scale * u).exp(),
+        }
+    }
+
+    /// The coordinate of a value.
+    pub fn coordinate(&self, value: f64) -> f64 {
+        let u = match self.map {
+            Map::Linear => (value - self.centre) / self.scale,
+            Map::Logarithmic => (value / self.centre).ln() / self.scale,
+        };
+        u.clamp(self.lower, self.upper)
+    }
+
+    /// A step for finite differences at u that stays within the bounds.
+    pub fn step_at(&self, u: f64) -> f64 {
+        let step =
+            if self.prior.is_none() && self.map == Map::Linear { self.step * u.abs().max(0.4) } else { self.step };
+        if u + step > self.upper { -step } else { step }
+    }
+}
+
+/// The parameters that may move, around a valve.
+#[derive(Debug, Clone)]
+pub struct Space {
+    parameters: Parameters,
+    switches: Switches,
+    /// Kinds of the effects of the catalogue, with the values that do not move.
+    effects: Vec<Effect>,
+    custom: Vec<CustomEffect>,
+    /// The coordinates, tolerated parameters first.
+    pub coordinates: Vec<Coordinate>,
+}
+
+impl Space {
+    /// The tolerated parameters of a valve file; its effects stay as they are.
+    pub fn tolerated(file: &ValveFile) -> Self {
+        Self::new(file.valve(), file.tolerances())
+    }
+
+    /// The tolerated parameters of a valve; its effects stay as they are.
+    pub fn new(valve: &Valve, tolerances: &[Tolerance]) -> Self {
+        let coordinates = tolerances
+            .iter()
+            .map(|tolerance| Coordinate {
+                target: Target::Base(tolerance.parameter),
+                map: Map::Logarithmic,
+                centre: valve.parameters().get(tolerance.parameter),
+                scale: tolerance.relative_sigma,
+                lower: -12.0,
+                upper: 12.0,
+                start: 0.0,
+                prior: Some((0.0, 1.0)),
+                step: 0.05,
+            })
+            .collect();
+        Self {
+            parameters: valve.parameters().clone(),
+            switches: valve.switches(),
+            effects: valve.effects().to_vec(),
+            custom: valve.custom().to_vec(),
+            coordinates,
+        }
+    }
+
+    /// The effects of the catalogue in the space.
+    pub fn effects(&self) -> &[Effect] {
+        &self.effects
+    }
+
+    /// The custom effects in the space.
+    pub fn custom(&self) -> &[CustomEffect] {
+        &self.custom
+    }
+
+    /// The valve's parameters before any fit.
+    pub fn parameters(&self) -> &Parameters {
+        &self.parameters
+    }
+
+    /// The space with an effect of the catalogue that may move; one that is there already is freed.
+    #[must_use]
+    pub fn with_effect(&self, kind: EffectKind) -> Self {
+        let mut space = self.clone();
+        let slot = match space.effects.iter().position(|effect| effect.kind() == kind) {
+            Some(slot) => slot,
+            None => {
+                space.effects.push(typical(kind, &self.parameters));
+                space.effects.len() - 1
+            }
+        };
+        for index in 0..kind.parameters().len() {
+            let target = Target::Effect(slot, index);
+            if space.coordinates.iter().all(|coordinate| coordinate.target != target) {
+                let given = self.effects.get(slot).filter(|effect| effect.kind() == kind);
+                space.coordinates.push(effect_coordinate(kind, index, target, &self.parameters, given));
+            }
+        }
+        space
+    }
+
+    /// The space with a custom effect whose parameters may move.
+    #[must_use]
+    pub fn with_custom(&self, effect: &CustomEffect) -> Self {
+        let mut space = self.clone();
+        let slot = space.custom.len();
+        space.custom.push(effect.clone());
+        for (index, parameter) in effect.parameters().iter().enumerate() {
+            let width = parameter.upper - parameter.lower;
+            let scale = if width > 0.0 { 0.1 * width } else { 1.0 };
+            space.coordinates.push(Coordinate {
+                target: Target::Custom(slot, index),
+                map: Map::Linear,
+                centre: parameter.value,
+                scale,
+                lower: (parameter.lower - parameter.value) / scale,
+                upper: (parameter.upper - parameter.value) / scale,
+                start: 0.0,
+                prior: None,
+                step: 0.05,
+            });
+        }
+        space
+    }
+
+    /// Where a fit starts.
+    pub fn start(&self) -> Vec<f64> {
+        self.coordinates.iter().map(|coordinate| coordinate.start).collect()
+    }
+
+    /// The coordinates of an effect, by position in the space.
+    pub fn effect_coordinates(&self, kind: EffectKind) -> Vec<usize> {
+        let slot = self.effects.iter().position(|effect| effect.kind() == kind);
+        let belongs = |target: Target| matches!(target, Target::Effect(s, _) if Some(s) == slot);
+        (0..self.coordinates.len()).filter(|index| belongs(self.coordinates[*index].target)).collect()
+    }
+
+    /// The base parameters at a point.
+    pub fn base_at(&self, u: &[f64]) -> Parameters {
+        let mut parameters = self.parameters.clone();
+        for (coordinate, u) in self.coordinates.iter().zip(u) {
+            if let Target::Base(id) = coordinate.target {
+                parameters.set(id, coordinate.value(*u));
+            }
+        }
+        parameters
+    }
+
+    /// The effects of the catalogue at a point.
+    pub fn effects_at(&self, u: &[f64]) -> Vec<Effect> {
+        let mut values: Vec<Vec<f64>> = self.effects.iter().map(|effect| effect.values().to_vec()).collect();
+        for (coordinate, u) in self.coordinates.iter().zip(u) {
+            if let Target::Effect(slot, index) = coordinate.target {
+                values[slot][index] = coordinate.value(*u);
+            }
+        }
+        self.effects
+            .iter()
+            .zip(&mut values)
+            .enumerate()
+            .map(|(slot, (effect, values))| {
+                let moves = self.coordinates.iter().any(|c| c.target == Target::Effect(slot, 1));
+                if effect.kind() == EffectKind::DryFriction && moves {
+                    values[1] = values[0] * (1.0 + values[1]);
+                }
+                let given: Vec<Option<f64>> = values.iter().copied().map(Some).collect();
+                Effect::new(effect.kind(), &given).unwrap_or(*effect)
+            })
+            .collect()
+    }
+
+    /// The custom effects at a point.
+    pub fn custom_at(&self, u: &[f64]) -> Vec<CustomEffect> {
+        let mut values: Vec<Vec<f64>> =
+            self.custom.iter().map(|effect| effect.parameters().iter().map(|p| p.value).collect()).collect();
+        for (coordinate, u) in self.coordinates.iter().zip(u) {
+            if let Target::Custom(slot, index) = coordinate.target {
+                values[slot][index] = coordinate.value(*u);
+            }
+        }
+        self.custom.iter().zip(values).map(|(effect, values)| effect.with_values(&values)).collect()
+    }
+
+    /// The valve at a point; nothing if the point is no possible valve.
+    pub fn valve(&self, u: &[f64]) -> Option<Valve> {
+        Valve::new(self.base_at(u), self.switches, self.effects_at(u), self.custom_at(u)).ok()
+    }
+
+    /// The values of an effect's parameters at a point, SI.
+    pub fn effect_values(&self, kind: EffectKind, u: &[f64]) -> Option<Vec<f64>> {
+        let effects = self.effects_at(u);
+        effects.iter().find(|effect| effect.kind() == kind).map(|effect| effect.values().to_vec())
+    }
+}
+
+/// An effect at its typical size on this valve.
+pub fn typical(kind: EffectKind, parameters: &Parameters) -> Effect {
+    let values: Vec<Option<f64>> =
+        kind.parameters().iter().map(|parameter| Some((parameter.range)(parameters).typical)).collect();
+    Effect::new(kind, &values).unwrap_or_else(|_| unreachable!("the typical size of {} is valid", kind.id()))
+}
+
+fn effect_coordinate(
+    kind: EffectKind,
+    index: usize,
+    target: Target,
+    parameters: &Parameters,
+    given: Option<&Effect>,
+) -> Coordinate {
+    let parameter = &kind.parameters()[index];
+    let range = (parameter.range)(parameters);
+    let neutral = kind.info().neutral;
+    let linear = |centre: f64, scale: f64, start: f64| {
+        let (a, b) = ((range.lower - centre) / scale, (range.upper - centre) / scale);
+        Coordinate {
+            target,
+            map: Map::Linear,
+            centre,
+            scale,
+            lower: a.min(b),
+            upper: a.max(b),
+            start,
+            prior: None,
+            step: 0.05,
+        }
+    };
+    let logarithmic = |centre: f64, prior: Option<(f64, f64)>| Coordinate {
+        target,
+        map: Map::Logarithmic,
+        centre,
+        scale: 1.0,
+        lower: (range.lower.max(1e-12) / centre).ln(),
+        upper: (range.upper / centre).ln(),
+        start: 0.0,
+        prior,
+        step: 0.05,
+    };
+    let mut coordinate = match (kind, index) {
+        (EffectKind::GasHeating, _) => logarithmic(range.typical, None),
+        (EffectKind::OrificeLaw, _) => linear(range.typical, 0.1, 0.0),
+        (EffectKind::DryFriction, 1) => Coordinate {
+            target,
+            map: Map::Linear,
+            centre: 0.0,
+            scale: 1.0,
+            lower: 0.0,
+            upper: 4.0,
+            start: 0.3,
+            prior: Some((0.0, 1.0)),
+            step: 0.05,
+        },
+        (EffectKind::SolenoidLag, _) => linear(0.0, range.typical, 1.0),
+        (_, 0) => linear(neutral, range.typical - neutral, 1.0),
+        // Shape parameters: about their defaults, within a factor of three or so.
+        _ => {
+            let centre = match parameter.default {
+                DefaultValue::Value(value) => value,
+                _ => range.typical,
+            };
+            logarithmic(centre.clamp(range.lower.max(1e-12), range.upper), Some((0.0, 1.0)))
+        }
+    };
+    if let Some(effect) = given {
+        let value = match (kind, index) {
+            (EffectKind::DryFriction, 1) => effect.values()[1] / effect.values()[0].max(1e-9) - 1.0,
+            _ => effect.values()[index],
+        };
+        coordinate.start = coordinate.coordinate(value);
+    }
+    coordinate
+}

@@ -1,0 +1,97 @@
+//! Measured and simulated strokes with their difference on an axis of its own.
+
+use crate::chart::theme::{BLUE, GREY, INK, VERMILLION};
+use crate::chart::{Axis, Direction, Figure, Layer, Panel, Swatch};
+
+/// One recorded run.
+#[derive(Debug, Clone, Default)]
+pub struct OverlayRun {
+    /// Its name and conditions.
+    pub name: String,
+    /// Instants, s.
+    pub time_s: Vec<f64>,
+    /// Measured position, mm.
+    pub measured_mm: Vec<f64>,
+    /// Simulated position, mm.
+    pub simulated_mm: Vec<f64>,
+}
+
+/// Runs one below the other.
+#[derive(Debug, Clone, Default)]
+pub struct OverlayFigure {
+    /// Headline.
+    pub title: String,
+    /// How large the error is.
+    pub subtitle: String,
+    /// The runs.
+    pub runs: Vec<OverlayRun>,
+    /// One-sigma noise of the position, mm.
+    pub noise_mm: Option<f64>,
+}
+
+impl OverlayFigure {
+    /// The picture.
+    pub fn figure(&self) -> Figure {
+        let mut figure = Figure::new(&self.title, &self.subtitle);
+        for (index, run) in self.runs.iter().enumerate() {
+            let key = index == 0;
+            figure.panels.push(Self::position(run, key));
+            figure.panels.push(self.residual(run, key, index + 1 == self.runs.len()));
+        }
+        figure
+    }
+
+    fn time(run: &OverlayRun) -> Axis {
+        let first = run.time_s.first().copied().unwrap_or(0.0);
+        let last = run.time_s.last().copied().unwrap_or(1.0);
+        Axis::linear("").over(first, last).bare()
+    }
+
+    fn position(run: &OverlayRun, key: bool) -> Panel {
+        let pair = |values: &[f64]| -> Vec<[f64; 2]> {
+            run.time_s.iter().zip(values).map(|(time, value)| [*time, *value]).collect()
+        };
+        let measured = Layer::Line { points: pair(&run.measured_mm), colour: INK, width: 2.6, dashed: false };
+        let simulated = Layer::Line { points: pair(&run.simulated_mm), colour: BLUE, width: 1.6, dashed: false };
+        let panel = Panel::new(Self::time(run), Axis::linear("position (mm)"), 130.0)
+            .titled(&run.name)
+            .with(measured)
+            .with(simulated);
+        if !key {
+            return panel;
+        }
+        panel.keyed(Swatch::Line(INK), "measured").keyed(Swatch::Line(BLUE), "simulated")
+    }
+
+    fn residual(&self, run: &OverlayRun, key: bool, last: bool) -> Panel {
+        let points: Vec<[f64; 2]> = run
+            .time_s
+            .iter()
+            .zip(run.measured_mm.iter().zip(&run.simulated_mm))
+            .map(|(time, (measured, simulated))| [*time, measured - simulated])
+            .collect();
+        let x = Self::time(run);
+        let x = if last { Axis { labelled: true, label: "time (s)".to_owned(), ..x } } else { x };
+        let mut panel = Panel::new(x, Axis::linear("error (mm)").showing(0.0), 70.0);
+        if let Some(noise) = self.noise_mm {
+            let [from, to] = [run.time_s.first(), run.time_s.last()].map(|end| *end.unwrap_or(&0.0));
+            let band = vec![[from, -2.0 * noise, 2.0 * noise], [to, -2.0 * noise, 2.0 * noise]];
+            panel = panel.with(Layer::Band { points: band, colour: GREY, opacity: 0.35 });
+            if key {
+                panel = panel.keyed(Swatch::Band(GREY), "noise, 2 sigma");
+            }
+        }
+        if key {
+            panel = panel.keyed(Swatch::Line(VERMILLION), "measured \u{2212} simulated");
+        }
+        panel
+            .with(Layer::Level {
+                at: 0.0,
+                direction: Direction::Horizontal,
+                colour: GREY,
+                dashed: false,
+                text: String::new(),
+            })
+            .with(Layer::Line { points, colour: VERMILLION, width: 1.4, dashed: false })
+    }
+}

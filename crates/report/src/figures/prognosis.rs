@@ -1,0 +1,154 @@
+//! What a timing log tells: leak, remaining useful life and fault over cycles.
+
+use crate::chart::theme::{BLUE, GREEN, GREY, ORANGE, VERMILLION};
+use crate::chart::{Axis, Direction, Figure, Layer, Panel, Swatch};
+
+/// The estimate after one cycle.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct PrognosisPoint {
+    /// Cycle of the log.
+    pub cycle: f64,
+    /// Estimated leak area, mm2.
+    pub leak_area_mm2: Option<f64>,
+    /// 5 and 95 % bounds of the leak area, mm2.
+    pub leak_bounds_mm2: Option<[f64; 2]>,
+    /// Estimated remaining useful life, cycles.
+    pub rul_cycles: Option<f64>,
+    /// 5 and 95 % bounds of the remaining useful life, cycles.
+    pub rul_bounds_cycles: Option<[f64; 2]>,
+    /// Probability of no fault, leak to atmosphere, leak from the supply.
+    pub fault_probability: Option<[f64; 3]>,
+}
+
+/// The history of one valve.
+#[derive(Debug, Clone, Default)]
+pub struct PrognosisFigure {
+    /// Headline.
+    pub title: String,
+    /// Method, noise, verdict.
+    pub subtitle: String,
+    /// The estimates in order.
+    pub points: Vec<PrognosisPoint>,
+    /// Leak area at which life ends, mm2.
+    pub area_at_limit_mm2: Option<f64>,
+    /// End of life if known afterwards, cycle.
+    pub true_eol_cycle: Option<f64>,
+    /// Width of the alpha cone, a fraction.
+    pub alpha: f64,
+}
+
+impl PrognosisFigure {
+    /// The picture.
+    pub fn figure(&self) -> Figure {
+        let mut figure = Figure::new(&self.title, &self.subtitle);
+        let known = |pick: fn(&PrognosisPoint) -> bool| self.points.iter().any(pick);
+        if known(|point| point.leak_area_mm2.is_some()) {
+            figure.panels.push(self.leak());
+        }
+        if known(|point| point.rul_cycles.is_some()) {
+            figure.panels.push(self.rul());
+        }
+        if known(|point| point.fault_probability.is_some()) {
+            figure.panels.push(self.faults());
+        }
+        if let Some(last) = figure.panels.last_mut() {
+            last.x.labelled = true;
+            "cycle".clone_into(&mut last.x.label);
+        }
+        figure
+    }
+
+    fn cycles(&self) -> Axis {
+        let first = self.points.first().map_or(0.0, |point| point.cycle);
+        let last = self.points.last().map_or(1.0, |point| point.cycle);
+        let end = self.true_eol_cycle.unwrap_or(last).max(last);
+        Axis::linear("").over(first - 0.3, if end > first { end + 0.3 } else { first + 1.0 }).bare()
+    }
+
+    fn leak(&self) -> Panel {
+        let value = |point: &PrognosisPoint| [point.cycle, point.leak_area_mm2.unwrap_or(f64::NAN)];
+        let edges = |point: &PrognosisPoint| {
+            let [low, high] = point.leak_bounds_mm2.unwrap_or([f64::NAN; 2]);
+            [point.cycle, low, high]
+        };
+        let points: Vec<[f64; 2]> = self.points.iter().map(value).collect();
+        let top = points.iter().map(|point| point[1]).fold(0.0, f64::max);
+        let top = 1.25 * top.max(self.area_at_limit_mm2.unwrap_or(0.0));
+        let low = points.iter().map(|point| point[1]).fold(0.0, f64::min);
+        let range = [low - 0.03 * top, if top > 0.0 { top } else { 1.0 }];
+        let mut panel = Panel::new(self.cycles(), Axis::linear("leak area (mm²)").over(range[0], range[1]), 180.0);
+        if self.points.iter().any(|point| point.leak_bounds_mm2.is_some()) {
+            panel = panel
+                .with(Layer::band(self.points.iter().map(edges).collect(), BLUE))
+                .keyed(Swatch::Band(BLUE), "5 to 95 %");
+        }
+        if let Some(limit) = self.area_at_limit_mm2 {
+            panel = panel.with(Layer::Level {
+                at: limit,
+                direction: Direction::Horizontal,
+                colour: VERMILLION,
+                dashed: true,
+                text: format!("end of life at {limit:.3} mm²"),
+            });
+        }
+        panel
+            .with(Layer::line(points.clone(), BLUE))
+            .with(Layer::dots(points, BLUE))
+            .keyed(Swatch::Dot(BLUE), "estimated leak")
+    }
+
+    fn rul(&self) -> Panel {
+        let points: Vec<[f64; 2]> =
+            self.points.iter().map(|point| [point.cycle, point.rul_cycles.unwrap_or(f64::NAN)]).collect();
+        let mut panel = Panel::new(self.cycles(), self.rul_axis(&points), 200.0);
+        if let Some(eol) = self.true_eol_cycle {
+            let first = self.points.first().map_or(0.0, |point| point.cycle);
+            let truth = vec![[first, eol - first], [eol, 0.0]];
+            let cone =
+                truth.iter().map(|[cycle, rul]| [*cycle, rul * (1.0 - self.alpha), rul * (1.0 + self.alpha)]).collect();
+            panel = panel
+                .with(Layer::Band { points: cone, colour: GREEN, opacity: 0.25 })
+                .with(Layer::Line { points: truth, colour: GREEN, width: 1.6, dashed: true })
+                .keyed(Swatch::Dashed(GREEN), "true")
+                .keyed(Swatch::Band(GREEN), format!("within {:.0} %", 100.0 * self.alpha));
+        }
+        if self.points.iter().any(|point| point.rul_bounds_cycles.is_some()) {
+            let edges = |point: &PrognosisPoint| {
+                let [low, high] = point.rul_bounds_cycles.unwrap_or([f64::NAN; 2]);
+                [point.cycle, low, high]
+            };
+            panel = panel
+                .with(Layer::band(self.points.iter().map(edges).collect(), BLUE))
+                .keyed(Swatch::Band(BLUE), "5 to 95 %");
+        }
+        panel
+            .with(Layer::line(points.clone(), BLUE))
+            .with(Layer::dots(points, BLUE))
+            .keyed(Swatch::Dot(BLUE), "estimated remaining life")
+    }
+
+    /// The first estimates may lie anywhere; the axis is made for the later ones.
+    fn rul_axis(&self, points: &[[f64; 2]]) -> Axis {
+        let first = self.points.first().map_or(0.0, |point| point.cycle);
+        let mut known: Vec<f64> = points.iter().map(|point| point[1]).filter(|rul| rul.is_finite()).collect();
+        known.sort_by(f64::total_cmp);
+        let typical = known.get(known.len() * 9 / 10).copied().unwrap_or(1.0);
+        let top = self.true_eol_cycle.map_or(typical, |eol| 1.2 * (eol - first));
+        Axis::linear("remaining life (cycles)").over(-0.03 * top.max(1.0), 1.2 * top.max(1.0))
+    }
+
+    fn faults(&self) -> Panel {
+        let y = Axis::linear("probability").over(-0.03, 1.03);
+        let mut panel = Panel::new(self.cycles(), y, 90.0);
+        let names = ["none", "leak to atmosphere", "leak from the supply"];
+        for (index, (name, colour)) in names.into_iter().zip([GREY, BLUE, ORANGE]).enumerate() {
+            let points = self
+                .points
+                .iter()
+                .map(|point| [point.cycle, point.fault_probability.map_or(f64::NAN, |all| all[index])])
+                .collect();
+            panel = panel.with(Layer::line(points, colour)).keyed(Swatch::Line(colour), name);
+        }
+        panel
+    }
+}

@@ -1,0 +1,193 @@
+//! From the text's tables to checked values.
+
+use checked_toml::{Document, QuantityKind, Section, TomlFileError};
+use valve_model::{Limits, Orientation, ParameterError, ParameterId, Parameters, Schedule, Switches, Valve};
+
+use crate::file::{Tolerance, ValveFile};
+use crate::meaning::meaning;
+use crate::{ValveFileError, effects, history};
+
+const ROOT_KEYS: [&str; 12] = [
+    "name",
+    "actuator",
+    "spring",
+    "stops",
+    "gas",
+    "pneumatics",
+    "switches",
+    "cycle",
+    "limits",
+    "tolerance",
+    "effect",
+    "history",
+];
+
+pub(crate) fn check(document: Document) -> Result<ValveFile, ValveFileError> {
+    let root = document.root();
+    root.allow_only(&ROOT_KEYS)?;
+    let name = root.text("name", "a text")?.ok_or_else(|| root.missing("name", "the name of the valve, a text"))?;
+    let name = name.to_owned();
+    let parameters = parameters(&root)?;
+    let switches = switches(&root)?;
+    let (schedule, limits) = (schedule(&root)?, limits(&root)?);
+    let tolerances = tolerances(&root, &parameters)?;
+    let (catalogue, custom) = effects::read(&document)?;
+    let history = history::read(&document)?;
+    let valve =
+        Valve::new(parameters, switches, catalogue, custom).map_err(|source| impossible(&document, &root, source))?;
+    schedule.check().map_err(|source| impossible(&document, &root, source))?;
+    limits.check().map_err(|source| impossible(&document, &root, source))?;
+    drop(root);
+    Ok(ValveFile { document, name, valve, schedule, limits, tolerances, history, pending: Vec::new() })
+}
+
+/// A refusal of the model, at the line of the key that it names.
+fn impossible(document: &Document, root: &Section<'_>, source: ParameterError) -> ValveFileError {
+    let line = match source.key().split_once('.') {
+        Some((table, key)) => match root.section(table) {
+            Ok(Some(section)) => section.line_of(key),
+            _ => root.line_of(table),
+        },
+        None => 1,
+    };
+    ValveFileError::Impossible { file: document.file().to_owned(), line, source: Box::new(source) }
+}
+
+fn table<'a>(root: &Section<'a>, name: &str, meaning: &str) -> Result<Section<'a>, TomlFileError> {
+    root.section(name)?.ok_or_else(|| root.missing(name, &format!("the table [{name}] with {meaning}")))
+}
+
+fn parameters(root: &Section<'_>) -> Result<Parameters, ValveFileError> {
+    let mut values = Parameters {
+        moving_mass_kg: 0.0,
+        stroke_m: 0.0,
+        piston_area_m2: 0.0,
+        dead_volume_m3: 0.0,
+        viscous_friction_n_s_per_m: 0.0,
+        spring_stiffness_n_per_m: 0.0,
+        preload_compression_m: 0.0,
+        contact_stiffness_n_per_m: 0.0,
+        ratio_of_specific_heats: 0.0,
+        specific_gas_constant_j_per_kg_k: 0.0,
+        compressibility: 0.0,
+        supply_pressure_pa: 0.0,
+        ambient_pressure_pa: 0.0,
+        temperature_k: 0.0,
+        pipe_volume_m3: 0.0,
+        flow_coefficient: 0.0,
+        solenoid_orifice_area_m2: 0.0,
+        port_orifice_area_m2: 0.0,
+        orientation: Orientation::default(),
+    };
+    // The ambient pressure comes first: a gauge supply pressure counts from it.
+    let ambient = ParameterId::AmbientPressure;
+    for &id in std::iter::once(&ambient).chain(ParameterId::ALL) {
+        let section = table(root, id.section(), meaning(id))?;
+        let kind = match id {
+            ParameterId::SupplyPressure => QuantityKind::Pressure { ambient_pressure_pa: values.ambient_pressure_pa },
+            _ => QuantityKind::Si(id.si_unit()),
+        };
+        let value = section.quantity(id.name(), kind)?.ok_or_else(|| {
+            // A misspelt key is the likelier reason than a forgotten one.
+            known_keys(&section, id.section()).err().unwrap_or_else(|| section.missing(id.name(), meaning(id)))
+        })?;
+        values.set(id, value);
+    }
+    for name in ["actuator", "spring", "stops", "gas", "pneumatics"] {
+        known_keys(&table(root, name, "parameters")?, name)?;
+    }
+    let actuator = table(root, "actuator", "parameters")?;
+    let expected = "\"upright\", \"inverted\" or \"horizontal\"";
+    values.orientation = match actuator.text("orientation", expected)? {
+        None | Some("upright") => Orientation::Upright,
+        Some("inverted") => Orientation::Inverted,
+        Some("horizontal") => Orientation::Horizontal,
+        Some(other) => return Err(actuator.wrong("orientation", format!("\"{other}\""), expected).into()),
+    };
+    Ok(values)
+}
+
+fn known_keys(section: &Section<'_>, name: &str) -> Result<(), TomlFileError> {
+    let mut known: Vec<&str> = ParameterId::ALL.iter().filter(|id| id.section() == name).map(|id| id.name()).collect();
+    if name == "actuator" {
+        known.push("orientation");
+    }
+    section.allow_only(&known)
+}
+
+fn switches(root: &Section<'_>) -> Result<Switches, TomlFileError> {
+    let mut switches = Switches::default();
+    if let Some(section) = root.section("switches")? {
+        section.allow_only(&["closed_at", "open_at"])?;
+        let expected = "a fraction of the stroke between 0 (closed) and 1 (open)";
+        switches.closed_at = section.number("closed_at", expected)?.unwrap_or(switches.closed_at);
+        switches.open_at = section.number("open_at", expected)?.unwrap_or(switches.open_at);
+    }
+    Ok(switches)
+}
+
+fn time(section: &Section<'_>, key: &str, meaning: &str) -> Result<f64, TomlFileError> {
+    section.quantity(key, QuantityKind::Si("s"))?.ok_or_else(|| section.missing(key, meaning))
+}
+
+fn schedule(root: &Section<'_>) -> Result<Schedule, TomlFileError> {
+    let section = table(root, "cycle", "close_at, open_at and end")?;
+    section.allow_only(&["close_at", "open_at", "end"])?;
+    Ok(Schedule {
+        close_at_s: time(&section, "close_at", "when the valve is told to close, such as \"0 s\"")?,
+        open_at_s: time(&section, "open_at", "when the valve is told to open, such as \"4 s\"")?,
+        end_s: time(&section, "end", "when the cycle ends, such as \"12 s\"")?,
+    })
+}
+
+fn limits(root: &Section<'_>) -> Result<Limits, TomlFileError> {
+    let section = table(root, "limits", "close_within and open_within")?;
+    section.allow_only(&["close_within", "open_within"])?;
+    Ok(Limits {
+        close_within_s: time(&section, "close_within", "the longest acceptable closing time, such as \"3 s\"")?,
+        open_within_s: time(&section, "open_within", "the longest acceptable opening time, such as \"6 s\"")?,
+    })
+}
+
+fn tolerances(root: &Section<'_>, parameters: &Parameters) -> Result<Vec<Tolerance>, TomlFileError> {
+    let Some(section) = root.section("tolerance")? else { return Ok(Vec::new()) };
+    let mut found = Vec::new();
+    for key in section.keys() {
+        // `actuator.stroke = 0.1` without quotation marks is a table to TOML; both spellings are meant alike.
+        match section.section(key) {
+            Ok(Some(inner)) => {
+                for name in inner.keys() {
+                    found.push(tolerance(&inner, name, &format!("{key}.{name}"), parameters)?);
+                }
+            }
+            _ => found.push(tolerance(&section, key, key, parameters)?),
+        }
+    }
+    for (index, tolerance) in found.iter().enumerate() {
+        if found[..index].iter().any(|other: &Tolerance| other.parameter == tolerance.parameter) {
+            return Err(section.wrong(tolerance.parameter.key(), "given twice", "one tolerance for each parameter"));
+        }
+    }
+    Ok(found)
+}
+
+fn tolerance(
+    section: &Section<'_>,
+    key: &str,
+    dotted: &str,
+    parameters: &Parameters,
+) -> Result<Tolerance, TomlFileError> {
+    let Some(&parameter) = ParameterId::ALL.iter().find(|id| id.key() == dotted) else {
+        let known: Vec<&str> = ParameterId::ALL.iter().map(|id| id.key()).collect();
+        return Err(section.unknown(key, &known));
+    };
+    let expected = "a fraction of the value (one standard deviation), more than 0 and at most 1, such as 0.05 for 5 %";
+    let relative_sigma = section.number(key, expected)?.unwrap_or(f64::NAN);
+    if !(relative_sigma > 0.0 && relative_sigma <= 1.0) {
+        return Err(section.wrong(key, relative_sigma.to_string(), expected));
+    }
+    if parameters.get(parameter) == 0.0 {
+        return Err(section.wrong(key, "a fraction of a value that is 0", "no tolerance, or a value other than 0"));
+    }
+    Ok(Tolerance { parameter, relative_sigma })
+}

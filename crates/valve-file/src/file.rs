@@ -1,0 +1,126 @@
+//! The checked valve file.
+
+use std::io::Write;
+use std::path::Path;
+
+use checked_toml::Document;
+use valve_model::{Limits, ParameterId, Schedule, Valve};
+
+use crate::{Change, HistoryEntry, ValveFileError, check};
+
+/// How well a parameter is known beforehand; such a parameter may be calibrated.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tolerance {
+    /// The parameter.
+    pub parameter: ParameterId,
+    /// One standard deviation as a fraction of the value, more than 0 and at most 1.
+    /// It refers to the SI value, for the supply pressure to the absolute one.
+    pub relative_sigma: f64,
+}
+
+/// A valve file that passed every check.
+#[derive(Debug, Clone)]
+pub struct ValveFile {
+    pub(crate) document: Document,
+    pub(crate) name: String,
+    pub(crate) valve: Valve,
+    pub(crate) schedule: Schedule,
+    pub(crate) limits: Limits,
+    pub(crate) tolerances: Vec<Tolerance>,
+    pub(crate) history: Vec<HistoryEntry>,
+    /// Edits made since the last history entry.
+    pub(crate) pending: Vec<Change>,
+}
+
+impl ValveFile {
+    /// Reads and checks a text; `file_name` is what messages call it.
+    pub fn parse(text: &str, file_name: &str) -> Result<Self, ValveFileError> {
+        check::check(Document::parse(text, file_name)?)
+    }
+
+    /// Reads and checks a file.
+    pub fn read(path: &Path) -> Result<Self, ValveFileError> {
+        Self::parse(&checked_toml::read_text(path)?, &path.display().to_string())
+    }
+
+    /// Writes the text to a file, whole or not at all. An existing file is only replaced when
+    /// `overwrite` says so.
+    pub fn write(&self, path: &Path, overwrite: bool) -> Result<(), ValveFileError> {
+        let file = path.display().to_string();
+        let unwritable =
+            |error: std::io::Error| ValveFileError::Unwritable { file: file.clone(), reason: error.to_string() };
+        let mut name = path.file_name().unwrap_or_default().to_os_string();
+        name.push(format!(".{}.partial", std::process::id()));
+        let partial = path.with_file_name(name);
+        let written = std::fs::File::create(&partial).and_then(|mut output| {
+            output.write_all(self.text().as_bytes())?;
+            output.sync_all()
+        });
+        // A hard link refuses to replace a file, so that nobody who creates it meanwhile loses theirs.
+        let placed = written.and_then(|()| {
+            if overwrite { std::fs::rename(&partial, path) } else { std::fs::hard_link(&partial, path) }
+        });
+        if !overwrite || placed.is_err() {
+            // What is left behind after a failure is of no use; that it cannot be removed adds nothing to the failure.
+            let _ = std::fs::remove_file(&partial);
+        }
+        placed.map_err(|error| match error.kind() {
+            std::io::ErrorKind::AlreadyExists => ValveFileError::Exists { file: file.clone() },
+            _ => unwritable(error),
+        })
+    }
+
+    /// The whole text, as it would be written.
+    #[must_use]
+    pub fn text(&self) -> &str {
+        self.document.text()
+    }
+
+    /// What messages call the file.
+    #[must_use]
+    pub fn file_name(&self) -> &str {
+        self.document.file()
+    }
+
+    /// The valve's name.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The valve: parameters, switches and effects, checked.
+    #[must_use]
+    pub fn valve(&self) -> &Valve {
+        &self.valve
+    }
+
+    /// When the commands of a cycle are given.
+    #[must_use]
+    pub fn schedule(&self) -> Schedule {
+        self.schedule
+    }
+
+    /// The longest acceptable stroke times.
+    #[must_use]
+    pub fn limits(&self) -> Limits {
+        self.limits
+    }
+
+    /// The parameters that may be calibrated, in the order of the file.
+    #[must_use]
+    pub fn tolerances(&self) -> &[Tolerance] {
+        &self.tolerances
+    }
+
+    /// The steps that changed the model, oldest first.
+    #[must_use]
+    pub fn history(&self) -> &[HistoryEntry] {
+        &self.history
+    }
+}
+
+impl std::fmt::Display for ValveFile {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter.write_str(self.text())
+    }
+}

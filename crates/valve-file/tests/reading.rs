@@ -1,0 +1,228 @@
+//! Reading valve files: values in SI, and refusals that say where and what.
+
+mod common;
+
+use common::VALVE;
+use valve_file::{ValveFile, ValveFileError};
+use valve_model::{EffectKind, Orientation, ParameterId};
+
+fn read(text: &str) -> ValveFile {
+    ValveFile::parse(text, "v.toml").unwrap()
+}
+
+fn refusal(text: &str) -> String {
+    ValveFile::parse(text, "v.toml").unwrap_err().to_string()
+}
+
+/// The refusal of the test valve with one piece of its text replaced.
+fn refusal_with(from: &str, to: &str) -> String {
+    assert!(VALVE.contains(from), "{from}");
+    refusal(&VALVE.replacen(from, to, 1))
+}
+
+fn with_end(end: &str) -> String {
+    format!("{VALVE}\n{end}")
+}
+
+#[test]
+fn every_value_arrives_in_si() {
+    let file = read(VALVE);
+    let parameters = file.valve().parameters();
+    assert_eq!(file.name(), "test valve");
+    assert_eq!(parameters.stroke_m, 0.02);
+    assert_eq!(parameters.dead_volume_m3, 30e-6);
+    assert_eq!(parameters.supply_pressure_pa, 100e3 + 75.0 * 6894.757);
+    assert_eq!(parameters.temperature_k, 293.15);
+    assert_eq!(parameters.ratio_of_specific_heats, 1.4);
+    assert_eq!(parameters.orientation, Orientation::Upright);
+    assert_eq!((file.schedule().open_at_s, file.schedule().end_s), (4.0, 12.0));
+    assert_eq!((file.limits().close_within_s, file.limits().open_within_s), (3.0, 6.0));
+    assert_eq!(file.tolerances().len(), 2);
+    assert_eq!(file.tolerances()[1].parameter, ParameterId::SpringStiffness);
+    assert_eq!(file.tolerances()[1].relative_sigma, 0.02);
+    assert_eq!(file.to_string(), VALVE);
+}
+
+#[test]
+fn optional_tables_are_read() {
+    let text = with_end("[switches]\nclosed_at = 0.05\nopen_at = 0.9\n").replacen(
+        "[actuator]",
+        "[actuator]\norientation = \"inverted\"",
+        1,
+    );
+    let file = read(&text);
+    assert_eq!((file.valve().switches().closed_at, file.valve().switches().open_at), (0.05, 0.9));
+    assert_eq!(file.valve().parameters().orientation, Orientation::Inverted);
+    let dotted = VALVE.replacen("\"spring.stiffness\" = 0.02", "spring.stiffness = 0.02", 1);
+    assert_eq!(read(&dotted).tolerances(), read(VALVE).tolerances());
+}
+
+#[test]
+fn effects_of_the_catalogue_are_read_with_their_defaults() {
+    let file = read(&with_end(
+        "[[effect]]\nkind = \"dry-friction\"\ncoulomb_force = \"25 N\"\n\n[[effect]]\nkind = \"gas-heating\"\n\
+         wall_conductance = \"inf W/K\"\n\n[[effect]]\nkind = \"back-pressure\"\npressure = \"2 psig\"\n\n\
+         [[effect]]\nkind = \"orifice-law\"\ncritical_ratio = 0.3\n",
+    ));
+    let effects = file.valve().effects();
+    assert_eq!(effects[0].kind(), EffectKind::DryFriction);
+    assert_eq!(effects[0].values(), [25.0, 25.0, 0.01]);
+    assert!(effects[1].is_neutral());
+    assert_eq!(effects[2].values(), [2.0 * 6894.757]);
+    assert_eq!(effects[3].values(), [0.3]);
+}
+
+#[test]
+fn custom_effects_are_read_in_si() {
+    let file = read(&with_end(
+        "[[effect]]\nkind = \"custom\"\nname = \"scored bore\"\nacts_on = \"friction\"\n\
+         formula = \"F * exp(-((x - c)/w)^2)\"\n[effect.parameters]\n\
+         F = { start = 0.09, lower = 0, upper = 1.0, unit = \"kN\" }\n\
+         c = { start = 15, lower = 0, upper = 25, unit = \"mm\" }\n\
+         w = { start = 2, lower = 1, upper = 5, unit = \"mm\" }\n",
+    ));
+    let effect = &file.valve().custom()[0];
+    assert_eq!(effect.name(), "scored bore");
+    let values: Vec<f64> = effect.parameters().iter().map(|parameter| parameter.value).collect();
+    assert_eq!(values, [90.0, 0.015, 0.002]);
+    assert_eq!(effect.parameters()[0].upper, 1000.0);
+}
+
+#[test]
+fn wrong_keys_and_units_are_refused_with_file_and_line() {
+    assert_eq!(
+        refusal_with("stroke =", "strok ="),
+        "v.toml:6: unknown key \"actuator.strok\" (did you mean \"stroke\"?); expected one of moving_mass, stroke, \
+         piston_area, dead_volume, viscous_friction, orientation"
+    );
+    assert_eq!(
+        refusal_with("20 mm", "20 mn"),
+        "v.toml:6: actuator.stroke: unknown unit \"mn\" (did you mean \"mm\"?); expected a length in mm, cm, m, um or in"
+    );
+    assert!(
+        refusal_with("100 kPa", "0 psig").starts_with(
+            "v.toml:25: pneumatics.ambient_pressure: \"psig\" is a gauge pressure, but this one is absolute"
+        )
+    );
+    assert!(refusal_with("75 psig", "75 psi").contains("v.toml:24: pneumatics.supply_pressure: \"psi\" does not say"));
+    assert!(refusal_with("\"20 mm\"", "20").starts_with("v.toml:6: actuator.stroke is the bare number 20"));
+    assert_eq!(
+        refusal_with("stroke = \"20 mm\"\n", ""),
+        "v.toml:4: \"actuator.stroke\" is missing; expected the travel between the stops, such as \"25.4 mm\""
+    );
+    assert!(refusal_with("[stops]\ncontact_stiffness = \"1 MN/m\"\n", "").contains("\"stops\" is missing"));
+    assert!(
+        refusal_with("[limits]", "[limit]").contains("v.toml:37: unknown key \"limit\" (did you mean \"limits\"?)")
+    );
+    assert!(refusal_with("stroke =", "stroke = \"1 mm\"\nstroke =").starts_with("v.toml:7: not valid TOML: duplicate"));
+    assert!(refusal("").contains("v.toml:1: the file is empty"));
+}
+
+#[test]
+fn impossible_values_are_refused_with_file_and_line() {
+    assert_eq!(
+        refusal_with("20 mm", "-20 mm"),
+        "v.toml:6: actuator.stroke is -0.02 m, expected a value greater than 0"
+    );
+    assert!(
+        refusal_with("75 psig", "75 kPa").starts_with("v.toml:24: pneumatics.supply_pressure is 75000 Pa absolute")
+    );
+    assert!(refusal_with("\"4 s\"", "\"14 s\"").starts_with("v.toml:34: cycle.open_at"));
+    assert!(refusal_with("\"3 s\"", "\"0 s\"").starts_with("v.toml:38: limits.close_within"));
+    assert!(
+        refusal_with("= 0.20", "= 20")
+            .contains("v.toml:42: tolerance.actuator.viscous_friction is 20; expected a fraction")
+    );
+    assert!(refusal_with("\"spring.stiffness\"", "\"spring.stifness\"").contains("did you mean \"spring.stiffness\""));
+    assert!(
+        refusal(&with_end("[switches]\nclosed_at = 0.9\nopen_at = 0.1\n")).starts_with("v.toml:46: switches.closed_at")
+    );
+    assert!(
+        refusal_with("[actuator]", "[actuator]\norientation = \"sideways\"").contains("v.toml:5: actuator.orientation")
+    );
+}
+
+#[test]
+fn wrong_effects_are_refused_with_file_and_line() {
+    let effect = |text: &str| refusal(&with_end(&format!("[[effect]]\n{text}")));
+    assert!(
+        effect("kind = \"dry-fricton\"\n")
+            .contains("v.toml:46: effect.kind is \"dry-fricton\" (did you mean \"dry-friction\"?)")
+    );
+    assert!(effect("kind = \"dry-friction\"\n").contains("expected a quantity in N"));
+    assert!(
+        effect("kind = \"dry-friction\"\ncoulomb = \"1 N\"\n").contains("v.toml:47: unknown key \"effect.coulomb\"")
+    );
+    assert!(
+        effect("kind = \"dry-friction\"\ncoulomb_force = \"9 N\"\nstatic_force = \"5 N\"\n")
+            .starts_with("v.toml:48: effect.dry-friction.static_force is 5 N, expected at least the Coulomb force")
+    );
+    assert!(
+        effect("kind = \"back-pressure\"\npressure = \"15 psia\"\n")
+            .contains("v.toml:47: effect.pressure: \"psia\" is an absolute")
+    );
+    assert!(
+        effect("kind = \"seal-friction\"\nfriction_per_pressure = \"1 mm2\"\n[[effect]]\nkind = \"seal-friction\"\nfriction_per_pressure = \"1 mm2\"\n")
+            .contains("v.toml:49: effect.kind is \"seal-friction\" for a second time")
+    );
+    assert!(effect("force = \"1 N\"\n").contains("v.toml:45: \"effect.kind\" is missing"));
+}
+
+#[test]
+fn a_wrong_formula_carries_file_line_and_position() {
+    let text = with_end(
+        "[[effect]]\nkind = \"custom\"\nname = \"mine\"\nacts_on = \"force\"\nformula = \"F * (x + y)\"\n\
+         [effect.parameters]\nF = { start = 1, lower = 0, upper = 2, unit = \"N\" }\n",
+    );
+    let error = ValveFile::parse(&text, "v.toml").unwrap_err();
+    let ValveFileError::Formula { line, source, .. } = &error else { panic!("{error}") };
+    assert_eq!((*line, source.position), (49, 10));
+    assert!(error.to_string().starts_with("v.toml:49: formula \"F * (x + y)\", character 10"));
+    let other = |from: &str, to: &str| refusal(&text.replacen("x + y", "x", 1).replacen(from, to, 1));
+    assert!(other("\"force\"", "\"forces\"").contains("v.toml:48: effect.acts_on is \"forces\""));
+    assert!(other("\"mine\"", "\"dry-friction\"").contains("v.toml:47: effect.name is \"dry-friction\""));
+    assert!(other("start = 1", "start = 3").contains("v.toml:51: effect.mine.F"));
+    assert!(other("\"N\"", "\"Nm/\"").contains("v.toml:51: effect.parameters.F.unit"));
+    assert!(other("upper = 2, ", "").contains("\"effect.parameters.F.upper\" is missing"));
+}
+
+#[test]
+fn files_that_cannot_be_read_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("gone.toml");
+    assert!(ValveFile::read(&path).unwrap_err().to_string().contains("gone.toml:1: cannot be read"));
+    std::fs::write(&path, b"name = \"a\"\n# \xff\n").unwrap();
+    assert!(ValveFile::read(&path).unwrap_err().to_string().contains("gone.toml:2: is not UTF-8"));
+}
+
+/// A valve file with effects, a custom formula and a history.
+fn rich() -> String {
+    let file = read(&with_end(
+        "[[effect]]\nkind = \"custom\"\nname = \"bore\"\nacts_on = \"friction\"\nformula = \"F * exp(-x^2)\"\n\
+         [effect.parameters]\nF = { start = 0.09, lower = 0, upper = 1.0, unit = \"kN\" }\n",
+    ));
+    let friction = valve_model::Effect::new(EffectKind::DryFriction, &[Some(20.0)]).unwrap();
+    let added = file.with_effect(&friction).unwrap().without_custom("bore").unwrap();
+    added.with_history(valve_file::HistoryEntry::new("swapped", "bench", 2.0, 1.0)).unwrap().to_string()
+}
+
+proptest::proptest! {
+    #[test]
+    fn no_slip_of_the_pen_makes_the_reader_panic(place in 0usize..2000, length in 0usize..12, slip in "\\PC{0,6}") {
+        let text = rich();
+        let characters: Vec<char> = text.chars().collect();
+        let start = place % characters.len();
+        let end = (start + length).min(characters.len());
+        let changed: String =
+            characters[..start].iter().copied().chain(slip.chars()).chain(characters[end..].iter().copied()).collect();
+        match ValveFile::parse(&changed, "v.toml") {
+            // What is accepted can be edited and reverted without a panic either.
+            Ok(file) => {
+                let _ = file.reverted();
+                let _ = file.with_parameter(ParameterId::Stroke, 0.019);
+                let _ = file.without_effect(EffectKind::DryFriction);
+            }
+            Err(error) => proptest::prop_assert!(error.to_string().starts_with("v.toml:")),
+        }
+    }
+}

@@ -1,0 +1,402 @@
+//! From a checked valve and the conditions of a run to the numbers of the equations of motion.
+
+use crate::conditions::Conditions;
+use crate::custom::CustomEffect;
+use crate::effects::{Effect, EffectKind};
+use crate::integrator::Pace;
+use crate::orifice::{BLEND_SLOPE, Blend, OrificeLaw};
+use crate::params::{Parameters, STANDARD_GRAVITY_M_PER_S2, Valve};
+use crate::real::Real;
+
+/// Largest product of rate and step for pipe and chamber together; with that of the solenoid and the
+/// leaks inside the stability of the method (2.78 on the real axis).
+const PORT_RATE: f64 = 2.0;
+
+/// The same for the solenoid and the leaks.
+const SOLENOID_RATE: f64 = 0.7;
+
+/// The same for every other state, where it also has to be followed.
+const OTHER_RATE: f64 = 1.6;
+
+/// Largest relative pressure difference over which the port's law may be blended to a line. Nothing
+/// flows through it at rest, so that its blend biases no pressure there.
+const WIDEST_PORT_BLEND: f64 = 1e-2;
+
+/// The same for the solenoid and the leaks, which do carry a standing flow.
+const WIDEST_BLEND: f64 = 2e-4;
+
+/// No blend needs to be narrower than this.
+const NARROWEST_BLEND: f64 = 1e-5;
+
+/// Stiffness of the friction bristles: elastomer seals give by a tenth of a millimetre before they
+/// slide (some 100 N over 0.5 mm), which shows in a recorded stroke.
+const BRISTLE_STIFFNESS_N_PER_M: f64 = 2e5;
+
+/// Damping of the friction bristles.
+const BRISTLE_DAMPING_N_S_PER_M: f64 = 250.0;
+
+/// Bound of the rate at which a sliding friction bristle settles, 1/s.
+pub(crate) const FASTEST_BRISTLE_PER_S: f64 = 1500.0;
+
+/// Which groups of terms the equations of a valve have beside the base model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
+#[expect(clippy::struct_excessive_bools, reason = "each is an independent group of terms of the equations")]
+pub struct Terms {
+    /// Forces on the piston: cushions, seat, process, progressive spring.
+    pub forces: bool,
+    /// A process force with an exponent other than 1.
+    pub power: bool,
+    /// Dry friction, seal friction or a custom friction.
+    pub friction: bool,
+    /// Static friction above the Coulomb friction.
+    pub stribeck: bool,
+    /// Gas temperatures as states.
+    pub heating: bool,
+    /// Supply line pressure as a state.
+    pub line: bool,
+    /// A spool that travels.
+    pub spool: bool,
+    /// Custom effects.
+    pub custom: bool,
+    /// The pipe pressure is measured, not simulated.
+    pub driven_pipe: bool,
+    /// The chamber pressure is measured, not simulated.
+    pub driven_chamber: bool,
+}
+
+impl Terms {
+    /// Whether the base model alone does.
+    pub fn is_base(self) -> bool {
+        self == Self::default()
+    }
+}
+
+macro_rules! coefficients {
+    ($( $(#[$doc:meta])* $field:ident, )*) => {
+        /// The numbers of the equations, for one valve or for several in lanes.
+        #[derive(Debug, Clone, Copy)]
+        pub struct Coefficients<R> {
+            $( $(#[$doc])* pub $field: R, )*
+            /// The law of all orifices.
+            pub law: OrificeLaw<R>,
+            /// How it is blended at the port.
+            pub port_blend: Blend<R>,
+            /// How it is blended at the solenoid and at leaks.
+            pub blend: Blend<R>,
+        }
+
+        impl<R: Real> Coefficients<R> {
+            /// Puts one valve's numbers into a lane.
+            pub fn set_lane(&mut self, lane: usize, from: &Coefficients<f64>) {
+                $( self.$field.set_lane(lane, from.$field); )*
+                for (power, q) in self.law.q.iter_mut().enumerate() {
+                    q.set_lane(lane, from.law.q[power]);
+                }
+                self.law.centre.set_lane(lane, from.law.centre);
+                self.law.scale.set_lane(lane, from.law.scale);
+                self.law.critical.set_lane(lane, from.law.critical);
+                self.port_blend.set_lane(lane, from.port_blend);
+                self.blend.set_lane(lane, from.blend);
+            }
+
+            /// The same valve in every lane.
+            pub fn splat(from: &Coefficients<f64>) -> Self {
+                let law = &from.law;
+                Self {
+                    $( $field: R::splat(from.$field), )*
+                    law: OrificeLaw {
+                        q: core::array::from_fn(|power| R::splat(law.q[power])),
+                        centre: R::splat(law.centre),
+                        scale: R::splat(law.scale),
+                        critical: R::splat(law.critical),
+                    },
+                    port_blend: Blend::splat(from.port_blend),
+                    blend: Blend::splat(from.blend),
+                }
+            }
+        }
+    };
+}
+
+coefficients! {
+    /// 1/m, 1/kg.
+    inverse_mass,
+    /// Spring stiffness k, N/m.
+    stiffness,
+    /// L + x0: the spring force is k (free_length - x), m.
+    free_length,
+    /// Stroke L, m.
+    stroke,
+    /// Piston area A_p, m².
+    piston_area,
+    /// Viscous friction r, N s/m.
+    viscous,
+    /// Weight in the closing direction, N.
+    weight,
+    /// Stop stiffness, N/m.
+    contact,
+    /// Ambient pressure, Pa.
+    ambient,
+    /// Supply pressure, Pa.
+    supply,
+    /// Exhaust pressure, Pa.
+    exhaust,
+    /// Chamber volume at x = 0, m³.
+    closed_volume,
+    /// Z R T, J/kg.
+    zrt,
+    /// Z R, J/(kg K).
+    zr,
+    /// Z R T / V_p, Pa/kg.
+    pipe_gain,
+    /// C A / sqrt(Z R T) of the solenoid's supply port, kg/(s Pa).
+    fill,
+    /// The same of its vent port.
+    vent,
+    /// The same of the cylinder port.
+    port,
+    /// The same of a leak to atmosphere.
+    leak_out,
+    /// The same of a leak from the supply.
+    leak_in,
+    /// Run temperature, K.
+    temperature,
+    /// Ratio of specific heats.
+    gamma,
+    /// Wall conductance over c_v, kg/s.
+    wall,
+    /// 1/c_v = (gamma - 1)/R, kg K/J.
+    work_gain,
+    /// 1/R_d, kg/(s Pa).
+    line_conductance,
+    /// Z R T / V of the supply line, Pa/kg.
+    line_gain,
+    /// Hardening over stroke, 1/m.
+    hardening,
+    /// Damping of the closing cushion, N s/m.
+    closing_damping,
+    /// 1 over its length, 1/m.
+    closing_inverse_length,
+    /// Damping of the opening cushion, N s/m.
+    opening_damping,
+    /// 1 over its length, 1/m.
+    opening_inverse_length,
+    /// Seat adhesion, N.
+    adhesion,
+    /// 1 over its reach, 1/m.
+    adhesion_inverse_reach,
+    /// Process force, N.
+    process,
+    /// Its exponent.
+    process_exponent,
+    /// Coulomb force, N.
+    coulomb,
+    /// Static force minus Coulomb force, N.
+    static_excess,
+    /// 1 over the Stribeck velocity, s/m.
+    inverse_stribeck,
+    /// Seal friction per pressure, m².
+    seal,
+    /// Stiffness of the friction bristles, N/m.
+    bristle_stiffness,
+    /// Their damping, N s/m.
+    bristle_damping,
+}
+
+/// Everything about one valve under the conditions of one run.
+#[derive(Debug, Clone)]
+pub struct Equations {
+    /// The numbers.
+    pub coefficients: Coefficients<f64>,
+    /// The groups of terms in use.
+    pub terms: Terms,
+    /// Custom effects, with their parameter values.
+    pub custom: Vec<CustomEffect>,
+    volumes: Volumes,
+}
+
+/// The volumes that hold gas, m³; chamber with the valve open.
+#[derive(Debug, Clone, Copy)]
+struct Volumes {
+    pipe: f64,
+    dead: f64,
+}
+
+impl Equations {
+    /// The equations of a valve under the conditions of a run.
+    pub fn new(valve: &Valve, conditions: &Conditions) -> Self {
+        let p = valve.parameters();
+        let zr = p.compressibility * p.specific_gas_constant_j_per_kg_k;
+        let zrt = zr * conditions.temperature_k;
+        let orifice = |area: f64| p.flow_coefficient * area / libm::sqrt(zrt);
+        let mut terms = Terms::default();
+        let mut c = Coefficients {
+            inverse_mass: 1.0 / p.moving_mass_kg,
+            stiffness: p.spring_stiffness_n_per_m,
+            free_length: p.stroke_m + p.preload_compression_m,
+            stroke: p.stroke_m,
+            piston_area: p.piston_area_m2,
+            viscous: p.viscous_friction_n_s_per_m,
+            weight: p.moving_mass_kg * STANDARD_GRAVITY_M_PER_S2 * p.orientation.closing_share(),
+            contact: p.contact_stiffness_n_per_m,
+            ambient: p.ambient_pressure_pa,
+            supply: conditions.supply_pressure_pa,
+            exhaust: p.ambient_pressure_pa,
+            closed_volume: p.dead_volume_m3 + p.piston_area_m2 * p.stroke_m,
+            zrt,
+            zr,
+            pipe_gain: zrt / p.pipe_volume_m3,
+            fill: orifice(p.solenoid_orifice_area_m2),
+            vent: orifice(p.solenoid_orifice_area_m2),
+            port: orifice(p.port_orifice_area_m2),
+            leak_out: orifice(conditions.leak_to_atmosphere_m2),
+            leak_in: orifice(conditions.leak_from_supply_m2),
+            temperature: conditions.temperature_k,
+            gamma: p.ratio_of_specific_heats,
+            wall: 0.0,
+            work_gain: (p.ratio_of_specific_heats - 1.0) / p.specific_gas_constant_j_per_kg_k,
+            line_conductance: 0.0,
+            line_gain: 0.0,
+            hardening: 0.0,
+            closing_damping: 0.0,
+            closing_inverse_length: 0.0,
+            opening_damping: 0.0,
+            opening_inverse_length: 0.0,
+            adhesion: 0.0,
+            adhesion_inverse_reach: 0.0,
+            process: 0.0,
+            process_exponent: 1.0,
+            coulomb: 0.0,
+            static_excess: 0.0,
+            inverse_stribeck: 0.0,
+            seal: 0.0,
+            bristle_stiffness: BRISTLE_STIFFNESS_N_PER_M,
+            bristle_damping: BRISTLE_DAMPING_N_S_PER_M,
+            law: OrificeLaw::ideal_nozzle(p.ratio_of_specific_heats),
+            port_blend: Blend::new(NARROWEST_BLEND),
+            blend: Blend::new(NARROWEST_BLEND),
+        };
+        for effect in valve.effects().iter().filter(|effect| !effect.is_neutral()) {
+            add_effect(&mut c, &mut terms, effect, p, orifice);
+        }
+        for effect in valve.custom() {
+            terms.custom = true;
+            terms.friction |= effect.target() == crate::custom::CustomTarget::Friction;
+        }
+        let custom = valve.custom().to_vec();
+        let volumes = Volumes { pipe: p.pipe_volume_m3, dead: p.dead_volume_m3 };
+        Self { coefficients: c, terms, custom, volumes }
+    }
+
+    /// The step and the blends of the orifice law that keep every state stable, from the rates at which
+    /// a disturbance of each decays: a step of at most `step_s`, or a whole fraction of it.
+    pub fn pace(&self, step_s: f64) -> Pace {
+        let (c, volumes) = (&self.coefficients, &self.volumes);
+        let warming = if self.terms.heating { c.gamma } else { 1.0 };
+        // Rates of the blended law at equal pressures for a blend of width 1; they grow as its inverse root.
+        let steepest = warming * c.zrt * BLEND_SLOPE * libm::sqrt(c.law.at_equal_pressures());
+        let port = steepest * c.port * (1.0 / volumes.pipe + 1.0 / volumes.dead);
+        let mut solenoid = steepest * (c.fill.max(c.vent) + c.leak_in + c.leak_out) / volumes.pipe;
+        let mut other = (c.viscous + c.closing_damping.max(c.opening_damping)) * c.inverse_mass;
+        other = other.max(libm::sqrt((c.contact + c.adhesion * c.adhesion_inverse_reach) * c.inverse_mass));
+        if self.terms.friction {
+            other = other.max(libm::sqrt((c.contact + c.bristle_stiffness) * c.inverse_mass));
+            other = other.max(FASTEST_BRISTLE_PER_S).max((c.viscous + c.bristle_damping) * c.inverse_mass);
+        }
+        if self.terms.line {
+            other = other.max(c.line_gain * c.line_conductance);
+            solenoid += steepest / c.zrt * c.line_gain * (c.fill + c.leak_in);
+        }
+        if self.terms.heating {
+            let smallest_mass = c.ambient.min(c.exhaust) * volumes.pipe.min(volumes.dead) / c.zrt;
+            other = other.max(c.gamma * c.wall / smallest_mass);
+        }
+        let substeps = |rate: f64, limit: f64| (rate * step_s / limit).ceil().max(1.0);
+        let count = substeps(other, OTHER_RATE)
+            .max(substeps(port / libm::sqrt(WIDEST_PORT_BLEND), PORT_RATE))
+            .max(substeps(solenoid / libm::sqrt(WIDEST_BLEND), SOLENOID_RATE));
+        let step_s = step_s / count;
+        let blend = |rate: f64, limit: f64| {
+            let root = rate * step_s / limit;
+            (root * root).max(NARROWEST_BLEND)
+        };
+        Pace { step_s, port_blend: blend(port, PORT_RATE), blend: blend(solenoid, SOLENOID_RATE) }
+    }
+}
+
+impl Equations {
+    /// The parameter values of each custom effect.
+    pub fn custom_values(&self) -> Vec<Vec<f64>> {
+        let values = |effect: &CustomEffect| effect.parameters().iter().map(|parameter| parameter.value).collect();
+        self.custom.iter().map(values).collect()
+    }
+}
+
+/// Adds one effect of the catalogue to the numbers of the base model. `orifice` turns an area into a
+/// flow coefficient.
+fn add_effect(
+    c: &mut Coefficients<f64>,
+    terms: &mut Terms,
+    effect: &Effect,
+    p: &Parameters,
+    orifice: impl Fn(f64) -> f64,
+) {
+    let scale = |length: f64| if length == 0.0 { 0.0 } else { 1.0 / length };
+    let values = effect.values();
+    match effect.kind() {
+        EffectKind::DryFriction => {
+            terms.friction = true;
+            terms.stribeck |= values[1] > values[0];
+            c.coulomb = values[0];
+            c.static_excess = values[1] - values[0];
+            c.inverse_stribeck = scale(values[2]);
+        }
+        EffectKind::SealFriction => {
+            terms.friction = true;
+            c.seal = values[0];
+        }
+        EffectKind::ProgressiveSpring => {
+            terms.forces = true;
+            c.hardening = values[0] / p.stroke_m;
+        }
+        EffectKind::ClosingCushion => {
+            terms.forces = true;
+            c.closing_damping = values[0];
+            c.closing_inverse_length = scale(values[1]);
+        }
+        EffectKind::OpeningCushion => {
+            terms.forces = true;
+            c.opening_damping = values[0];
+            c.opening_inverse_length = scale(values[1]);
+        }
+        EffectKind::SeatAdhesion => {
+            terms.forces = true;
+            c.adhesion = values[0];
+            c.adhesion_inverse_reach = scale(values[1]);
+        }
+        EffectKind::ProcessForce => {
+            terms.forces = true;
+            terms.power |= values[1] != 1.0;
+            c.process = values[0];
+            c.process_exponent = values[1];
+        }
+        EffectKind::GasHeating => {
+            terms.heating = true;
+            c.wall = values[0] * c.work_gain;
+        }
+        EffectKind::SupplyDroop => {
+            terms.line = true;
+            c.line_conductance = 1.0 / values[0];
+            c.line_gain = c.zrt / values[1];
+        }
+        EffectKind::VentRestriction => c.vent *= values[0],
+        EffectKind::BackPressure => c.exhaust += values[0],
+        EffectKind::OrificeLaw => {
+            c.law = OrificeLaw::iso_6358(p.ratio_of_specific_heats, values[0]);
+        }
+        EffectKind::LeakToAtmosphere => c.leak_out += orifice(values[0]),
+        EffectKind::LeakFromSupply => c.leak_in += orifice(values[0]),
+        EffectKind::SolenoidLag => terms.spool = values[2] > 0.0,
+        EffectKind::SensorLag | EffectKind::ClockOffset => {}
+    }
+}

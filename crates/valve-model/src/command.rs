@@ -1,0 +1,149 @@
+//! From commands to what the solenoid does: a list of segments in which its motion is simple.
+//!
+//! Every edge ends a segment, so that no step of the integrator straddles one and a timing is
+//! smooth in every delay.
+
+use crate::effects::{Effect, EffectKind};
+
+/// A change of the command.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CommandEdge {
+    /// When, s from the start of the run.
+    pub time_s: f64,
+    /// Energise (close, command 1) or de-energise (open, command 0).
+    pub close: bool,
+}
+
+/// A stretch of time in which the spool rests or travels at one speed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Segment {
+    /// Start, s.
+    pub start_s: f64,
+    /// End, s.
+    pub end_s: f64,
+    /// Spool position at the start: 1 joins the supply, 0 the exhaust.
+    pub spool: f64,
+    /// Spool speed, 1/s.
+    pub spool_rate: f64,
+    /// When the last command was given, s (minus infinity before the first).
+    pub last_command_s: f64,
+}
+
+/// Dead times and travel time of the spool, s; zero for the base model.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Solenoid {
+    /// Dead time after the command to close, s.
+    pub energise_delay_s: f64,
+    /// Dead time after the command to open, s.
+    pub deenergise_delay_s: f64,
+    /// Time of a full travel, s.
+    pub travel_time_s: f64,
+}
+
+impl Solenoid {
+    /// The solenoid of a valve with these effects.
+    pub fn from_effects(effects: &[Effect]) -> Self {
+        effects.iter().find(|effect| effect.kind() == EffectKind::SolenoidLag).map_or_else(Self::default, |effect| {
+            let values = effect.values();
+            Self { energise_delay_s: values[0], deenergise_delay_s: values[1], travel_time_s: values[2] }
+        })
+    }
+}
+
+/// When each edge reaches the spool. An edge that would arrive after a later one is lost.
+fn arrivals(commands: &[CommandEdge], solenoid: &Solenoid) -> Vec<CommandEdge> {
+    let mut arrived: Vec<CommandEdge> = Vec::with_capacity(commands.len());
+    for edge in commands {
+        let delay = if edge.close { solenoid.energise_delay_s } else { solenoid.deenergise_delay_s };
+        let time_s = edge.time_s + delay;
+        while arrived.last().is_some_and(|last| last.time_s >= time_s) {
+            arrived.pop();
+        }
+        arrived.push(CommandEdge { time_s, close: edge.close });
+    }
+    arrived
+}
+
+/// The segments from 0 to `end_s`, starting vented. Commands are in order of time.
+pub fn segments(commands: &[CommandEdge], solenoid: &Solenoid, end_s: f64) -> Vec<Segment> {
+    let arrived = arrivals(commands, solenoid);
+    let mut breaks: Vec<f64> = commands.iter().chain(&arrived).map(|edge| edge.time_s).collect();
+    // Follow the spool to find where it comes to rest.
+    let speed = if solenoid.travel_time_s > 0.0 { 1.0 / solenoid.travel_time_s } else { f64::INFINITY };
+    let mut legs = vec![(f64::NEG_INFINITY, 0.0_f64, 0.0_f64)];
+    for edge in &arrived {
+        let (since, from, rate) = legs[legs.len() - 1];
+        let target = if edge.close { 1.0 } else { 0.0 };
+        let here = if rate == 0.0 { from } else { (from + rate * (edge.time_s - since)).clamp(0.0, 1.0) };
+        if speed.is_infinite() || here == target {
+            legs.push((edge.time_s, target, 0.0));
+        } else {
+            let arrival = edge.time_s + (target - here).abs() / speed;
+            // A leg that the next edge cuts short is dropped when that edge is looked at.
+            legs.push((edge.time_s, here, speed.copysign(target - here)));
+            let next = arrived.iter().find(|other| other.time_s > edge.time_s);
+            if next.is_none_or(|other| other.time_s > arrival) {
+                legs.push((arrival, target, 0.0));
+                breaks.push(arrival);
+            }
+        }
+    }
+    breaks.push(0.0);
+    breaks.push(end_s);
+    breaks.retain(|time| (0.0..=end_s).contains(time));
+    breaks.sort_by(f64::total_cmp);
+    breaks.dedup();
+    breaks
+        .windows(2)
+        .map(|pair| {
+            let (start_s, end_s) = (pair[0], pair[1]);
+            let leg = legs.partition_point(|(since, _, _)| *since <= start_s) - 1;
+            let (since, from, rate) = legs[leg];
+            let spool = if rate == 0.0 { from } else { from + rate * (start_s - since) };
+            let given = commands.iter().filter(|edge| edge.time_s <= start_s).map(|edge| edge.time_s);
+            Segment { start_s, end_s, spool, spool_rate: rate, last_command_s: given.fold(f64::NEG_INFINITY, f64::max) }
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CYCLE: [CommandEdge; 2] =
+        [CommandEdge { time_s: 0.0, close: true }, CommandEdge { time_s: 4.0, close: false }];
+
+    #[test]
+    fn without_lag_the_spool_follows_the_command() {
+        let segments = segments(&CYCLE, &Solenoid::default(), 9.0);
+        let summary: Vec<_> = segments.iter().map(|s| (s.start_s, s.end_s, s.spool, s.spool_rate)).collect();
+        assert_eq!(summary, [(0.0, 4.0, 1.0, 0.0), (4.0, 9.0, 0.0, 0.0)]);
+    }
+
+    #[test]
+    fn delays_and_travel_make_segments() {
+        let lag = Solenoid { energise_delay_s: 0.25, deenergise_delay_s: 0.5, travel_time_s: 0.125 };
+        let segments = segments(&CYCLE, &lag, 9.0);
+        let summary: Vec<_> = segments.iter().map(|s| (s.start_s, s.spool, s.spool_rate)).collect();
+        assert_eq!(
+            summary,
+            [
+                (0.0, 0.0, 0.0),
+                (0.25, 0.0, 8.0),
+                (0.375, 1.0, 0.0),
+                (4.0, 1.0, 0.0),
+                (4.5, 1.0, -8.0),
+                (4.625, 0.0, 0.0)
+            ]
+        );
+    }
+
+    #[test]
+    fn an_edge_during_travel_turns_the_spool_where_it_is() {
+        let lag = Solenoid { travel_time_s: 1.0, ..Solenoid::default() };
+        let commands = [CommandEdge { time_s: 0.0, close: true }, CommandEdge { time_s: 0.25, close: false }];
+        let segments = segments(&commands, &lag, 2.0);
+        let summary: Vec<_> = segments.iter().map(|s| (s.start_s, s.end_s, s.spool, s.spool_rate)).collect();
+        assert_eq!(summary, [(0.0, 0.25, 0.0, 1.0), (0.25, 0.5, 0.25, -1.0), (0.5, 2.0, 0.0, 0.0)]);
+    }
+}

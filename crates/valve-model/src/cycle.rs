@@ -1,0 +1,70 @@
+//! Full cycles: close, open, and again, until the cycle repeats itself.
+
+use crate::command::CommandEdge;
+use crate::conditions::Conditions;
+use crate::params::{Schedule, Valve};
+use crate::rhs::State;
+use crate::simulate::{Prepared, Run, simulate};
+use crate::stroke::strokes;
+
+/// The stroke times of one cycle; nothing where the valve did not get there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CycleTimes {
+    /// Closing time, s.
+    pub close_time_s: Option<f64>,
+    /// Opening time, s.
+    pub open_time_s: Option<f64>,
+}
+
+/// A cycle counts as periodic when no state moves by more than this share from one to the next.
+const PERIODIC: f64 = 1e-9;
+
+/// The commands of one cycle.
+pub fn cycle_commands(schedule: &Schedule) -> Vec<CommandEdge> {
+    vec![
+        CommandEdge { time_s: schedule.close_at_s, close: true },
+        CommandEdge { time_s: schedule.open_at_s, close: false },
+    ]
+}
+
+/// Simulates cycles one after the other, each from the state in which the last one ended: for every
+/// valve and its conditions the times of each cycle, at most `cycles` of them, fewer once they are periodic.
+pub fn cycles(
+    valves: &[(&Valve, Conditions)],
+    schedule: &Schedule,
+    cycles: usize,
+    step_s: f64,
+) -> Vec<Vec<CycleTimes>> {
+    let commands = cycle_commands(schedule);
+    let mut runs: Vec<Prepared> = valves
+        .iter()
+        .map(|(valve, conditions)| {
+            let run = Run { conditions: *conditions, commands: commands.clone(), end_s: schedule.end_s, driven: None };
+            Prepared::new(valve, &run, step_s)
+        })
+        .collect();
+    let mut times: Vec<Vec<CycleTimes>> = vec![Vec::new(); valves.len()];
+    let mut active: Vec<usize> = (0..valves.len()).collect();
+    for _ in 0..cycles {
+        let mut ends: Vec<State<f64>> = Vec::with_capacity(active.len());
+        let batch: Vec<Prepared> = active.iter().map(|index| runs[*index].clone()).collect();
+        simulate(&batch, false, |position, nodes, end| {
+            let strokes = strokes(valves[active[position]].0, &commands, nodes);
+            times[active[position]]
+                .push(CycleTimes { close_time_s: strokes[0].time_s, open_time_s: strokes[1].time_s });
+            ends.push(*end);
+        });
+        let mut still = Vec::with_capacity(active.len());
+        for (index, end) in active.iter().zip(ends) {
+            if !end.is_within(runs[*index].initial(), PERIODIC) {
+                still.push(*index);
+            }
+            runs[*index] = runs[*index].clone().starting_from(end);
+        }
+        active = still;
+        if active.is_empty() {
+            break;
+        }
+    }
+    times
+}

@@ -1,0 +1,22 @@
+//! Clock offset: measurement and command are stamped by different clocks.
+
+use super::{ActsOn, DefaultValue, EffectInfo, EffectParameter, fixed};
+
+pub(super) const INFO: EffectInfo = EffectInfo {
+    id: "clock-offset",
+    summary: "the clocks of measurement and command differ (a measurement effect)",
+    equation: "recorded position time = true time + offset",
+    symptom: "closing and opening shifted by one and the same time, either way",
+    typical_sizes: "1 to 100 ms, either sign",
+    confused_with: &["solenoid-lag", "sensor-lag", "dry-friction"],
+    source: "definition",
+    acts_on: ActsOn::Measurement,
+    parameters: &[EffectParameter {
+        name: "offset",
+        si_unit: "s",
+        meaning: "what is added to the true time",
+        default: DefaultValue::Required,
+        range: |_| fixed(-0.5, 0.015, 0.5),
+    }],
+    neutral: 0.0,
+};

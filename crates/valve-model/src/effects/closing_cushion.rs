@@ -1,0 +1,38 @@
+//! Cushion at the closed end: damping that grows towards the stop.
+
+use super::{ActsOn, DefaultValue, EffectInfo, EffectParameter, FitRange};
+
+pub(super) const INFO: EffectInfo = EffectInfo {
+    id: "closing-cushion",
+    summary: "a cushion that brakes the last millimetres before the closed stop",
+    equation: "F = -c v max(0, 1 - d/l), d >= 0 the distance from the closed stop (0 beyond it)",
+    symptom: "the stroke slows down before the closed stop, and leaves it more slowly",
+    typical_sizes: "1 to 20 times the viscous friction over 2 to 8 mm",
+    confused_with: &["seat-adhesion", "process-force"],
+    source: "Beater, Pneumatic Drives, 2007, chapter on end cushioning",
+    acts_on: ActsOn::Mechanics,
+    parameters: &[
+        EffectParameter {
+            name: "damping",
+            si_unit: "N s/m",
+            meaning: "damping at the stop, c",
+            default: DefaultValue::Required,
+            range: |valve| {
+                let scale = valve.viscous_friction_n_s_per_m.max(valve.moving_mass_kg * 100.0);
+                FitRange { lower: 0.0, typical: 3.0 * scale, upper: 300.0 * scale }
+            },
+        },
+        EffectParameter {
+            name: "length",
+            si_unit: "m",
+            meaning: "distance from the stop over which it acts, l",
+            default: DefaultValue::Value(4e-3),
+            range: |valve| FitRange {
+                lower: 0.01 * valve.stroke_m,
+                typical: 0.16 * valve.stroke_m,
+                upper: valve.stroke_m,
+            },
+        },
+    ],
+    neutral: 0.0,
+};

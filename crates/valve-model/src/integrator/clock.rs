@@ -1,0 +1,149 @@
+//! The time of one lane: which segment it is in, how long its steps are, how many are left.
+//!
+//! A lane in which nothing happens any more goes to the end of its segment at once.
+
+use super::Front;
+use crate::coefficients::Coefficients;
+use crate::command::Segment;
+use crate::orifice::Blend;
+use crate::real::Real;
+use crate::rhs::State;
+
+/// How one run is paced.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pace {
+    /// Longest step, s.
+    pub step_s: f64,
+    /// Width of the port's blend that is stable at that step.
+    pub port_blend: f64,
+    /// The same for the solenoid and the leaks.
+    pub blend: f64,
+}
+
+/// Steps after which a lane looks again whether it needs substeps.
+const BLOCK: u32 = 8;
+
+/// Substeps that a lane may take: the blend shrinks with their square, down to a relative pressure
+/// difference of some 1e-5, where no stroke time feels it any more.
+const MOST_SUBSTEPS: u32 = 16;
+
+/// On a stop, pipe and chamber closer than this (relative) are at one pressure for all purposes.
+const REST_GAP: f64 = 1e-4;
+
+/// A lane of which no state moves by more than this share over a block is at rest. A creep that
+/// slow would take years for a stroke, and what is still to come of a decay is below 1e-8.
+const SETTLED: f64 = 1e-11;
+
+/// The clock of one lane.
+pub(crate) struct Clock {
+    segments: Vec<(Segment, u32, f64)>,
+    pace: Pace,
+    index: usize,
+    /// Whole steps left in the segment after the current block.
+    beyond: u32,
+    /// Substeps left in the current block.
+    left: u32,
+    /// Whether a lane at rest stays there until its segment ends.
+    may_settle: bool,
+    /// The state at the start of the block before, within the same segment.
+    before: Option<State<f64>>,
+}
+
+impl Clock {
+    /// Cuts every segment into equal steps of at most the pace's. `may_settle` says that nothing but
+    /// a new segment can move a lane at rest.
+    pub(crate) fn new(segments: &[Segment], pace: Pace, may_settle: bool) -> Self {
+        let cut = |segment: &Segment| {
+            let length = segment.end_s - segment.start_s;
+            // A segment that is a whole number of steps up to rounding takes just that number.
+            let count = (length / pace.step_s - 1e-6).ceil().max(1.0);
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at least 1, far below 2^32")]
+            (*segment, count as u32, length / count)
+        };
+        let segments: Vec<_> = segments.iter().map(cut).collect();
+        let beyond = segments.first().map_or(0, |(_, count, _)| *count);
+        Self { segments, pace, index: 0, beyond, left: 0, may_settle, before: None }
+    }
+
+    pub(crate) fn is_done(&self) -> bool {
+        self.index >= self.segments.len()
+    }
+
+    /// Steps until this lane needs attention; nothing when its run is over.
+    pub(crate) fn steps_left(&self) -> Option<u32> {
+        (!self.is_done()).then_some(self.left)
+    }
+
+    /// Counts steps as taken; says whether the lane must be loaded anew.
+    pub(crate) fn finish_steps(&mut self, count: u32) -> bool {
+        if self.is_done() {
+            return false;
+        }
+        self.left -= count;
+        if self.left == 0 && self.beyond == 0 {
+            self.index += 1;
+            self.beyond = self.segments.get(self.index).map_or(0, |(_, count, _)| *count);
+        }
+        self.left == 0
+    }
+
+    /// Starts the next block of a lane; a lane whose run is over stands still.
+    pub(super) fn load<R: Real>(&mut self, lane: usize, front: &mut Front<R>, coefficients: &mut Coefficients<R>) {
+        let Some((segment, count, step)) = self.segments.get(self.index) else {
+            front.step.set_lane(lane, 0.0);
+            front.wait.set_lane(lane, 0.0);
+            front.spool_rate.set_lane(lane, 0.0);
+            return;
+        };
+        let state = front.state.lane(lane);
+        let starts = self.beyond == *count;
+        let rests = self.may_settle
+            && !starts
+            && segment.spool_rate == 0.0
+            && self.before.is_some_and(|before| state.is_within(&before, SETTLED));
+        self.before = self.may_settle.then_some(state);
+        if rests {
+            front.step.set_lane(lane, 0.0);
+            front.wait.set_lane(lane, segment.end_s - front.time.lane(lane));
+            (self.beyond, self.left) = (0, 1);
+            return;
+        }
+        front.wait.set_lane(lane, 0.0);
+        let block = self.beyond.min(BLOCK);
+        if starts {
+            front.time.set_lane(lane, segment.start_s);
+            front.spool.set_lane(lane, segment.spool);
+            front.spool_rate.set_lane(lane, segment.spool_rate);
+            front.since_command.set_lane(lane, (segment.start_s - segment.last_command_s).min(1e9));
+        }
+        self.beyond -= block;
+        let substeps = substeps(lane, front, coefficients, self.pace.port_blend);
+        self.left = block * substeps;
+        let share = 1.0 / f64::from(substeps);
+        front.step.set_lane(lane, step * share);
+        coefficients.port_blend.set_lane(lane, Blend::new(self.pace.port_blend * share * share));
+        coefficients.blend.set_lane(lane, Blend::new(self.pace.blend * share * share));
+    }
+}
+
+/// The substeps that keep the blend away from the pressure difference at hand. On a stop, where
+/// nothing depends on it, one is enough.
+#[inline(always)]
+fn substeps<R: Real>(lane: usize, front: &Front<R>, coefficients: &Coefficients<R>, blend: f64) -> u32 {
+    let state = front.state.lane(lane);
+    let stroke = coefficients.stroke.lane(lane);
+    let zr = coefficients.zr.lane(lane);
+    let volume = coefficients.closed_volume.lane(lane) - coefficients.piston_area.lane(lane) * state.x;
+    let chamber = state.chamber_mass * zr * state.chamber_temperature / volume;
+    let temperature_ratio = state.pipe_temperature / coefficients.temperature.lane(lane);
+    let pipe = state.pipe_mass * coefficients.pipe_gain.lane(lane) * temperature_ratio;
+    let gap = (pipe - chamber).abs() / pipe.max(chamber);
+    if (state.x <= 0.0 || state.x >= stroke) && gap < REST_GAP {
+        return 1;
+    }
+    let mut count = 1;
+    while count < MOST_SUBSTEPS && blend > 0.8 * gap * f64::from(count * count) {
+        count *= 2;
+    }
+    count
+}

@@ -1,0 +1,221 @@
+//! Flow through an orifice, choked and not choked, both ways.
+//!
+//! Ideal nozzle (Kulkarni et al. 2014, eq. 8; Saint-Venant and Wantzel 1839): with r = p2/p1,
+//! w = r^(1/gamma) and r_c = (2/(gamma + 1))^(gamma/(gamma - 1)),
+//!
+//! ```text
+//! f = C A p1 sqrt(2/(Z R T) gamma/(gamma - 1) w (w - r)),   r >= r_c; at r_c below it
+//! ```
+//!
+//! The product w (w - r) vanishes linearly at r = 1, so that w (w - r) = (1 - r) q(r) with a smooth
+//! q: a polynomial, built once per gas, takes the place of the power. The law of ISO 6358-1:2013,
+//! with a critical ratio b of its own, has the same form with a q of first degree, so that one code
+//! serves both.
+//!
+//! The slope of the square root is infinite at equal pressures. Within a relative pressure
+//! difference `blend` it gives way to an odd cubic that agrees with it in value and slope at the edge.
+
+use crate::real::Real;
+
+/// Degree of the polynomial for q.
+pub const DEGREE: usize = 15;
+
+/// The law of all orifices of a valve for one gas: `shape(r)` times a coefficient times the
+/// upstream pressure is the mass flow.
+#[derive(Debug, Clone, Copy)]
+pub struct OrificeLaw<R> {
+    /// Coefficients of q in t = (r - centre) * scale, ascending.
+    pub q: [R; DEGREE + 1],
+    /// Centre of the range of non-choked ratios.
+    pub centre: R,
+    /// Two over its width.
+    pub scale: R,
+    /// Critical pressure ratio.
+    pub critical: R,
+}
+
+/// The relative pressure difference within which an orifice's law is blended to a line.
+#[derive(Debug, Clone, Copy)]
+pub struct Blend<R> {
+    /// The difference.
+    pub width: R,
+    /// Its inverse.
+    pub inverse: R,
+}
+
+impl Blend<f64> {
+    /// A blend of this width.
+    pub fn new(width: f64) -> Self {
+        Self { width, inverse: 1.0 / width }
+    }
+}
+
+impl<R: Real> Blend<R> {
+    /// The same blend in every lane.
+    pub fn splat(from: Blend<f64>) -> Self {
+        Self { width: R::splat(from.width), inverse: R::splat(from.inverse) }
+    }
+
+    /// Puts a blend into a lane.
+    pub fn set_lane(&mut self, lane: usize, from: Blend<f64>) {
+        self.width.set_lane(lane, from.width);
+        self.inverse.set_lane(lane, from.inverse);
+    }
+}
+
+/// Slope of the blend at equal pressures, in units of that of the chord.
+pub const BLEND_SLOPE: f64 = 1.25;
+
+impl OrificeLaw<f64> {
+    /// The ideal nozzle for a ratio of specific heats, with the flow coefficient's factor
+    /// sqrt(2 gamma/(gamma - 1)) included in q.
+    pub fn ideal_nozzle(gamma: f64) -> Self {
+        let critical = libm::pow(2.0 / (gamma + 1.0), gamma / (gamma - 1.0));
+        let factor = 2.0 * gamma / (gamma - 1.0);
+        let q = |r: f64| {
+            let ln_r = libm::log(r);
+            let w = libm::exp(ln_r / gamma);
+            let gap = r * libm::expm1((1.0 / gamma - 1.0) * ln_r);
+            let limit = (gamma - 1.0) / gamma;
+            let quotient = if r == 1.0 { limit } else { gap / -libm::expm1(ln_r) };
+            factor * w * quotient
+        };
+        Self::from_function(critical, q)
+    }
+
+    /// ISO 6358 with critical ratio b and the choked flow of the ideal nozzle.
+    pub fn iso_6358(gamma: f64, critical_ratio: f64) -> Self {
+        let nozzle = Self::ideal_nozzle(gamma);
+        let sonic = nozzle.shape(nozzle.critical, Blend::new(1e-9));
+        let width = 1.0 - critical_ratio;
+        Self::from_function(critical_ratio, |r| sonic * sonic * (1.0 + r - 2.0 * critical_ratio) / (width * width))
+    }
+
+    /// Interpolates q at Chebyshev nodes on [critical, 1] (Trefethen, Approximation Theory and
+    /// Approximation Practice, 2013, chapter 3), as a polynomial in powers.
+    fn from_function(critical: f64, q: impl Fn(f64) -> f64) -> Self {
+        const NODES: usize = DEGREE + 1;
+        let centre = 0.5 * (1.0 + critical);
+        let half = 0.5 * (1.0 - critical);
+        let angle = |node: usize| core::f64::consts::PI * (node as f64 + 0.5) / NODES as f64;
+        let samples: [f64; NODES] = core::array::from_fn(|node| q(centre + half * libm::cos(angle(node))));
+        let mut powers = [0.0; NODES];
+        // Chebyshev polynomials T_k by their recurrence, as coefficients of powers of t.
+        let mut previous = [0.0; NODES];
+        let mut current = [0.0; NODES];
+        current[0] = 1.0;
+        for k in 0..NODES {
+            let norm = if k == 0 { 1.0 } else { 2.0 } / NODES as f64;
+            let weight: f64 =
+                (0..NODES).map(|node| samples[node] * libm::cos(k as f64 * angle(node))).sum::<f64>() * norm;
+            for (sum, coefficient) in powers.iter_mut().zip(current) {
+                *sum += weight * coefficient;
+            }
+            let step = if k == 0 { 1.0 } else { 2.0 };
+            let next = core::array::from_fn(|power| {
+                let shifted = if power == 0 { 0.0 } else { current[power - 1] };
+                step * shifted - if k == 0 { 0.0 } else { previous[power] }
+            });
+            previous = current;
+            current = next;
+        }
+        Self { q: powers, centre, scale: 1.0 / half, critical }
+    }
+}
+
+impl OrificeLaw<f64> {
+    /// q at equal pressures.
+    pub fn at_equal_pressures(&self) -> f64 {
+        polynomial(&self.q, (1.0 - self.centre) * self.scale)
+    }
+}
+
+impl<R: Real> OrificeLaw<R> {
+    /// sqrt((1 - r) q(r)) for a pressure ratio r <= 1, choked below the critical ratio.
+    #[inline(always)]
+    pub fn shape(&self, ratio: R, blend: Blend<R>) -> R {
+        let r = ratio.max(self.critical);
+        let t = (r - self.centre) * self.scale;
+        let q = polynomial(&self.q, t);
+        let gap = R::splat(1.0) - r;
+        let s = gap * blend.inverse;
+        let root = (gap.max(blend.width) * q).sqrt();
+        let odd = s * (R::splat(BLEND_SLOPE) - s * s * R::splat(0.25));
+        root * gap.select_lt(blend.width, odd, R::splat(1.0))
+    }
+
+    /// Mass flow from `p1` to `p2`, kg/s, for a coefficient C A / sqrt(Z R T); negative where it runs back.
+    #[inline(always)]
+    pub fn flow(&self, p1: R, p2: R, coefficient: R, blend: Blend<R>) -> R {
+        let high = p1.max(p2);
+        let low = p1.min(p2);
+        let magnitude = coefficient * high * self.shape(low / high, blend);
+        p1.select_lt(p2, -magnitude, magnitude)
+    }
+}
+
+/// A polynomial by pairs (Estrin), which shortens the chain of dependent operations.
+#[inline(always)]
+fn polynomial<R: Real>(c: &[R; DEGREE + 1], t: R) -> R {
+    let t2 = t * t;
+    let t4 = t2 * t2;
+    let t8 = t4 * t4;
+    let quad = |i: usize| (c[i] + c[i + 1] * t) + (c[i + 2] + c[i + 3] * t) * t2;
+    (quad(0) + quad(4) * t4) + (quad(8) + quad(12) * t4) * t8
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn exact(gamma: f64, r: f64) -> f64 {
+        let critical = libm::pow(2.0 / (gamma + 1.0), gamma / (gamma - 1.0));
+        let r = r.max(critical);
+        let w = libm::pow(r, 1.0 / gamma);
+        libm::sqrt(2.0 * gamma / (gamma - 1.0) * w * (w - r))
+    }
+
+    #[test]
+    fn the_polynomial_is_the_nozzle_law() {
+        for gamma in [1.1, 1.289, 1.4, 1.667] {
+            let law = OrificeLaw::ideal_nozzle(gamma);
+            let worst = (0..=999)
+                .map(|i| f64::from(i) / 1000.0)
+                .map(|r| (law.shape(r, Blend::new(1e-9)) / exact(gamma, r) - 1.0).abs())
+                .fold(0.0, f64::max);
+            assert!(worst < 1e-12, "gamma {gamma}: {worst:e}");
+        }
+    }
+
+    #[test]
+    fn choked_flow_is_the_textbook_value() {
+        let gamma: f64 = 1.4;
+        let law = OrificeLaw::ideal_nozzle(gamma);
+        let sonic = (gamma * libm::pow(2.0 / (gamma + 1.0), (gamma + 1.0) / (gamma - 1.0))).sqrt();
+        assert!((law.flow(6e5, 1e5, 1e-9, Blend::new(1e-3)) - 1e-9 * 6e5 * sonic).abs() < 1e-18);
+        assert_eq!(law.flow(6e5, 1e5, 1e-9, Blend::new(1e-3)), law.flow(6e5, 2e5, 1e-9, Blend::new(1e-3)));
+    }
+
+    #[test]
+    fn flow_is_odd_and_smooth_at_equal_pressures() {
+        let law = OrificeLaw::ideal_nozzle(1.4);
+        assert_eq!(law.flow(3e5, 3e5, 1e-9, Blend::new(1e-3)), 0.0);
+        assert_eq!(law.flow(3e5, 2e5, 1e-9, Blend::new(1e-3)), -law.flow(2e5, 3e5, 1e-9, Blend::new(1e-3)));
+        for gap in [0.999e-3, 1.001e-3] {
+            let slope = |at: f64| {
+                (law.shape(1.0 - at - 1e-9, Blend::new(1e-3)) - law.shape(1.0 - at + 1e-9, Blend::new(1e-3))) / 2e-9
+            };
+            let reference = exact(1.4, 1.0 - gap - 1e-9) - exact(1.4, 1.0 - gap + 1e-9);
+            assert!((slope(gap) / (reference / 2e-9) - 1.0).abs() < 5e-3);
+        }
+    }
+
+    #[test]
+    fn iso_6358_keeps_the_sonic_flow_and_falls_as_an_ellipse() {
+        let nozzle = OrificeLaw::ideal_nozzle(1.4);
+        let law = OrificeLaw::iso_6358(1.4, 0.3);
+        assert!((law.shape(0.2, Blend::new(1e-3)) / nozzle.shape(0.2, Blend::new(1e-3)) - 1.0).abs() < 1e-13);
+        let ellipse = (1.0_f64 - (0.4_f64 / 0.7).powi(2)).sqrt();
+        assert!((law.shape(0.7, Blend::new(1e-3)) / nozzle.shape(0.2, Blend::new(1e-3)) - ellipse).abs() < 1e-13);
+    }
+}

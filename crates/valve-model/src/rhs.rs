@@ -1,0 +1,363 @@
+//! The equations of motion: base model and catalogue, one source for scalars and lanes.
+//!
+//! Kulkarni et al. 2014, section 3, with its slips put right: the spring force is k (L - x + x0),
+//! filling closes the valve, and the choked test of a flow that runs back uses the inverted ratio.
+
+use crate::coefficients::{Coefficients, FASTEST_BRISTLE_PER_S, Terms};
+use crate::custom::{CustomEffect, CustomTarget, Variables};
+use crate::orifice::Blend;
+use crate::real::Real;
+
+/// The state of a valve.
+#[derive(Debug, Clone, Copy)]
+pub struct State<R> {
+    /// Position x, m: 0 closed, L open.
+    pub x: R,
+    /// Velocity, m/s.
+    pub v: R,
+    /// Gas in the chamber, kg.
+    pub chamber_mass: R,
+    /// Gas in the pipe, kg.
+    pub pipe_mass: R,
+    /// Gas temperature in the chamber, K.
+    pub chamber_temperature: R,
+    /// Gas temperature in the pipe, K.
+    pub pipe_temperature: R,
+    /// Pressure of the supply line, Pa.
+    pub line_pressure: R,
+    /// Deflection of the friction bristles, m.
+    pub bristle: R,
+}
+
+impl State<f64> {
+    /// All zero: a rate of change before any is known.
+    pub(crate) const ZERO: Self = State {
+        x: 0.0,
+        v: 0.0,
+        chamber_mass: 0.0,
+        pipe_mass: 0.0,
+        chamber_temperature: 0.0,
+        pipe_temperature: 0.0,
+        line_pressure: 0.0,
+        bristle: 0.0,
+    };
+}
+
+impl<R: Real> State<R> {
+    /// The same state in every lane.
+    pub fn splat(from: &State<f64>) -> Self {
+        State {
+            x: R::splat(from.x),
+            v: R::splat(from.v),
+            chamber_mass: R::splat(from.chamber_mass),
+            pipe_mass: R::splat(from.pipe_mass),
+            chamber_temperature: R::splat(from.chamber_temperature),
+            pipe_temperature: R::splat(from.pipe_temperature),
+            line_pressure: R::splat(from.line_pressure),
+            bristle: R::splat(from.bristle),
+        }
+    }
+
+    /// Puts a state into a lane.
+    pub fn set_lane(&mut self, lane: usize, from: &State<f64>) {
+        self.x.set_lane(lane, from.x);
+        self.v.set_lane(lane, from.v);
+        self.chamber_mass.set_lane(lane, from.chamber_mass);
+        self.pipe_mass.set_lane(lane, from.pipe_mass);
+        self.chamber_temperature.set_lane(lane, from.chamber_temperature);
+        self.pipe_temperature.set_lane(lane, from.pipe_temperature);
+        self.line_pressure.set_lane(lane, from.line_pressure);
+        self.bristle.set_lane(lane, from.bristle);
+    }
+
+    /// The state in a lane.
+    pub fn lane(&self, lane: usize) -> State<f64> {
+        State {
+            x: self.x.lane(lane),
+            v: self.v.lane(lane),
+            chamber_mass: self.chamber_mass.lane(lane),
+            pipe_mass: self.pipe_mass.lane(lane),
+            chamber_temperature: self.chamber_temperature.lane(lane),
+            pipe_temperature: self.pipe_temperature.lane(lane),
+            line_pressure: self.line_pressure.lane(lane),
+            bristle: self.bristle.lane(lane),
+        }
+    }
+
+    /// `self + factor * rate`, of the states in use.
+    #[inline(always)]
+    pub(crate) fn advanced<const BASE: bool>(&self, rate: &Self, factor: R) -> Self {
+        let mut next = State {
+            x: self.x + factor * rate.x,
+            v: self.v + factor * rate.v,
+            chamber_mass: self.chamber_mass + factor * rate.chamber_mass,
+            pipe_mass: self.pipe_mass + factor * rate.pipe_mass,
+            ..*self
+        };
+        if !BASE {
+            next.chamber_temperature = self.chamber_temperature + factor * rate.chamber_temperature;
+            next.pipe_temperature = self.pipe_temperature + factor * rate.pipe_temperature;
+            next.line_pressure = self.line_pressure + factor * rate.line_pressure;
+            next.bristle = self.bristle + factor * rate.bristle;
+        }
+        next
+    }
+}
+
+impl State<f64> {
+    /// Whether every state but the velocity differs from another's by at most this share.
+    pub(crate) fn is_within(&self, other: &Self, share: f64) -> bool {
+        let near = |a: f64, b: f64, scale: f64| (a - b).abs() <= share * scale;
+        near(self.x, other.x, self.x.abs().max(1e-3))
+            && near(self.bristle, other.bristle, 1e-3)
+            && near(self.chamber_mass, other.chamber_mass, other.chamber_mass)
+            && near(self.pipe_mass, other.pipe_mass, other.pipe_mass)
+            && near(self.chamber_temperature, other.chamber_temperature, other.chamber_temperature)
+            && near(self.pipe_temperature, other.pipe_temperature, other.pipe_temperature)
+            && near(self.line_pressure, other.line_pressure, other.line_pressure)
+    }
+}
+
+/// What acts from outside at one instant.
+#[derive(Debug, Clone, Copy)]
+pub struct Inputs<R> {
+    /// Spool position: 1 joins the supply, 0 the exhaust.
+    pub spool: R,
+    /// Time since the last command edge, s (for custom formulas).
+    pub since_command: R,
+    /// Measured pipe pressure, Pa, where it drives the model.
+    pub pipe_pressure: R,
+    /// Measured chamber pressure, Pa, where it drives the model.
+    pub chamber_pressure: R,
+}
+
+/// The equations of one valve or of several in lanes.
+#[derive(Debug)]
+pub struct System<'a, R> {
+    /// Their numbers.
+    pub coefficients: Coefficients<R>,
+    /// The groups of terms in use, the same in all lanes.
+    pub terms: Terms,
+    /// Custom effects, the same in all lanes but for their parameters.
+    pub custom: &'a [CustomEffect],
+    /// The parameters of each custom effect, lane by lane.
+    pub custom_parameters: Vec<Vec<R>>,
+}
+
+/// Contributions of the custom effects.
+struct Custom<R> {
+    force: R,
+    friction: R,
+    pipe_flow: R,
+    chamber_flow: R,
+}
+
+impl<R: Real> System<'_, R> {
+    /// Pressure in the chamber and in the pipe, Pa.
+    #[inline(always)]
+    pub fn pressures<const BASE: bool>(&self, state: &State<R>, inputs: &Inputs<R>) -> (R, R) {
+        let c = &self.coefficients;
+        let volume = c.closed_volume - c.piston_area * state.x;
+        if BASE || !self.terms.heating {
+            let mut chamber = state.chamber_mass * c.zrt / volume;
+            let mut pipe = state.pipe_mass * c.pipe_gain;
+            if !BASE && self.terms.driven_chamber {
+                chamber = inputs.chamber_pressure;
+            }
+            if !BASE && self.terms.driven_pipe {
+                pipe = inputs.pipe_pressure;
+            }
+            (chamber, pipe)
+        } else {
+            let mut chamber = state.chamber_mass * c.zr * state.chamber_temperature / volume;
+            let mut pipe = state.pipe_mass * c.pipe_gain * (state.pipe_temperature / c.temperature);
+            if self.terms.driven_chamber {
+                chamber = inputs.chamber_pressure;
+            }
+            if self.terms.driven_pipe {
+                pipe = inputs.pipe_pressure;
+            }
+            (chamber, pipe)
+        }
+    }
+
+    /// The rates of change at a state.
+    #[inline(always)]
+    pub fn rates<const BASE: bool>(&self, state: &State<R>, inputs: &Inputs<R>) -> State<R> {
+        let c = &self.coefficients;
+        let zero = R::splat(0.0);
+        let half = R::splat(0.5);
+        let (chamber, pipe) = self.pressures::<BASE>(state, inputs);
+
+        // Forces on the piston, positive opens.
+        let beyond_open = (state.x - c.stroke).max(zero);
+        let beyond_closed = state.x.min(zero);
+        let mut spring = c.stiffness * (c.free_length - state.x);
+        if !BASE && self.terms.forces {
+            spring = spring * (R::splat(1.0) + c.hardening * (c.stroke - state.x));
+        }
+        let gas = (chamber - c.ambient) * c.piston_area;
+        let contact = c.contact * (beyond_open + beyond_closed);
+        let mut net = spring - gas - c.viscous * state.v - c.weight - contact;
+
+        // Flows.
+        let source = if !BASE && self.terms.line { state.line_pressure } else { c.supply };
+        let (filled, vented);
+        if !BASE && self.terms.spool {
+            filled =
+                self.flow::<BASE>(source, pipe, c.fill * inputs.spool, c.temperature, state.pipe_temperature, c.blend);
+            let closed = R::splat(1.0) - inputs.spool;
+            vented =
+                self.flow::<BASE>(c.exhaust, pipe, c.vent * closed, c.temperature, state.pipe_temperature, c.blend);
+        } else {
+            let upstream = half.select_lt(inputs.spool, source, c.exhaust);
+            let coefficient = half.select_lt(inputs.spool, c.fill, c.vent);
+            let flow = self.flow::<BASE>(upstream, pipe, coefficient, c.temperature, state.pipe_temperature, c.blend);
+            if BASE || !self.terms.line {
+                (filled, vented) = (zero, flow);
+            } else {
+                filled = half.select_lt(inputs.spool, flow, zero);
+                vented = half.select_lt(inputs.spool, zero, flow);
+            }
+        }
+        let leaked_in = self.flow::<BASE>(source, pipe, c.leak_in, c.temperature, state.pipe_temperature, c.blend);
+        let leaked_out = self.flow::<BASE>(pipe, c.ambient, c.leak_out, state.pipe_temperature, c.temperature, c.blend);
+        let through_port =
+            self.flow::<BASE>(pipe, chamber, c.port, state.pipe_temperature, state.chamber_temperature, c.port_blend);
+
+        let mut bristle_rate = zero;
+        let mut pipe_rate = filled + vented + leaked_in - leaked_out - through_port;
+        let mut chamber_rate = through_port;
+        let mut custom_pipe = zero;
+        let mut custom_chamber = zero;
+        if !BASE {
+            let mut custom = Custom { force: zero, friction: zero, pipe_flow: zero, chamber_flow: zero };
+            if self.terms.custom {
+                custom = self.custom(state, inputs, chamber, pipe);
+                custom_pipe = custom.pipe_flow;
+                custom_chamber = custom.chamber_flow;
+                pipe_rate = pipe_rate + custom_pipe;
+                chamber_rate = chamber_rate + custom_chamber;
+                net = net + custom.force;
+            }
+            if self.terms.forces {
+                net = net + self.added_forces(state);
+            }
+            if self.terms.friction {
+                let coulomb = c.coulomb + c.seal * (chamber - c.ambient).max(zero) + custom.friction.max(zero);
+                let (friction, bristle) = self.friction(state, coulomb);
+                net = net - friction;
+                bristle_rate = bristle;
+            }
+        }
+        let mut rate = State {
+            x: state.v,
+            v: net * c.inverse_mass,
+            chamber_mass: chamber_rate,
+            pipe_mass: pipe_rate,
+            chamber_temperature: zero,
+            pipe_temperature: zero,
+            line_pressure: zero,
+            bristle: bristle_rate,
+        };
+        if !BASE {
+            if self.terms.line {
+                rate.line_pressure =
+                    c.line_gain * ((c.supply - state.line_pressure) * c.line_conductance - filled - leaked_in);
+            }
+            if self.terms.heating {
+                let incoming = [filled, vented, leaked_in, -leaked_out, custom_pipe];
+                self.heating(state, &mut rate, &incoming, through_port, custom_chamber, chamber);
+            }
+        }
+        rate
+    }
+
+    /// Flow from `p1` to `p2`; gas that is not at the run's temperature flows as sqrt(T_run/T upstream).
+    #[inline(always)]
+    fn flow<const BASE: bool>(&self, p1: R, p2: R, coefficient: R, t1: R, t2: R, blend: Blend<R>) -> R {
+        let flow = self.coefficients.law.flow(p1, p2, coefficient, blend);
+        if BASE || !self.terms.heating {
+            flow
+        } else {
+            let upstream = p1.select_lt(p2, t2, t1);
+            flow * (self.coefficients.temperature / upstream).sqrt()
+        }
+    }
+
+    /// Dry friction as the deflection z of bristles (Canudas de Wit, Olsson, Åström and Lischinsky, IEEE
+    /// Trans. Automatic Control 40(3), 1995): z' = v - s0 |v| z/g(v), F = s0 z + s1 z', with g the
+    /// Coulomb, static and Stribeck friction. At rest the bristles hold up to g(0). The rate at which a
+    /// sliding bristle settles is bounded, far above anything that a stroke shows.
+    #[inline(always)]
+    fn friction(&self, state: &State<R>, coulomb: R) -> (R, R) {
+        let c = &self.coefficients;
+        let mut g = coulomb;
+        if self.terms.stribeck {
+            let ratio = state.v * c.inverse_stribeck;
+            g = g + c.static_excess * (ratio * ratio).exp_of_negative();
+        }
+        let grip = c.bristle_stiffness * state.v.abs();
+        let rate = (state.v * g - grip * state.bristle) / g.max(grip * R::splat(1.0 / FASTEST_BRISTLE_PER_S));
+        (c.bristle_stiffness * state.bristle + c.bristle_damping * rate, rate)
+    }
+
+    /// Cushions, seat adhesion and process force, N.
+    #[inline(always)]
+    fn added_forces(&self, state: &State<R>) -> R {
+        let c = &self.coefficients;
+        let (zero, one) = (R::splat(0.0), R::splat(1.0));
+        let from_closed = state.x.max(zero);
+        let from_open = (c.stroke - state.x).max(zero);
+        let closing = c.closing_damping * (one - from_closed * c.closing_inverse_length).max(zero);
+        let opening = c.opening_damping * (one - from_open * c.opening_inverse_length).max(zero);
+        let adhesion = c.adhesion * (one - state.x * c.adhesion_inverse_reach).max(zero).min(one);
+        let shut = (one - state.x / c.stroke).max(zero);
+        let process =
+            if self.terms.power { c.process * shut.zip(c.process_exponent, libm::pow) } else { c.process * shut };
+        process - adhesion - (closing + opening) * state.v
+    }
+
+    /// Energy balances of pipe and chamber (Carneiro and Almeida 2006, eq. 3), as rates of temperature.
+    #[inline(always)]
+    fn heating(&self, state: &State<R>, rate: &mut State<R>, incoming: &[R; 5], port: R, custom: R, chamber: R) {
+        let c = &self.coefficients;
+        let zero = R::splat(0.0);
+        let (t_pipe, t_chamber) = (state.pipe_temperature, state.chamber_temperature);
+        // Divided by c_v: m T' = sum gamma f T_source - m' T + h/c_v (T_wall - T) - p V'/c_v.
+        let mut pipe = zero;
+        for flow in incoming {
+            pipe = pipe + c.gamma * *flow * flow.select_lt(zero, t_pipe, c.temperature);
+        }
+        let carried = c.gamma * port * port.select_lt(zero, t_chamber, t_pipe);
+        pipe = pipe - carried - rate.pipe_mass * t_pipe + c.wall * (c.temperature - t_pipe);
+        rate.pipe_temperature = pipe / state.pipe_mass;
+
+        let added = c.gamma * custom * custom.select_lt(zero, t_chamber, c.temperature);
+        // -p V'/c_v with V' = -A_p v.
+        let work = chamber * c.piston_area * state.v * c.work_gain;
+        let sum = carried + added + work - rate.chamber_mass * t_chamber + c.wall * (c.temperature - t_chamber);
+        rate.chamber_temperature = sum / state.chamber_mass;
+    }
+
+    #[inline(never)]
+    fn custom(&self, state: &State<R>, inputs: &Inputs<R>, chamber: R, pipe: R) -> Custom<R> {
+        let c = &self.coefficients;
+        let variables = Variables {
+            values: [state.x, state.v, chamber, pipe, c.supply, c.ambient, inputs.since_command, c.stroke],
+        };
+        let zero = R::splat(0.0);
+        let mut sum = Custom { force: zero, friction: zero, pipe_flow: zero, chamber_flow: zero };
+        for (effect, parameters) in self.custom.iter().zip(&self.custom_parameters) {
+            let value = effect.formula().evaluate(&variables, parameters);
+            let total = match effect.target() {
+                CustomTarget::Force => &mut sum.force,
+                CustomTarget::Friction => &mut sum.friction,
+                CustomTarget::PipeFlow => &mut sum.pipe_flow,
+                CustomTarget::ChamberFlow => &mut sum.chamber_flow,
+            };
+            *total = *total + value;
+        }
+        sum
+    }
+}

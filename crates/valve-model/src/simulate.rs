@@ -1,0 +1,168 @@
+//! Runs in, nodes out: the entry to the integrator, for one run or for many.
+
+use crate::coefficients::Equations;
+use crate::command::{CommandEdge, Segment, Solenoid, segments};
+use crate::conditions::Conditions;
+use crate::dispatch::{LANES, integrate_lanes};
+use crate::driven::Driven;
+use crate::integrator::{LaneRun, Pace, Recorder, integrate};
+use crate::params::Valve;
+use crate::real::Real;
+use crate::rest::vented_rest;
+use crate::rhs::State;
+
+/// The step of the integrator unless said otherwise, s.
+pub const DEFAULT_STEP_S: f64 = 1e-3;
+
+/// One recorded or planned run of a valve.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Run {
+    /// Its conditions.
+    pub conditions: Conditions,
+    /// Changes of the command, in order of time; the solenoid is vented before the first.
+    pub commands: Vec<CommandEdge>,
+    /// Its end, s.
+    pub end_s: f64,
+    /// Measured pressures that drive the model, if any.
+    pub driven: Option<Driven>,
+}
+
+/// A run made ready: equations, segments, substeps and the state it starts from.
+#[derive(Debug, Clone)]
+pub struct Prepared {
+    equations: Equations,
+    segments: Vec<Segment>,
+    initial: State<f64>,
+    pace: Pace,
+    driven: Option<Driven>,
+}
+
+impl Prepared {
+    /// Makes a run of a valve ready, with steps of at most `step_s`; starts at rest, open and vented.
+    pub fn new(valve: &Valve, run: &Run, step_s: f64) -> Self {
+        let mut equations = Equations::new(valve, &run.conditions);
+        if let Some(driven) = &run.driven {
+            equations.terms.driven_pipe = driven.pipe_pressure_pa.is_some();
+            equations.terms.driven_chamber = driven.chamber_pressure_pa.is_some();
+        }
+        let segments = segments(&run.commands, &Solenoid::from_effects(valve.effects()), run.end_s);
+        let initial = vented_rest(&equations);
+        let pace = equations.pace(step_s);
+        Self { equations, segments, initial, pace, driven: run.driven.clone() }
+    }
+
+    /// Starts from another state, such as the end of an earlier run.
+    #[must_use]
+    pub fn starting_from(mut self, state: State<f64>) -> Self {
+        self.initial = state;
+        self
+    }
+
+    /// The state it starts from.
+    pub fn initial(&self) -> &State<f64> {
+        &self.initial
+    }
+
+    /// The longest step that it will take, s.
+    pub fn step_s(&self) -> f64 {
+        self.pace.step_s
+    }
+
+    fn lane_run(&self) -> LaneRun<'_> {
+        LaneRun {
+            equations: &self.equations,
+            segments: &self.segments,
+            initial: self.initial,
+            pace: self.pace,
+            driven: self.driven.as_ref(),
+        }
+    }
+
+    fn fits_beside(&self, other: &Self) -> bool {
+        let same_formulas = self.equations.custom.len() == other.equations.custom.len()
+            && self
+                .equations
+                .custom
+                .iter()
+                .zip(&other.equations.custom)
+                .all(|(a, b)| a.target() == b.target() && a.formula() == b.formula());
+        self.equations.terms == other.equations.terms && same_formulas
+    }
+}
+
+/// The nodes of one run: its state after every step, events of friction included.
+#[derive(Debug, Clone, Default)]
+pub struct Nodes {
+    /// Time, s, not falling.
+    pub time_s: Vec<f64>,
+    /// Position, m.
+    pub position_m: Vec<f64>,
+    /// Velocity, m/s.
+    pub velocity_m_per_s: Vec<f64>,
+    /// Chamber pressure, Pa; empty unless asked for.
+    pub chamber_pressure_pa: Vec<f64>,
+    /// Pipe pressure, Pa; empty unless asked for.
+    pub pipe_pressure_pa: Vec<f64>,
+}
+
+/// Simulates runs side by side, as many at a time as fit, and hands the nodes and the final state of
+/// each to `consume` with its index. Runs with the same groups of terms should stand together.
+pub fn simulate(runs: &[Prepared], pressures: bool, mut consume: impl FnMut(usize, &Nodes, &State<f64>)) {
+    let mut nodes = Nodes::default();
+    let mut recorder = Recorder::new(pressures);
+    let mut next = 0;
+    while next < runs.len() {
+        let mates = runs[next..].iter().take(LANES).take_while(|run| run.fits_beside(&runs[next])).count();
+        let batch: Vec<LaneRun<'_>> = runs[next..next + mates].iter().map(Prepared::lane_run).collect();
+        if mates == 1 {
+            let mut single = Recorder::new(pressures);
+            let state = scalar(&batch, &mut single);
+            nodes.copy_lane(&single, 0);
+            consume(next, &nodes, &state);
+        } else {
+            recorder.clear(pressures);
+            let base = batch[0].equations.terms.is_base();
+            let states = integrate_lanes(base, &batch, &mut recorder);
+            for (lane, state) in states.iter().enumerate() {
+                nodes.copy_lane(&recorder, lane);
+                consume(next + lane, &nodes, state);
+            }
+        }
+        next += mates;
+    }
+}
+
+/// Simulates runs one at a time on the scalar path; the definition that the lanes must meet.
+pub fn simulate_scalar(runs: &[Prepared], pressures: bool, mut consume: impl FnMut(usize, &Nodes, &State<f64>)) {
+    let mut nodes = Nodes::default();
+    for (index, run) in runs.iter().enumerate() {
+        let mut recorder = Recorder::new(pressures);
+        let state = scalar(&[run.lane_run()], &mut recorder);
+        nodes.copy_lane(&recorder, 0);
+        consume(index, &nodes, &state);
+    }
+}
+
+fn scalar(run: &[LaneRun<'_>], recorder: &mut Recorder<f64>) -> State<f64> {
+    let states = if run[0].equations.terms.is_base() {
+        integrate::<f64, true>(run, recorder)
+    } else {
+        integrate::<f64, false>(run, recorder)
+    };
+    states[0]
+}
+
+impl Nodes {
+    fn copy_lane<R: Real>(&mut self, recorder: &Recorder<R>, lane: usize) {
+        let length = recorder.lane_length(lane);
+        let copy = |into: &mut Vec<f64>, from: &[R]| {
+            into.clear();
+            into.extend(from.iter().take(length).map(|pack| pack.lane(lane)));
+        };
+        copy(&mut self.time_s, &recorder.time);
+        copy(&mut self.position_m, &recorder.position);
+        copy(&mut self.velocity_m_per_s, &recorder.velocity);
+        copy(&mut self.chamber_pressure_pa, &recorder.chamber_pressure);
+        copy(&mut self.pipe_pressure_pa, &recorder.pipe_pressure);
+    }
+}

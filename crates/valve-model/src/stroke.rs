@@ -1,0 +1,115 @@
+//! Stroke times: when the valve gets there after each command, located inside the step.
+
+use crate::command::CommandEdge;
+use crate::params::Valve;
+use crate::simulate::Nodes;
+
+/// One stroke: a command and when the valve got there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stroke {
+    /// The command that began it.
+    pub command: CommandEdge,
+    /// From the command to the limit switch, s; nothing if it was not reached before the next
+    /// command or the end of the run.
+    pub time_s: Option<f64>,
+}
+
+/// The strokes of a run, one for each command.
+pub fn strokes(valve: &Valve, commands: &[CommandEdge], nodes: &Nodes) -> Vec<Stroke> {
+    let stroke = valve.parameters().stroke_m;
+    let switches = valve.switches();
+    let until = |index: usize| commands.get(index + 1).map_or(f64::INFINITY, |next| next.time_s);
+    commands
+        .iter()
+        .enumerate()
+        .map(|(index, command)| {
+            let (level, sign) =
+                if command.close { (switches.closed_at * stroke, 1.0) } else { (switches.open_at * stroke, -1.0) };
+            let reached = first_at_or_below(nodes, command.time_s, until(index), level, sign);
+            Stroke { command: *command, time_s: reached.map(|time| (time - command.time_s).max(0.0)) }
+        })
+        .collect()
+}
+
+/// The first time in [from, until) at which sign * (x - level) <= 0.
+pub fn first_at_or_below(nodes: &Nodes, from: f64, until: f64, level: f64, sign: f64) -> Option<f64> {
+    let (time, x) = (&nodes.time_s, &nodes.position_m);
+    let start = time.partition_point(|t| *t < from - 1e-9);
+    let hit = (start..time.len()).take_while(|i| time[*i] < until).find(|i| sign * (x[*i] - level) <= 0.0)?;
+    if hit == start {
+        return Some(from);
+    }
+    Some(crossing(nodes, hit - 1, level))
+}
+
+/// Where the cubic through two neighbouring nodes (values and slopes) passes a level, s.
+fn crossing(nodes: &Nodes, left: usize, level: f64) -> f64 {
+    let (t0, t1) = (nodes.time_s[left], nodes.time_s[left + 1]);
+    let value = |share: f64| nodes.hermite(left, share) - level;
+    let (mut low, mut high) = (0.0, 1.0);
+    let (mut at_low, mut at_high) = (value(low), value(high));
+    // Regula falsi with the Illinois weight (Dowell and Jarratt 1971): bracketed and fast.
+    for _ in 0..60 {
+        if at_high == 0.0 || high - low < 1e-14 {
+            break;
+        }
+        let share = high - at_high * (high - low) / (at_high - at_low);
+        let here = value(share);
+        if (here < 0.0) == (at_high < 0.0) {
+            at_low *= 0.5;
+        } else {
+            (low, at_low) = (high, at_high);
+        }
+        (high, at_high) = (share, here);
+    }
+    t0 + high * (t1 - t0)
+}
+
+impl Nodes {
+    /// Position at a share of the way from one node to the next, m: cubic in values and velocities.
+    #[inline]
+    pub fn hermite(&self, left: usize, share: f64) -> f64 {
+        let h = self.time_s[left + 1] - self.time_s[left];
+        let (x0, x1) = (self.position_m[left], self.position_m[left + 1]);
+        let (v0, v1) = (h * self.velocity_m_per_s[left], h * self.velocity_m_per_s[left + 1]);
+        let rise = x1 - x0;
+        x0 + share * (v0 + share * ((3.0 * rise - 2.0 * v0 - v1) + share * (v0 + v1 - 2.0 * rise)))
+    }
+
+    /// Positions at rising times, m; held beyond the ends of the run.
+    pub fn positions_at(&self, times_s: &[f64], into: &mut Vec<f64>) {
+        into.clear();
+        let last = self.time_s.len() - 1;
+        let mut left = 0;
+        for &time in times_s {
+            while left < last && self.time_s[left + 1] <= time {
+                left += 1;
+            }
+            let gap = time - self.time_s[left];
+            into.push(if gap <= 0.0 || left == last {
+                self.position_m[left]
+            } else {
+                self.hermite(left, gap / (self.time_s[left + 1] - self.time_s[left]))
+            });
+        }
+    }
+
+    /// A pressure channel at rising times, linear between nodes, Pa.
+    pub fn linear_at(&self, channel: &[f64], times_s: &[f64], into: &mut Vec<f64>) {
+        into.clear();
+        let last = self.time_s.len() - 1;
+        let mut left = 0;
+        for &time in times_s {
+            while left < last && self.time_s[left + 1] <= time {
+                left += 1;
+            }
+            let gap = time - self.time_s[left];
+            into.push(if gap <= 0.0 || left == last {
+                channel[left]
+            } else {
+                let share = gap / (self.time_s[left + 1] - self.time_s[left]);
+                channel[left] + share * (channel[left + 1] - channel[left])
+            });
+        }
+    }
+}

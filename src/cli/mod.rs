@@ -1,0 +1,64 @@
+//! The command line: one definition for the parser, `--help`, the man page and
+//! the completions.
+
+mod model;
+mod quantities;
+
+use std::path::PathBuf;
+
+use clap::{Parser, Subcommand, ValueEnum};
+
+pub use model::{EffectsArgs, RevertArgs, SimulateArgs};
+
+/// Physics-based prognosis of pneumatic valves from their stroke times
+///
+/// A valve file describes the valve. Tables made from it turn each measured
+/// closing and opening time into a leak area, and the growth of the leak into
+/// the remaining useful life.
+#[derive(Debug, Parser)]
+#[command(name = "valve", version, max_term_width = 100, after_long_help = CHAIN)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub verb: Verb,
+}
+
+const CHAIN: &str = "\
+Quantities are a number and a unit: \"75 psig\", \"0.1 mm2\", \"10 ms\".
+Results go to stdout, all else to stderr. Exit code: 0 done; 1 done, and the
+answer is the bad news asked for; 2 the input or the call is wrong.";
+
+/// The verbs.
+#[derive(Debug, Subcommand)]
+pub enum Verb {
+    /// Simulate cycles of a valve and print their stroke times
+    #[command(visible_alias = "sim")]
+    Simulate(SimulateArgs),
+    /// List the physical effects that can be added to a valve file, or explain one
+    Effects(EffectsArgs),
+    /// Undo the last step of a valve file's history
+    Revert(RevertArgs),
+    /// Print the completions for a shell
+    ///
+    /// Example, for bash: valve completions bash > ~/.local/share/bash-completion/completions/valve
+    Completions {
+        /// The shell.
+        shell: clap_complete::Shell,
+    },
+    /// Print the manual page, or write the page of every verb into a directory
+    ///
+    /// Example: valve man | man -l -
+    Man {
+        /// Directory for one page a verb.
+        dir: Option<PathBuf>,
+    },
+}
+
+/// How a result is printed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Format {
+    /// For people: sentences and aligned tables.
+    Text,
+    /// For programs: one JSON document.
+    Json,
+}

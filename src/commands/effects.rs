@@ -1,0 +1,226 @@
+//! `valve effects`: the catalogue, and one effect explained.
+
+use std::fmt::Write;
+
+use quantity::format_number;
+use report::figures::EffectFigure;
+use serde_json::{Value, json};
+use valve_file::ValveFile;
+use valve_model::effects::{ActsOn, DefaultValue};
+use valve_model::simulate::DEFAULT_STEP_S;
+use valve_model::{Conditions, Effect, EffectKind, Valve};
+
+use super::strokes::{Cycles, instants};
+use crate::cli::{EffectsArgs, Format};
+use crate::failure::{Answer, Hinted};
+use crate::output::{self, Align, PlotFile, TextTable};
+
+/// The valve on which an effect is shown unless another is given.
+const REFERENCE_VALVE: &str = include_str!("../../models/kulkarni-2014.toml");
+
+/// Lists the catalogue or explains one effect.
+pub fn run(args: &EffectsArgs) -> anyhow::Result<Answer> {
+    let Some(id) = &args.id else { return list(args.format) };
+    let ids = || EffectKind::ALL.iter().map(|kind| kind.id());
+    let Some(kind) = EffectKind::from_id(id) else {
+        let near = quantity::suggest::did_you_mean(id, ids());
+        return Err(Hinted::error(
+            format!("the catalogue has no effect {id:?}{near}"),
+            "`valve effects` lists them all",
+        ));
+    };
+    let plot = PlotFile::create(args.plot.as_deref())?;
+    let file = match &args.valve {
+        Some(path) => ValveFile::read(path)?,
+        None => reference_valve()?,
+    };
+    let shown = Shown::new(kind, &file)?;
+    match args.format {
+        Format::Text => output::print_text(&explain(kind, &file, &shown))?,
+        Format::Json => output::print_json(&document(kind, &shown))?,
+    }
+    if let Some(plot) = plot {
+        plot.write(&shown.figure(kind, &file).figure())?;
+    }
+    Ok(Answer::Fine)
+}
+
+fn reference_valve() -> anyhow::Result<ValveFile> {
+    Ok(ValveFile::parse(REFERENCE_VALVE, "models/kulkarni-2014.toml")?)
+}
+
+fn list(format: Format) -> anyhow::Result<Answer> {
+    if format == Format::Json {
+        let all: Vec<Value> = EffectKind::ALL.iter().map(|kind| description(*kind)).collect();
+        output::print_json(&json!({ "effects": all }))?;
+        return Ok(Answer::Fine);
+    }
+    let mut table = TextTable::new(&[("id", Align::Left), ("acts on", Align::Left), ("what it is", Align::Left)]);
+    for kind in EffectKind::ALL {
+        let info = kind.info();
+        table.row(vec![info.id.to_owned(), acts_on(info.acts_on).to_owned(), info.summary.to_owned()]);
+    }
+    let text = format!(
+        "{}\n`valve effects ID` explains one. A formula of your own is the effect `custom` of the valve file.\n",
+        table.render()
+    );
+    output::print_text(&text)?;
+    Ok(Answer::Fine)
+}
+
+fn acts_on(part: ActsOn) -> &'static str {
+    match part {
+        ActsOn::Mechanics => "mechanics",
+        ActsOn::Pneumatics => "pneumatics",
+        ActsOn::Solenoid => "solenoid",
+        ActsOn::Measurement => "measurement",
+    }
+}
+
+/// A cycle of a valve without and with an effect of typical size.
+struct Shown {
+    effect: Effect,
+    without: Cycles,
+    with: Cycles,
+}
+
+impl Shown {
+    fn new(kind: EffectKind, file: &ValveFile) -> anyhow::Result<Self> {
+        let parameters = file.valve().parameters();
+        // The first parameter is the size; the others are left at their defaults
+        // where they have one.
+        let given: Vec<Option<f64>> = kind
+            .parameters()
+            .iter()
+            .enumerate()
+            .map(|(index, parameter)| {
+                let needed = index == 0 || parameter.default == DefaultValue::Required;
+                needed.then(|| (parameter.range)(parameters).typical)
+            })
+            .collect();
+        let effect = Effect::new(kind, &given)?;
+        let others = file.valve().effects().iter().copied().filter(|other| other.kind() != kind);
+        let build = |effects: Vec<Effect>| {
+            Valve::new(parameters.clone(), file.valve().switches(), effects, file.valve().custom().to_vec())
+        };
+        let without = build(others.clone().collect())?;
+        let with = build(others.chain([effect]).collect())?;
+        let cycle = |valve: &Valve| {
+            Cycles::simulate(valve, Conditions::nominal(parameters), &file.schedule(), 1, DEFAULT_STEP_S)
+        };
+        Ok(Self { effect, without: cycle(&without), with: cycle(&with) })
+    }
+
+    fn sizes(&self) -> String {
+        let values = self.effect.values().iter().zip(self.effect.kind().parameters());
+        let texts: Vec<String> = values
+            .map(|(value, parameter)| {
+                format!("{} = {} {}", parameter.name, format_number(rounded(*value)), parameter.si_unit)
+                    .trim_end()
+                    .to_owned()
+            })
+            .collect();
+        texts.join(", ")
+    }
+
+    fn figure(&self, kind: EffectKind, file: &ValveFile) -> EffectFigure {
+        let times = instants(file.schedule().end_s, DEFAULT_STEP_S);
+        let path = |cycles: &Cycles| {
+            let mut position = Vec::new();
+            cycles.nodes.positions_at(&times, &mut position);
+            times.iter().zip(position).map(|(time, x)| [*time, 1e3 * x]).collect()
+        };
+        EffectFigure {
+            title: format!("{}: {}", kind.id(), kind.info().summary),
+            subtitle: self.sizes(),
+            without: path(&self.without),
+            with: path(&self.with),
+        }
+    }
+}
+
+/// Three significant digits, for sizes that are only typical.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.2e}").parse().unwrap_or(value)
+}
+
+fn explain(kind: EffectKind, file: &ValveFile, shown: &Shown) -> String {
+    let info = kind.info();
+    let mut out = String::new();
+    // Writing to a string cannot fail.
+    let _ = writeln!(out, "{}: {}\n", info.id, info.summary);
+    for (label, text) in [
+        ("law", info.equation),
+        ("acts on", acts_on(info.acts_on)),
+        ("what it does", info.symptom),
+        ("typical sizes", info.typical_sizes),
+        ("looks like", &info.confused_with.join(", ")),
+        ("source", info.source),
+    ] {
+        let _ = writeln!(out, "{label:<14} {text}");
+    }
+    let mut table = TextTable::new(&[
+        ("parameter", Align::Left),
+        ("SI unit", Align::Left),
+        ("if left out", Align::Left),
+        ("meaning", Align::Left),
+    ]);
+    for parameter in kind.parameters() {
+        let default = match parameter.default {
+            DefaultValue::Required => "must be given".to_owned(),
+            DefaultValue::Value(value) => format_number(value),
+            DefaultValue::SameAs(other) => format!("as {}", kind.parameters()[other].name),
+        };
+        table.row(vec![parameter.name.to_owned(), parameter.si_unit.to_owned(), default, parameter.meaning.to_owned()]);
+    }
+    let _ = write!(out, "\n{}", table.render());
+    let _ = writeln!(out, "\nOn {:?} with {}:", file.name(), shown.sizes());
+    for (index, name) in ["closing", "opening"].into_iter().enumerate() {
+        let text = |cycles: &Cycles| {
+            cycles.times_s[0][index].map_or_else(|| "not reached".to_owned(), |time| format!("{time:.4} s"))
+        };
+        let _ = writeln!(out, "  {name}: {} without, {} with it", text(&shown.without), text(&shown.with));
+    }
+    let first = &kind.parameters()[0];
+    let value = format_number(rounded(shown.effect.values()[0]));
+    let quantity = format!("{value} {}", first.si_unit);
+    let _ = writeln!(
+        out,
+        "\nIn a valve file:\n  [[effect]]\n  kind = \"{}\"\n  {} = \"{}\"",
+        info.id,
+        first.name,
+        quantity.trim()
+    );
+    out
+}
+
+fn description(kind: EffectKind) -> Value {
+    let info = kind.info();
+    let parameters: Vec<Value> = kind
+        .parameters()
+        .iter()
+        .map(|parameter| json!({ "name": parameter.name, "si_unit": parameter.si_unit, "meaning": parameter.meaning }))
+        .collect();
+    json!({
+        "id": info.id,
+        "summary": info.summary,
+        "acts_on": acts_on(info.acts_on),
+        "equation": info.equation,
+        "symptom": info.symptom,
+        "typical_sizes": info.typical_sizes,
+        "confused_with": info.confused_with,
+        "source": info.source,
+        "parameters": parameters,
+    })
+}
+
+fn document(kind: EffectKind, shown: &Shown) -> Value {
+    let mut document = description(kind);
+    let times = |cycles: &Cycles| json!({ "close_time_s": cycles.times_s[0][0], "open_time_s": cycles.times_s[0][1] });
+    document["example"] = json!({
+        "values_si": shown.effect.values(),
+        "without": times(&shown.without),
+        "with": times(&shown.with),
+    });
+    document
+}

@@ -1,0 +1,41 @@
+//! Results to stdout and to files.
+
+mod figure;
+mod staged;
+mod table;
+
+use std::io::{self, BufWriter, StdoutLock, Write};
+
+use anyhow::Context;
+use serde::Serialize;
+
+pub use figure::PlotFile;
+pub use staged::StagedFile;
+pub use table::{Align, TextTable};
+
+/// Stdout, buffered; the caller flushes it.
+pub fn stdout() -> BufWriter<StdoutLock<'static>> {
+    BufWriter::new(io::stdout().lock())
+}
+
+/// Prints a JSON document.
+pub fn print_json(value: &impl Serialize) -> anyhow::Result<()> {
+    let mut out = stdout();
+    serde_json::to_writer_pretty(&mut out, value)?;
+    writeln!(out)?;
+    out.flush()?;
+    Ok(())
+}
+
+/// Prints text as it is.
+pub fn print_text(text: &str) -> anyhow::Result<()> {
+    let mut out = stdout();
+    out.write_all(text.as_bytes())?;
+    out.flush().context("stdout cannot be written")
+}
+
+/// Tells the user something beside the result.
+pub fn note(text: &str) {
+    // A note that nobody can read is not worth failing for.
+    let _ = writeln!(io::stderr().lock(), "{text}");
+}

@@ -1,0 +1,104 @@
+//! Draws campaigns with hidden effects and writes them as folders.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use blind_benchmark::draw::{DrawSpec, POSITION_NOISES_M, draw};
+use blind_benchmark::hidden::Bristles;
+use clap::{Parser, ValueEnum};
+use rayon::prelude::*;
+
+/// Draw measurement campaigns with hidden effects, each with its truth beside it.
+#[derive(Debug, Parser)]
+#[command(name = "blind-benchmark", version)]
+struct Arguments {
+    /// Folder that gets one folder a campaign.
+    #[arg(long, value_name = "DIR")]
+    generate: PathBuf,
+    /// How many campaigns.
+    #[arg(long, default_value_t = 60)]
+    cases: usize,
+    /// Seed of all random numbers.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Index of the first campaign.
+    #[arg(long, default_value_t = 0)]
+    first: usize,
+    /// Weights of: nothing hidden, one effect, two effects, one outside the catalogue.
+    #[arg(long, value_delimiter = ',', value_name = "N,N,N,N", default_values_t = DrawSpec::default().weights)]
+    mix: Vec<f64>,
+    /// Record pressures too; by default in half of the campaigns.
+    #[arg(long)]
+    pressures: Option<bool>,
+    /// Repeat conditions with scatter from stroke to stroke; by default in half of the campaigns.
+    #[arg(long)]
+    repeats: Option<bool>,
+    /// Position noise in millimetres; by default one of 0.03, 0.1 and 0.3.
+    #[arg(long, value_name = "MM")]
+    noise: Option<f64>,
+    /// Share of campaigns on the testbed valve.
+    #[arg(long, default_value_t = DrawSpec::default().testbed_share)]
+    testbed_share: f64,
+    /// Take stroke times only.
+    #[arg(long)]
+    timings: bool,
+    /// How dry friction gives before it slides.
+    #[arg(long, value_enum, default_value_t = Friction::Compliant)]
+    friction: Friction,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Friction {
+    Compliant,
+    Stiff,
+}
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let Ok(weights) = <[f64; 4]>::try_from(arguments.mix.as_slice()) else {
+        eprintln!("error: --mix needs four weights such as 1,2,1,1; got {}", arguments.mix.len());
+        return ExitCode::from(2);
+    };
+    if weights.iter().any(|w| w.is_nan() || *w < 0.0) || weights.iter().sum::<f64>() <= 0.0 {
+        eprintln!("error: --mix needs four weights, none below zero and one above; got {weights:?}");
+        return ExitCode::from(2);
+    }
+    if !(0.0..=1.0).contains(&arguments.testbed_share) {
+        eprintln!("error: --testbed-share is a share from 0 to 1; got {}", arguments.testbed_share);
+        return ExitCode::from(2);
+    }
+    if arguments.noise.is_some_and(|mm| mm.is_nan() || mm <= 0.0) {
+        let usual = POSITION_NOISES_M.map(|m| m * 1e3);
+        eprintln!("error: --noise is one sigma in mm and above zero, for instance one of {usual:?}");
+        return ExitCode::from(2);
+    }
+    let spec = DrawSpec {
+        weights,
+        pressures: arguments.pressures,
+        repeats: arguments.repeats,
+        position_noise_m: arguments.noise.map(|mm| mm * 1e-3),
+        testbed_share: arguments.testbed_share,
+        timings_only: arguments.timings,
+        bristles: match arguments.friction {
+            Friction::Compliant => Bristles::Compliant,
+            Friction::Stiff => Bristles::Stiff,
+        },
+        ..DrawSpec::default()
+    };
+    let written: Result<Vec<PathBuf>, _> = (arguments.first..arguments.first + arguments.cases)
+        .into_par_iter()
+        .map(|index| draw(arguments.seed, index, &spec).write_to(&arguments.generate))
+        .collect();
+    match written {
+        Ok(folders) => {
+            for folder in folders {
+                println!("{}", folder.display());
+            }
+            ExitCode::SUCCESS
+        }
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::from(2)
+        }
+    }
+}
