@@ -2,10 +2,12 @@
 
 use leak_table::Stroke;
 
+use super::guess::robust_variance;
 use super::model::FaultModel;
-use super::posterior::{View, ln_evidence_without_growth, ln_sum};
+use super::posterior::ln_evidence_without_growth;
 use super::sums::{Linearised, Sums};
-use super::track::{Priors, robust_variance};
+use super::track::Priors;
+use super::view::{View, ln_sum};
 use crate::reading::Reading;
 
 /// Rounds of reweighting when the first readings are fitted together.
