@@ -111,11 +111,12 @@ impl fmt::Display for Notice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
             Self::MissedCycles { count } => write!(f, "{count} cycles before this one are missing"),
-            Self::RepeatedCycle => write!(f, "this cycle was in the log before; the row is not used"),
-            Self::OutOfOrder { latest } => write!(
-                f,
-                "this row comes after cycle {latest}; it is not used; sort the log to use it"
-            ),
+            Self::RepeatedCycle => {
+                write!(f, "this cycle was in the log before; the row is not used")
+            }
+            Self::OutOfOrder { latest } => {
+                write!(f, "this row comes after cycle {latest}; it is not used; sort the log to use it")
+            }
             Self::CounterRestarted => {
                 write!(f, "the cycles start again from a lower number; the estimate starts anew")
             }
@@ -129,10 +130,9 @@ impl fmt::Display for Notice {
                 f,
                 "the {stroke} time of {found_s:.4} s is outside the tables ({shortest_s:.4} to {longest_s:.4} s)"
             ),
-            Self::Glitch { stroke, residual_s } => write!(
-                f,
-                "the {stroke} time is {residual_s:+.3} s off and counts as a glitch"
-            ),
+            Self::Glitch { stroke, residual_s } => {
+                write!(f, "the {stroke} time is {residual_s:+.3} s off and counts as a glitch")
+            }
             Self::Repaired => write!(f, "the valve is healthy again; the estimate starts anew"),
             Self::GrowthChanged => {
                 write!(f, "the leak stepped or changed its pace; the estimate starts anew")

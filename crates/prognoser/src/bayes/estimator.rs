@@ -2,28 +2,19 @@
 //! assumption fails.
 
 use leak_table::{Fault, TableBundle};
-use serde::Serialize;
 
-use super::change::{Change, LN_RARE, Suspicion, Watch};
+use super::change::{Change, Watch};
 use super::config::{BayesConfig, GrowthLaw, Noise, StartPrior};
+use super::estimate::{BayesEstimate, FaultProbability};
 use super::history::{History, RECENT};
 use super::hypotheses::{Hypotheses, LastView, Shape, StartViews};
 use super::model::FaultModel;
-use super::posterior::{GrowthPrior, NoisePrior, Posterior, Quantiles, View};
+use super::posterior::{Posterior, Quantiles};
 use super::sums::GlitchModel;
 use super::track::Priors;
+use super::view::{GrowthPrior, NoisePrior, View};
 use crate::reading::Reading;
 
-/// Rates of exponential growth tried, per cycle.
-const RATES: [f64; 8] = [0.01, 0.02, 0.04, 0.06, 0.09, 0.14, 0.2, 0.3];
-/// Multiples of the best of them that are tried as well.
-const CLOSER: [f64; 4] = [0.8, 0.9, 1.1, 1.25];
-/// Cycles after which an exponential rate is looked for again.
-const RATE_EVERY: u64 = 4;
-/// Logarithm of the odds at which exponential growth replaces linear growth.
-const LN_EXPONENTIAL: f64 = 9.0;
-/// Readings before the law of growth is questioned.
-const LAW_FROM: u64 = 10;
 /// Numbers of readings at which all of them are fitted together, from scratch;
 /// between and after them the estimate is recursive.
 const REFIT_AT: [u64; 6] = [1, 2, 3, 4, 6, RECENT as u64];
@@ -34,74 +25,17 @@ const THOROUGH_AT: [u64; 2] = [1, 4];
 const DOUBTFUL: f64 = 0.9;
 /// Probability of no fault from which on the median stands for the end of life.
 const GROWTH_IN_DOUBT: f64 = 0.75;
-/// Numbers of last readings to which a change is fitted.
-const CHANGE_WINDOWS: [usize; 2] = [3, RECENT];
-
-/// Probability of each hypothesis.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct FaultProbability {
-    /// The leak does not grow.
-    pub none: f64,
-    /// A growing leak to atmosphere.
-    pub atmosphere: f64,
-    /// A growing leak from the supply.
-    pub supply: f64,
-}
-
-impl FaultProbability {
-    /// The probability of one fault.
-    pub fn of(&self, fault: Fault) -> f64 {
-        match fault {
-            Fault::Atmosphere => self.atmosphere,
-            Fault::Supply => self.supply,
-        }
-    }
-}
-
-/// The estimate after a cycle.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BayesEstimate {
-    /// Probability of each hypothesis.
-    pub probability: FaultProbability,
-    /// The more probable of the two faults; leak, rate and end of life hold
-    /// given it.
-    pub leading: Fault,
-    /// Leak area now, in m2.
-    pub leak_area_m2: f64,
-    /// Growth of the leak area now, in m2 per cycle.
-    pub leak_rate_m2: f64,
-    /// Best single estimate of the cycle at end of life: the one with the
-    /// smallest expected relative error of the remaining life, or the median
-    /// as long as it is likely that there is no fault.
-    pub eol_cycle: f64,
-    /// The distribution of the cycle at end of life.
-    pub eol: Quantiles,
-    /// Estimated standard deviation of the timings' noise, in s.
-    pub noise_sd_s: f64,
-    /// Probability that the closing and the opening time of this cycle were
-    /// proper readings.
-    pub inlier: [f64; 2],
-    /// Residuals of this cycle's times against what was expected of them, in
-    /// expected standard deviations.
-    pub surprise: [Option<f64>; 2],
-    /// The same residuals in s.
-    pub residual_s: [Option<f64>; 2],
-    /// What has changed at this cycle.
-    pub change: Option<Change>,
-    /// Whether the leak is taken to grow exponentially.
-    pub exponential: bool,
-}
 
 /// The recursive estimate of one valve. Its size does not grow.
 #[derive(Clone, Debug)]
 pub struct BayesEstimator {
-    priors: Priors,
-    starts: StartViews,
-    restart: StartViews,
-    growth: GrowthLaw,
-    history: History,
-    watch: Watch,
-    all: Option<Hypotheses>,
+    pub(super) priors: Priors,
+    pub(super) starts: StartViews,
+    pub(super) restart: StartViews,
+    pub(super) growth: GrowthLaw,
+    pub(super) history: History,
+    pub(super) watch: Watch,
+    pub(super) all: Option<Hypotheses>,
 }
 
 impl BayesEstimator {
@@ -116,10 +50,7 @@ impl BayesEstimator {
         let growth = GrowthPrior::new(-config.life_median_cycles.ln(), config.life_ln_sd);
         let healthy = |weight: f64| {
             let view = |share: f64, sd| View { ln_weight: (weight * share).ln(), mean: 0.0, sd };
-            vec![
-                view(config.no_start_leak, 0.0),
-                view(1.0 - config.no_start_leak, config.start_sd),
-            ]
+            vec![view(config.no_start_leak, 0.0), view(1.0 - config.no_start_leak, config.start_sd)]
         };
         let any = |weight: f64| vec![View { ln_weight: weight.ln(), mean: 0.4, sd: 0.4 }];
         let none = healthy(1.0);
@@ -129,9 +60,7 @@ impl BayesEstimator {
                 unknown: any(config.wrong_start),
                 none: none.clone(),
             },
-            StartPrior::Unknown => {
-                StartViews { healthy: Vec::new(), unknown: any(1.0), none: none.clone() }
-            }
+            StartPrior::Unknown => StartViews { healthy: Vec::new(), unknown: any(1.0), none: none.clone() },
         };
         Self {
             priors: Priors {
@@ -187,8 +116,7 @@ impl BayesEstimator {
     fn fit_first(&mut self, models: &[FaultModel; 2], cycle: u64, thorough: bool) {
         let origin = self.all.as_ref().map_or(cycle, |all| all.origin);
         let shape = self.all.as_ref().map_or(Shape::Linear, |all| all.shape);
-        let readings: Vec<Reading> =
-            self.history.recent().iter().map(|entry| entry.reading).collect();
+        let readings: Vec<Reading> = self.history.recent().iter().map(|entry| entry.reading).collect();
         let all = match &self.all {
             Some(all) if !thorough => all.fit_on(models, &readings, &self.starts, &self.priors),
             _ => Hypotheses::fit(models, &readings, origin, shape, &self.starts, &self.priors),
@@ -196,111 +124,7 @@ impl BayesEstimator {
         self.all = Some(all);
     }
 
-    /// Looks for a story that explains the last readings better than the one
-    /// followed so far, and follows it if there is one.
-    fn explain(&mut self, models: &[FaultModel; 2], suspicion: Suspicion) -> Option<Change> {
-        if suspicion.law
-            && self.growth == GrowthLaw::Auto
-            && self.history.seen() >= LAW_FROM
-            && self.try_exponential(models)
-        {
-            return Some(Change::Exponential);
-        }
-        if !suspicion.change {
-            return None;
-        }
-        let all = self.all.as_ref()?;
-        let (mut best, mut best_gain) = (None, LN_RARE);
-        for window in CHANGE_WINDOWS {
-            let entries = self.history.recent();
-            let entries = &entries[entries.len().saturating_sub(window)..];
-            let present: f64 = entries.iter().map(|entry| entry.ln_predicted).sum();
-            let readings: Vec<Reading> = entries.iter().map(|entry| entry.reading).collect();
-            let from = readings[0].cycle;
-            let known = |views: &[View]| StartViews {
-                healthy: views.to_vec(),
-                unknown: Vec::new(),
-                none: self.restart.none.clone(),
-            };
-            let any = StartViews { healthy: Vec::new(), ..self.restart.clone() };
-            for (kind, origin, starts) in [
-                (Change::Reread, all.origin, &self.starts),
-                (Change::Repaired, from, &known(&self.restart.healthy)),
-                (Change::Broken, from, &any),
-            ] {
-                let shape = if kind == Change::Reread { all.shape } else { Shape::Linear };
-                let fit = Hypotheses::fit(models, &readings, origin, shape, starts, &self.priors);
-                let gain = fit.ln_total() - present;
-                if gain > best_gain {
-                    best_gain = gain;
-                    best = Some((kind, readings.len(), fit));
-                }
-            }
-        }
-        let (kind, keep, fit) = best?;
-        self.all = Some(fit);
-        self.history.restart(keep);
-        if kind != Change::Reread {
-            self.starts = self.restart.clone();
-        }
-        Some(kind)
-    }
-
-    /// Compares linear with exponential growth on the sample of the past.
-    fn try_exponential(&mut self, models: &[FaultModel; 2]) -> bool {
-        let Some(all) = &self.all else { return false };
-        let (origin, noise) = (all.origin, all.tracks[all.leading() as usize].state.sigma2);
-        let sample = self.history.sample();
-        let fit = |shape| {
-            Hypotheses::fit(models, &sample, origin, shape, &self.starts, &self.priors)
-        };
-        let linear = fit(Shape::Linear).ln_total();
-        let best = self.best_exponential(models);
-        // A step fits no exponential: the noise would have to be larger.
-        let quiet = best.tracks[best.leading() as usize].state.sigma2 < 2.0 * noise;
-        if quiet && best.ln_total() > linear + LN_EXPONENTIAL && best.shape != all.shape {
-            self.all = Some(best);
-            return true;
-        }
-        false
-    }
-
-    /// The most probable rate: the best of a coarse list, then of its closer
-    /// neighbours.
-    fn best_exponential(&self, models: &[FaultModel; 2]) -> Hypotheses {
-        let sample = self.history.sample();
-        let origin = self.all.as_ref().map_or(0, |all| all.origin);
-        let fit = |rate: f64| {
-            let shape = Shape::Exponential { rate };
-            let all =
-                Hypotheses::fit(models, &sample, origin, shape, &self.starts, &self.priors);
-            (rate, all)
-        };
-        let better = |a: (f64, Hypotheses), b: (f64, Hypotheses)| {
-            if b.1.ln_total() > a.1.ln_total() { b } else { a }
-        };
-        let coarse = RATES[1..].iter().map(|rate| fit(*rate)).fold(fit(RATES[0]), better);
-        let rate = coarse.0;
-        CLOSER.iter().map(|factor| fit(rate * factor)).fold(coarse, better).1
-    }
-
-    /// Once growth is exponential, or with such growth asked for, its rate is
-    /// found again from the sample every few cycles.
-    fn follow_exponential(&mut self, models: &[FaultModel; 2]) {
-        let seen = self.history.seen();
-        let asked = self.growth == GrowthLaw::Exponential && seen >= 3;
-        let known = self.all.as_ref().is_some_and(|all| all.shape != Shape::Linear);
-        if (asked || known) && (seen <= RECENT as u64 || seen.is_multiple_of(RATE_EVERY)) {
-            self.all = Some(self.best_exponential(models));
-        }
-    }
-
-    fn estimate(
-        &self,
-        models: &[FaultModel; 2],
-        reading: &Reading,
-        change: Option<Change>,
-    ) -> BayesEstimate {
+    fn estimate(&self, models: &[FaultModel; 2], reading: &Reading, change: Option<Change>) -> BayesEstimate {
         let all = self.all.as_ref().expect("an update makes the hypotheses");
         let total = all.ln_total();
         let [none, atmosphere, supply] = all.ln.map(|value| (value - total).exp());

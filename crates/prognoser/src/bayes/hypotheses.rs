@@ -5,8 +5,8 @@ use leak_table::Fault;
 
 use super::model::FaultModel;
 use super::none::NoneTrack;
-use super::posterior::{View, ln_sum};
 use super::track::{Priors, Track};
+use super::view::{View, ln_sum};
 use crate::reading::Reading;
 
 /// Logarithm of the odds at which a hypothesis is not worth exact numbers.
@@ -113,9 +113,7 @@ impl Hypotheses {
                     continue;
                 }
                 let track = fit(views);
-                let better = best.is_none_or(|old: Track| {
-                    track.state.ln_evidence > old.state.ln_evidence
-                });
+                let better = best.is_none_or(|old: Track| track.state.ln_evidence > old.state.ln_evidence);
                 if better {
                     healthy[fault as usize] = from_health;
                     best = Some(track);
@@ -130,13 +128,7 @@ impl Hypotheses {
     }
 
     /// Adds one cycle.
-    pub(crate) fn update(
-        &mut self,
-        models: &[FaultModel; 2],
-        reading: &Reading,
-        starts: &StartViews,
-        priors: &Priors,
-    ) {
+    pub(crate) fn update(&mut self, models: &[FaultModel; 2], reading: &Reading, starts: &StartViews, priors: &Priors) {
         let phi = self.phi(reading.cycle);
         self.none.update(models, reading, priors);
         let mut best = priors.ln_none - priors.ln_fault + self.none.ln_evidence(&starts.none, priors);

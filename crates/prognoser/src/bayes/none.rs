@@ -2,10 +2,12 @@
 
 use leak_table::Stroke;
 
+use super::guess::robust_variance;
 use super::model::FaultModel;
-use super::posterior::{View, ln_evidence_without_growth, ln_sum};
+use super::posterior::ln_evidence_without_growth;
 use super::sums::{Linearised, Sums};
-use super::track::{Priors, robust_variance};
+use super::track::Priors;
+use super::view::{View, ln_sum};
 use crate::reading::Reading;
 
 /// Rounds of reweighting when the first readings are fitted together.
@@ -52,12 +54,7 @@ impl NoneTrack {
     }
 
     /// Adds one more cycle.
-    pub(crate) fn update(
-        &mut self,
-        models: &[FaultModel; 2],
-        reading: &Reading,
-        priors: &Priors,
-    ) {
+    pub(crate) fn update(&mut self, models: &[FaultModel; 2], reading: &Reading, priors: &Priors) {
         self.add(models, reading, priors);
         self.settle(priors);
     }
@@ -97,10 +94,8 @@ impl NoneTrack {
     /// of either kind, half of the probability each; without a leak the two
     /// are the same.
     pub(crate) fn ln_evidence(&self, views: &[View], priors: &Priors) -> f64 {
-        let one = |sums: &Sums| {
-            ln_evidence_without_growth(sums, views, &priors.noise, self.sigma2)
-                - std::f64::consts::LN_2
-        };
+        let one =
+            |sums: &Sums| ln_evidence_without_growth(sums, views, &priors.noise, self.sigma2) - std::f64::consts::LN_2;
         ln_sum([one(&self.sums[0]), one(&self.sums[1])].into_iter())
     }
 }

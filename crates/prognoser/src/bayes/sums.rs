@@ -70,7 +70,7 @@ impl GlitchModel {
     /// variance expected of it and the stroke's window; and the logarithm of
     /// what the two kinds are worth beyond the Gaussian itself.
     #[inline]
-    pub(crate) fn inlier(&self, residual: f64, variance: f64, window_s: f64) -> (f64, f64) {
+    pub(crate) fn inlier(self, residual: f64, variance: f64, window_s: f64) -> (f64, f64) {
         let glitch = self.share / window_s;
         let density = (1.0 - self.share) * quick_exp(-0.5 * residual * residual / variance)
             / (std::f64::consts::TAU * variance).sqrt();
@@ -82,7 +82,7 @@ impl GlitchModel {
     /// glitch and the entropy of not knowing which it is. The logarithm of one
     /// minus the small share of glitches is minus that share.
     #[inline]
-    fn ln_extra(&self, p: f64, glitch: f64) -> f64 {
+    fn ln_extra(self, p: f64, glitch: f64) -> f64 {
         let q = 1.0 - p;
         if q < 1e-6 {
             return -self.share;

@@ -2,9 +2,11 @@
 
 use leak_table::Stroke;
 
+use super::guess::{first_guess, first_variance};
 use super::model::FaultModel;
-use super::posterior::{GrowthPrior, NoisePrior, Posterior, View, most_likely, posterior};
+use super::posterior::{Posterior, most_likely, posterior};
 use super::sums::{GlitchModel, Linearised, Sums};
+use super::view::{GrowthPrior, NoisePrior, View};
 use crate::reading::Reading;
 
 /// Rounds of reweighting when the first readings are fitted together.
@@ -15,7 +17,7 @@ const ROUNDS_FROM_GUESS: usize = 2;
 /// end.
 const SETTLED: f64 = 1e-2;
 /// Smallest growth at which the timings are linearised, in limits per cycle.
-const SMALLEST_GROWTH: f64 = 1e-5;
+pub(super) const SMALLEST_GROWTH: f64 = 1e-5;
 /// Predicted standard deviations beyond which a timing is linearised again
 /// about the leak it gives.
 const RELINEARISE_FROM: f64 = 1e-3;
@@ -84,10 +86,9 @@ impl Track {
                     track.inlier[i] = 1.0;
                     match reading.time_s(stroke) {
                         Some(time) => {
-                            let lin = linearise(model, stroke, leak, time);
+                            let lin = model.linearise(stroke, leak, time);
                             let window = model.window_s(stroke);
-                            let (p, ln_extra) =
-                                priors.glitch.inlier(lin.residual, sigma2, window);
+                            let (p, ln_extra) = priors.glitch.inlier(lin.residual, sigma2, window);
                             track.sums.add(phi, &lin, p);
                             track.sums.ln_extra += ln_extra;
                             track.inlier[i] = p;
@@ -99,7 +100,8 @@ impl Track {
                 }
             }
             let peak = most_likely(&track.sums, views, &priors.noise, &priors.growth, sigma2);
-            let moved = (peak.start - start).abs() + (peak.growth - growth).abs() * last.max(1.0)
+            let moved = (peak.start - start).abs()
+                + (peak.growth - growth).abs() * last.max(1.0)
                 + (peak.sigma2 / sigma2 - 1.0).abs();
             (start, growth, sigma2) = (peak.start, peak.growth, peak.sigma2);
             track.state.cov = peak.cov;
@@ -131,7 +133,7 @@ impl Track {
                 self.miss(model, stroke, i, phi, leak, sigma2, priors);
                 continue;
             };
-            let lin = linearise(model, stroke, leak, time);
+            let lin = model.linearise(stroke, leak, time);
             let variance = sigma2 * (1.0 + lin.slope * lin.slope * leak_var);
             let window = model.window_s(stroke);
             let (p, ln_extra) = priors.glitch.inlier(lin.residual, variance, window);
@@ -147,7 +149,7 @@ impl Track {
         for (stroke, entry) in Stroke::ALL.into_iter().zip(lins) {
             if let Some((mut lin, p, time)) = entry {
                 if shift.abs() > RELINEARISE_FROM {
-                    lin = linearise(model, stroke, leak + shift, time);
+                    lin = model.linearise(stroke, leak + shift, time);
                 }
                 self.sums.add(phi, &lin, p);
             }
@@ -205,89 +207,4 @@ impl Track {
             self.sums.c = (self.sums.c - excess).max(c);
         }
     }
-}
-
-fn linearise(model: &FaultModel, stroke: Stroke, leak: f64, time_s: f64) -> Linearised {
-    let (time, slope) = model.time_and_slope(stroke, leak);
-    Linearised { leak, residual: time_s - time, slope }
-}
-
-/// Start and growth from medians of the inverted timings: not moved by a few
-/// glitches.
-fn first_guess(
-    model: &FaultModel,
-    readings: &[Reading],
-    shape: &impl Fn(u64) -> f64,
-    views: &[View],
-) -> (f64, f64) {
-    let leaks = |reading: &Reading| {
-        let reading = *reading;
-        Stroke::ALL
-            .into_iter()
-            .filter_map(move |s| reading.time_s(s).map(|t| model.leak_at(s, t)))
-    };
-    let healthy = views.iter().any(|view| view.sd == 0.0);
-    if healthy {
-        let mut rates: Vec<f64> = readings
-            .iter()
-            .filter(|r| shape(r.cycle) > 0.0)
-            .flat_map(|r| {
-                let phi = shape(r.cycle);
-                leaks(r).map(move |leak| leak / phi)
-            })
-            .collect();
-        return (0.0, median(&mut rates).unwrap_or(0.01).clamp(SMALLEST_GROWTH, 1.0));
-    }
-    let half = readings.len().div_ceil(2);
-    let centre = |part: &[Reading]| {
-        let mut values: Vec<f64> = part.iter().flat_map(leaks).collect();
-        let phi = part.iter().map(|r| shape(r.cycle)).sum::<f64>() / part.len().max(1) as f64;
-        median(&mut values).map(|leak| (phi, leak))
-    };
-    match (centre(&readings[..half]), centre(&readings[half..])) {
-        (Some((p, a)), Some((q, b))) if q > p => {
-            let growth = ((b - a) / (q - p)).max(SMALLEST_GROWTH);
-            (a - growth * p, growth)
-        }
-        (Some((_, a)), _) => (a, SMALLEST_GROWTH),
-        _ => (0.0, SMALLEST_GROWTH),
-    }
-}
-
-/// Noise variance from the median residual about a first guess.
-fn first_variance(
-    model: &FaultModel,
-    readings: &[Reading],
-    shape: &impl Fn(u64) -> f64,
-    (start, growth): (f64, f64),
-    prior: &NoisePrior,
-) -> f64 {
-    let residuals = readings.iter().flat_map(|reading| {
-        let leak = start + growth * shape(reading.cycle);
-        Stroke::ALL.into_iter().filter_map(move |stroke| {
-            Some(linearise(model, stroke, leak, reading.time_s(stroke)?).residual)
-        })
-    });
-    robust_variance(residuals, prior)
-}
-
-/// Variance from the median size of residuals, with the prior's weight.
-pub(crate) fn robust_variance(residuals: impl Iterator<Item = f64>, prior: &NoisePrior) -> f64 {
-    let mut sizes: Vec<f64> = residuals.map(f64::abs).collect();
-    let n = sizes.len() as f64;
-    let sd = 1.4826 * median(&mut sizes).unwrap_or(0.0);
-    (2.0 * prior.b + n * sd * sd) / (2.0 * prior.a + n)
-}
-
-fn median(values: &mut [f64]) -> Option<f64> {
-    if values.is_empty() {
-        return None;
-    }
-    values.sort_by(f64::total_cmp);
-    let middle = values.len() / 2;
-    Some(if values.len() % 2 == 1 {
-        values[middle]
-    } else {
-        0.5 * (values[middle - 1] + values[middle])
-    })
 }

@@ -27,7 +27,9 @@ pub enum LogErrorKind {
     #[error("found an empty file, expected a header with valve, cycle, close_time_s and open_time_s")]
     Empty,
     /// A column is missing.
-    #[error("found columns \"{found}\", expected also \"{missing}\"; a timing log has valve, cycle, close_time_s and open_time_s (times in seconds), and optionally time")]
+    #[error(
+        "found columns \"{found}\", expected also \"{missing}\"; a timing log has valve, cycle, close_time_s and open_time_s (times in seconds), and optionally time"
+    )]
     MissingColumn {
         /// The header.
         found: String,
@@ -59,7 +61,9 @@ pub enum LogErrorKind {
         expected: &'static str,
     },
     /// A line is too long to be one of a timing log.
-    #[error("found a line of more than {limit} bytes, expected a row of a timing log; is this a text file with line ends?")]
+    #[error(
+        "found a line of more than {limit} bytes, expected a row of a timing log; is this a text file with line ends?"
+    )]
     LongLine {
         /// Longest line accepted, in bytes.
         limit: usize,

@@ -87,10 +87,8 @@ impl Layout {
         };
         let mut columns = [0; 4];
         for (place, column) in columns.iter_mut().zip(COLUMNS) {
-            *place = find(column)?.ok_or_else(|| LogErrorKind::MissingColumn {
-                found: shortened(header, 4 * SHOWN),
-                missing: column,
-            })?;
+            *place = find(column)?
+                .ok_or_else(|| LogErrorKind::MissingColumn { found: shortened(header, 4 * SHOWN), missing: column })?;
         }
         Ok(Self { columns, time: find(TIME)?, count: names.len() })
     }
@@ -117,9 +115,8 @@ impl Layout {
         if valve.is_empty() {
             return Err(field_error(COLUMNS[0], valve, "the name of a valve"));
         }
-        let cycle = cycle.parse().map_err(|_| {
-            field_error(COLUMNS[1], cycle, "a cycle number: an integer of at least 0")
-        })?;
+        let cycle =
+            cycle.parse().map_err(|_| field_error(COLUMNS[1], cycle, "a cycle number: an integer of at least 0"))?;
         let reading = Reading {
             cycle,
             close_time_s: stroke_time(COLUMNS[2], close)?,
@@ -145,16 +142,9 @@ impl<'a> Iterator for Fields<'a> {
         } else {
             0
         };
-        match rest.as_bytes()[from..].iter().position(|&byte| byte == b',') {
-            Some(comma) => {
-                self.0 = Some(&rest[from + comma + 1..]);
-                Some(unquoted(&rest[..from + comma]))
-            }
-            None => {
-                self.0 = None;
-                Some(unquoted(rest))
-            }
-        }
+        let comma = rest.as_bytes()[from..].iter().position(|&byte| byte == b',');
+        self.0 = comma.map(|comma| &rest[from + comma + 1..]);
+        Some(unquoted(comma.map_or(rest, |comma| &rest[..from + comma])))
     }
 }
 
@@ -169,11 +159,7 @@ fn stroke_time(column: &'static str, field: &str) -> Result<Option<f64>, LogErro
     }
     match field.parse::<f64>() {
         Ok(time) if time.is_finite() && time >= 0.0 => Ok(Some(time)),
-        _ => Err(field_error(
-            column,
-            field,
-            "a time in s of at least 0, or nothing if the valve did not get there",
-        )),
+        _ => Err(field_error(column, field, "a time in s of at least 0, or nothing if the valve did not get there")),
     }
 }
 
@@ -219,7 +205,10 @@ mod tests {
     fn says_what_is_wrong_and_where() {
         let cases = [
             ("", "log.csv:1: found an empty file"),
-            ("valve,cycle,close_time_s\n", "log.csv:1: found columns \"valve,cycle,close_time_s\", expected also \"open_time_s\""),
+            (
+                "valve,cycle,close_time_s\n",
+                "log.csv:1: found columns \"valve,cycle,close_time_s\", expected also \"open_time_s\"",
+            ),
             ("valve,cycle,close_time_ms,open_time_s\n", "expected also \"close_time_s\""),
             ("valve,valve,cycle,close_time_s,open_time_s\n", "column \"valve\" twice"),
         ];
@@ -258,9 +247,6 @@ mod tests {
     fn bytes_that_are_not_text_are_refused() {
         let bytes = [HEADER.as_bytes(), b"A\xff,1,1,2\n"].concat();
         let mut log = TimingLog::new("log", &bytes[..]).expect("header is fine");
-        assert!(matches!(
-            log.next_row().expect_err("is no text").kind,
-            LogErrorKind::NotText
-        ));
+        assert!(matches!(log.next_row().expect_err("is no text").kind, LogErrorKind::NotText));
     }
 }

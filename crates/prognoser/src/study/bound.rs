@@ -14,12 +14,7 @@ pub struct LifeBound {
 
 /// The bounds after each of the cycles 0, 1, ... below `end_cycle`, for a leak
 /// that starts at zero. Infinite where the end cannot be told at all.
-pub fn bounds(
-    tables: &TableBundle,
-    fault: Fault,
-    end_cycle: f64,
-    noise_variance_s2: f64,
-) -> Vec<LifeBound> {
+pub fn bounds(tables: &TableBundle, fault: Fault, end_cycle: f64, noise_variance_s2: f64) -> Vec<LifeBound> {
     let growth = tables.limit_area_m2(fault) / end_cycle;
     let (mut s0, mut s1, mut s2) = (0.0, 0.0, 0.0);
     cycles_below(end_cycle)
@@ -39,10 +34,7 @@ pub fn bounds(
             let mean = s1 / s0;
             let spread = s2 - s1 * mean;
             let leverage = 1.0 / s0 + (end_cycle - mean).powi(2) / spread;
-            LifeBound {
-                known_start: end_cycle / (growth * s2.sqrt()),
-                unknown_start: leverage.sqrt() / growth,
-            }
+            LifeBound { known_start: end_cycle / (growth * s2.sqrt()), unknown_start: leverage.sqrt() / growth }
         })
         .collect()
 }

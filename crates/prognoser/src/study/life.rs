@@ -76,11 +76,7 @@ pub(crate) fn run_life(
                 let error = sd * noise.normal() + glitch.map_or(0.0, |o| o.size_s);
                 clean[stroke as usize].map(|time| (time + error).max(0.0))
             };
-            let reading = Reading {
-                cycle,
-                close_time_s: read(Stroke::Close),
-                open_time_s: read(Stroke::Open),
-            };
+            let reading = Reading { cycle, close_time_s: read(Stroke::Close), open_time_s: read(Stroke::Open) };
             estimator.predict(tables, &reading, truth)
         })
         .collect()
@@ -94,9 +90,7 @@ enum Estimator {
 impl Estimator {
     fn new(method: &Method) -> Self {
         match method {
-            Method::Bayes(config) => {
-                Self::Bayes(Box::new(BayesEstimator::new(config)), config.name_from)
-            }
+            Method::Bayes(config) => Self::Bayes(Box::new(BayesEstimator::new(config)), config.name_from),
             Method::Ols => Self::Ols(OlsEstimator::new()),
         }
     }
@@ -112,9 +106,7 @@ impl Estimator {
                     cycle,
                     remaining: Some(estimate.eol_cycle - cycle),
                     end: Some(estimate.eol_cycle),
-                    covered: Some(
-                        estimate.eol.p05 <= truth.end_cycle && truth.end_cycle <= estimate.eol.p95,
-                    ),
+                    covered: Some(estimate.eol.p05 <= truth.end_cycle && truth.end_cycle <= estimate.eol.p95),
                     isolated: truth.fault.is_some_and(|fault| p.of(fault) > 0.95),
                     false_call: wrong.map(|fault| p.of(fault)).any(|q| q >= *name_from),
                 }

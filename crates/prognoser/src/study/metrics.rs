@@ -103,18 +103,15 @@ impl StudyResult {
         let end = frame.end_cycle;
         let skip = usize::try_from(frame.first_prediction).unwrap_or(usize::MAX);
         let counted = |life: &[Prediction]| life[skip.min(life.len())..].to_vec();
-        let per_life = |figure: &dyn Fn(&[Prediction]) -> f64| {
-            lives.iter().map(|life| figure(life)).collect::<Vec<f64>>()
-        };
+        let per_life =
+            |figure: &dyn Fn(&[Prediction]) -> f64| lives.iter().map(|life| figure(life)).collect::<Vec<f64>>();
         let mut accuracy = per_life(&|life| {
             let used = counted(life);
             used.iter().map(|p| accuracy_of(p, end)).sum::<f64>() / used.len() as f64
         });
         let in_cone = |p: &Prediction| accuracy_of(p, end) >= 1.0 - frame.alpha;
         let mut convergence = per_life(&|life| settled(&counted(life), end, &in_cone));
-        let near = |p: &Prediction| {
-            p.end.is_some_and(|predicted| (predicted - end).abs() <= frame.alpha * end)
-        };
+        let near = |p: &Prediction| p.end.is_some_and(|predicted| (predicted - end).abs() <= frame.alpha * end);
         let mut horizon = per_life(&|life| end - settled(&counted(life), end, &near));
         let mut isolation = per_life(&|life| settled(life, end, &|p| p.isolated));
         isolation.sort_by(f64::total_cmp);
@@ -127,14 +124,12 @@ impl StudyResult {
         let covered = |p: &Prediction| p.covered == Some(true);
         let coverage = || {
             let all = lives.iter().flat_map(|life| counted(life));
-            let (hits, count) =
-                all.fold((0.0, 0.0), |(hits, n), p| (hits + f64::from(u8::from(covered(&p))), n + 1.0));
+            let (hits, count) = all.fold((0.0, 0.0), |(hits, n), p| (hits + f64::from(u8::from(covered(&p))), n + 1.0));
             hits / count
         };
         let to_bound = |bound: &dyn Fn(&LifeBound) -> f64| {
-            (frame.noise_variance_s2 > 0.0).then(|| {
-                cells.iter().map(|&at| error(lives, at, end) / bound(&frame.bounds[at])).collect()
-            })
+            (frame.noise_variance_s2 > 0.0)
+                .then(|| cells.iter().map(|&at| error(lives, at, end) / bound(&frame.bounds[at])).collect())
         };
         Self {
             fault: frame.fault,
@@ -145,8 +140,7 @@ impl StudyResult {
             relative_accuracy: Percentiles::of(&mut accuracy),
             convergence_cycle: Percentiles::of(&mut convergence),
             coverage_90: has_interval.then(coverage),
-            coverage_90_at_quarters: has_interval
-                .then(|| cells.iter().map(|&at| share_at(&covered, at)).collect()),
+            coverage_90_at_quarters: has_interval.then(|| cells.iter().map(|&at| share_at(&covered, at)).collect()),
             quarters: QUARTERS.to_vec(),
             eol_error_to_bound: to_bound(&|b| b.known_start),
             eol_error_to_bound_unknown_start: to_bound(&|b| b.unknown_start),
@@ -155,8 +149,7 @@ impl StudyResult {
             isolation_cycle: percentile(&isolation, 0.5),
             isolation_cycle_p95: percentile(&isolation, 0.95),
             isolated_at_cycle_3: share_at(&|p| p.isolated, 3.min(lives[0].len() - 1)),
-            false_call_share: lives.iter().filter(|life| life.iter().any(|p| p.false_call)).count()
-                as f64
+            false_call_share: lives.iter().filter(|life| life.iter().any(|p| p.false_call)).count() as f64
                 / lives.len() as f64,
         }
     }
@@ -165,9 +158,7 @@ impl StudyResult {
 /// Relative accuracy of a prediction, not below zero.
 fn accuracy_of(p: &Prediction, end: f64) -> f64 {
     let truth = end - p.cycle;
-    p.remaining.map_or(0.0, |remaining| {
-        (1.0 - (truth - remaining.max(0.0)).abs() / truth).max(0.0)
-    })
+    p.remaining.map_or(0.0, |remaining| (1.0 - (truth - remaining.max(0.0)).abs() / truth).max(0.0))
 }
 
 /// The first cycle from which on all predictions pass, the end if there is
@@ -182,11 +173,7 @@ fn settled(life: &[Prediction], end: f64, pass: &dyn Fn(&Prediction) -> bool) ->
 
 /// Index of the prediction at a fraction of life.
 fn cell(share: f64, end: f64, first: usize) -> usize {
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "a fraction of a number of cycles"
-    )]
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a fraction of a number of cycles")]
     let (at, last) = ((share * end).round() as usize, (end.ceil() - 1.0) as usize);
     at.clamp(first.min(last), last)
 }

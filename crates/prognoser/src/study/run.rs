@@ -97,11 +97,7 @@ impl StudyConfig {
 
 /// Runs a study with given true times. Results come by fault, then noise, then
 /// method, in the order of the configuration.
-pub fn run_study(
-    tables: &TableBundle,
-    times: &TruthTimes<'_>,
-    config: &StudyConfig,
-) -> Vec<StudyResult> {
+pub fn run_study(tables: &TableBundle, times: &TruthTimes<'_>, config: &StudyConfig) -> Vec<StudyResult> {
     let mut results = Vec::new();
     for &fault in &config.faults {
         for &noise_variance_s2 in &config.noise_variances_s2 {
