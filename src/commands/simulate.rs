@@ -169,7 +169,8 @@ fn write_trace(path: &Cycles, mut out: StagedFile) -> anyhow::Result<()> {
     out.commit()
 }
 
-fn picture(file: &ValveFile, conditions: &Conditions, path: &Cycles) -> TraceFigure {
+/// The picture of a path: strokes, pressures, commands.
+pub fn picture(file: &ValveFile, conditions: &Conditions, path: &Cycles) -> TraceFigure {
     let nodes = &path.nodes;
     let mut events = Vec::new();
     let mut said = Vec::new();

@@ -191,6 +191,21 @@ fn demo_shows_the_remaining_life() {
 }
 
 #[test]
+fn report_holds_valve_tables_and_log() {
+    let sandbox = Sandbox::new();
+    let output = sandbox.valve(&["report", "valve.toml", "--log", "log.csv", "--out", "report.html"]);
+    assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
+    let page = sandbox.read("report.html");
+    for part in
+        ["closes in 1.042", "leak from the supply", "FV-101, cycle 25: leak to atmosphere", "counts as a glitch"]
+    {
+        assert!(page.contains(part), "no {part:?}");
+    }
+    assert_eq!(page.matches("<figure>").count(), 3);
+    assert!(!page.contains("http://") || page.matches("http://").count() == page.matches("http://www.w3.org").count());
+}
+
+#[test]
 fn study_as_json() {
     let sandbox = Sandbox::new();
     let call = ["evaluate", "valve.toml", "--seeds", "20", "--noise-variance", "0,1e-3", "--format", "json"];

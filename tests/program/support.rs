@@ -102,5 +102,16 @@ pub fn shown(output: &Output) -> String {
 
 /// Every verb of the program.
 pub fn verbs() -> Vec<&'static str> {
-    vec!["simulate", "build-tables", "prognose", "evaluate", "demo", "effects", "revert", "completions", "man"]
+    vec![
+        "simulate",
+        "build-tables",
+        "prognose",
+        "evaluate",
+        "demo",
+        "effects",
+        "report",
+        "revert",
+        "completions",
+        "man",
+    ]
 }
