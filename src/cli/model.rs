@@ -39,7 +39,7 @@ pub struct SimulateArgs {
     /// Longest step of the integrator
     #[arg(long, value_name = "TIME", value_parser = duration_s, default_value = "1 ms")]
     pub step: f64,
-    /// Write position and pressures over time to a CSV file
+    /// Write position and pressures over time to a CSV file, as the valve's sensors would record them
     #[arg(long, value_name = "FILE")]
     pub trace: Option<PathBuf>,
     /// Draw position and pressures over time to an .svg or .png file

@@ -61,3 +61,34 @@ fn taken_apart(text: &str) -> (String, Vec<f64>) {
     words.push_str(rest);
     (words, numbers)
 }
+
+#[test]
+fn accuracies_of_the_readme_are_what_evaluate_finds() {
+    let sandbox = Sandbox::new();
+    let output = sandbox.valve(&["evaluate", "valve.toml", "--format", "json"]);
+    let study: serde_json::Value =
+        serde_json::from_slice(&output.stdout).unwrap_or_else(|error| panic!("{error}\n{}", shown(&output)));
+    let found = |variance: f64, fault: &str, method: &str| {
+        let results = study["results"].as_array().expect("results").iter();
+        let mut same = results.filter(|result| {
+            result["noise_variance_s2"].as_f64() == Some(variance)
+                && result["fault"] == fault
+                && result["method"] == method
+        });
+        same.next().expect("a result")["relative_accuracy"]["p50"].as_f64().expect("a number")
+    };
+    let mut rows = 0;
+    for row in README.lines().filter(|line| line.starts_with("| 0 |") || line.starts_with("| 1e-")) {
+        let cells: Vec<&str> = row.trim_matches('|').split('|').map(str::trim).collect();
+        let variance: f64 = cells[0].parse().expect("a variance");
+        for (cell, method) in [(cells[2], "ols"), (cells[3], "bayes")] {
+            let values: Vec<f64> = cell.split('/').map(|value| value.trim().parse().expect("a number")).collect();
+            for (value, fault) in values.iter().zip(["supply", "atmosphere"]) {
+                let now = found(variance, fault, method);
+                assert!((value - now).abs() < 0.005, "{row}: {method} for {fault} is {now:.3}");
+            }
+        }
+        rows += 1;
+    }
+    assert_eq!(rows, 4);
+}
