@@ -1,5 +1,7 @@
 //! A small plot in letters: two curves over one axis.
 
+use std::fmt::Write;
+
 const COLUMNS: usize = 68;
 const ROWS: usize = 11;
 
@@ -34,12 +36,14 @@ pub fn sketch(first: &[[f64; 2]], second: &[[f64; 2]], units: [&str; 2]) -> Stri
             _ => "",
         };
         let line: String = row.iter().map(|cell| [' ', '.', 'o', '8'][usize::from(*cell)]).collect();
-        out.push_str(&format!("{label:>width$} |{line}").trim_end().to_owned());
+        out.push_str(format!("{label:>width$} |{line}").trim_end());
         out.push('\n');
     }
     let (start, end) = (format!("{:.1}", x[0]), format!("{:.1} {}", x[1], units[0]));
     let gap = COLUMNS.saturating_sub(start.len() + end.len());
-    out.push_str(&format!("{:width$} +{}\n{:width$}  {start}{:gap$}{end}\n", "", "-".repeat(COLUMNS), "", ""));
+    let rule = "-".repeat(COLUMNS);
+    // Writing to a string cannot fail.
+    let _ = writeln!(out, "{:width$} +{rule}\n{:width$}  {start}{:gap$}{end}", "", "", "");
     out
 }
 
