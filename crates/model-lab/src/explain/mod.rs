@@ -1,0 +1,3 @@
+//! Which physical effect is missing.
+
+pub mod candidate;
