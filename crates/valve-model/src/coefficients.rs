@@ -390,7 +390,8 @@ fn add_effect(
         EffectKind::SupplyDroop => {
             terms.line = true;
             c.line_conductance = 1.0 / values[0];
-            c.line_gain = c.zrt / values[1];
+            // A line that settles faster than anything else only shows its resistance.
+            c.line_gain = (c.zrt / values[1]).min(FASTEST_PER_S * values[0]);
         }
         EffectKind::VentRestriction => c.vent *= values[0],
         EffectKind::BackPressure => c.exhaust += values[0],
