@@ -298,7 +298,9 @@ impl<R: Real> System<'_, R> {
             g = g + c.static_excess * (ratio * ratio).exp_of_negative();
         }
         let grip = c.bristle_stiffness * state.v.abs();
-        let rate = (state.v * g - grip * state.bristle) / g.max(grip * R::splat(1.0 / FASTEST_BRISTLE_PER_S));
+        // At rest without anything to rub, both are 0 and so is the rate.
+        let scale = g.max(grip * R::splat(1.0 / FASTEST_BRISTLE_PER_S)).max(R::splat(f64::MIN_POSITIVE));
+        let rate = (state.v * g - grip * state.bristle) / scale;
         (c.bristle_stiffness * state.bristle + c.bristle_damping * rate, rate)
     }
 
