@@ -4,9 +4,10 @@ mod support;
 
 use support::{CYCLE, base_valve, periodic, testbed, typical, with_effect};
 use valve_model::cycle::cycle_commands;
+use valve_model::dispatch::InstructionSet;
 use valve_model::params::Switches;
 use valve_model::rhs::State;
-use valve_model::simulate::{DEFAULT_STEP_S, simulate_scalar};
+use valve_model::simulate::{DEFAULT_STEP_S, simulate_scalar, simulate_with};
 use valve_model::{Conditions, Effect, EffectKind, Nodes, Prepared, Run, Valve, simulate};
 
 /// Halving the step changes no stroke time by more, with any effect, s.
@@ -52,6 +53,12 @@ fn with_lanes(runs: &[Prepared]) -> Vec<Vec<u64>> {
     all
 }
 
+fn with_set(set: InstructionSet, runs: &[Prepared]) -> Vec<Vec<u64>> {
+    let mut all = vec![Vec::new(); runs.len()];
+    simulate_with(set, runs, true, |index, nodes, end| all[index] = bits(nodes, end));
+    all
+}
+
 fn one_by_one(runs: &[Prepared]) -> Vec<Vec<u64>> {
     let mut all = vec![Vec::new(); runs.len()];
     simulate_scalar(runs, true, |index, nodes, end| all[index] = bits(nodes, end));
@@ -72,6 +79,9 @@ fn lanes_give_the_bits_of_the_scalar_path() {
         let (lanes, scalar) = (with_lanes(&runs), one_by_one(&runs));
         assert!(scalar.iter().all(|run| run.len() > 10_000), "{name}: a run has thousands of nodes");
         assert!(lanes == scalar, "{name}: lanes differ from the scalar path");
+        for set in InstructionSet::ALL.into_iter().filter(|set| set.is_available()) {
+            assert!(with_set(set, &runs) == scalar, "{name}: lanes with {} differ", set.name());
+        }
     }
 }
 

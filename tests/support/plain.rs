@@ -16,12 +16,19 @@ pub struct Plain<'a> {
     parameters: &'a Parameters,
     conditions: &'a Conditions,
     blend: f64,
+    zrt: f64,
+    critical: f64,
+    /// 2/(Z R T) gamma/(gamma - 1).
+    factor: f64,
 }
 
 impl<'a> Plain<'a> {
     /// A valve in the upright position.
     pub fn new(parameters: &'a Parameters, conditions: &'a Conditions, blend: f64) -> Self {
-        Self { parameters, conditions, blend }
+        let gamma = parameters.ratio_of_specific_heats;
+        let zrt = parameters.compressibility * parameters.specific_gas_constant_j_per_kg_k * conditions.temperature_k;
+        let critical = (2.0 / (gamma + 1.0)).powf(gamma / (gamma - 1.0));
+        Self { parameters, conditions, blend, zrt, critical, factor: 2.0 / zrt * gamma / (gamma - 1.0) }
     }
 
     /// Mass flow through an orifice (Kulkarni et al. 2014, eq. 8), kg/s.
@@ -30,23 +37,20 @@ impl<'a> Plain<'a> {
             return -self.flow(p2, p1, area);
         }
         let p = self.parameters;
-        let gamma = p.ratio_of_specific_heats;
-        let zrt = p.compressibility * p.specific_gas_constant_j_per_kg_k * self.conditions.temperature_k;
-        let critical = (2.0 / (gamma + 1.0)).powf(gamma / (gamma - 1.0));
         let nozzle = |ratio: f64| {
-            let term = ratio.powf(2.0 / gamma) - ratio.powf((gamma + 1.0) / gamma);
-            p.flow_coefficient * area * p1 * (2.0 / zrt * gamma / (gamma - 1.0) * term).sqrt()
+            let w = ratio.powf(1.0 / p.ratio_of_specific_heats);
+            p.flow_coefficient * area * p1 * (self.factor * w * (w - ratio)).sqrt()
         };
         let ratio = p2 / p1;
         if 1.0 - ratio < self.blend {
             return nozzle(1.0 - self.blend) * (1.0 - ratio) / self.blend;
         }
-        nozzle(ratio.max(critical))
+        nozzle(ratio.max(self.critical))
     }
 
     fn rates(&self, [x, v, chamber_mass, pipe_mass]: State, closing: bool) -> State {
         let (p, c) = (self.parameters, self.conditions);
-        let zrt = p.compressibility * p.specific_gas_constant_j_per_kg_k * c.temperature_k;
+        let zrt = self.zrt;
         let chamber = chamber_mass * zrt / (p.dead_volume_m3 + p.piston_area_m2 * (p.stroke_m - x));
         let pipe = pipe_mass * zrt / p.pipe_volume_m3;
         let beyond = if x < 0.0 { x } else { (x - p.stroke_m).max(0.0) };
@@ -75,8 +79,7 @@ impl<'a> Plain<'a> {
 
     /// The open, vented state of rest without a leak.
     pub fn rest(&self) -> State {
-        let (p, c) = (self.parameters, self.conditions);
-        let zrt = p.compressibility * p.specific_gas_constant_j_per_kg_k * c.temperature_k;
+        let (p, zrt) = (self.parameters, self.zrt);
         let spring = p.spring_stiffness_n_per_m;
         let force = spring * p.preload_compression_m - p.moving_mass_kg * 9.806_65;
         let x = p.stroke_m + force / (spring + p.contact_stiffness_n_per_m);

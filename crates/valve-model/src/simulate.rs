@@ -3,7 +3,7 @@
 use crate::coefficients::Equations;
 use crate::command::{CommandEdge, Segment, Solenoid, segments};
 use crate::conditions::Conditions;
-use crate::dispatch::{LANES, integrate_lanes};
+use crate::dispatch::{InstructionSet, LANES, integrate_lanes};
 use crate::driven::Driven;
 use crate::integrator::{LaneRun, Pace, Recorder, integrate};
 use crate::params::Valve;
@@ -107,7 +107,17 @@ pub struct Nodes {
 
 /// Simulates runs side by side, as many at a time as fit, and hands the nodes and the final state of
 /// each to `consume` with its index. Runs with the same groups of terms should stand together.
-pub fn simulate(runs: &[Prepared], pressures: bool, mut consume: impl FnMut(usize, &Nodes, &State<f64>)) {
+pub fn simulate(runs: &[Prepared], pressures: bool, consume: impl FnMut(usize, &Nodes, &State<f64>)) {
+    simulate_with(InstructionSet::widest(), runs, pressures, consume);
+}
+
+/// As [`simulate`], with chosen instructions; the results are the same with any.
+pub fn simulate_with(
+    set: InstructionSet,
+    runs: &[Prepared],
+    pressures: bool,
+    mut consume: impl FnMut(usize, &Nodes, &State<f64>),
+) {
     let mut nodes = Nodes::default();
     let mut recorder = Recorder::new(pressures);
     let mut next = 0;
@@ -122,7 +132,7 @@ pub fn simulate(runs: &[Prepared], pressures: bool, mut consume: impl FnMut(usiz
         } else {
             recorder.clear(pressures);
             let base = batch[0].equations.terms.is_base();
-            let states = integrate_lanes(base, &batch, &mut recorder);
+            let states = integrate_lanes(set, base, &batch, &mut recorder);
             for (lane, state) in states.iter().enumerate() {
                 nodes.copy_lane(&recorder, lane);
                 consume(next + lane, &nodes, state);
