@@ -3,7 +3,7 @@
 use crate::coefficients::Equations;
 use crate::command::{CommandEdge, Segment, Solenoid, segments};
 use crate::conditions::Conditions;
-use crate::dispatch::{LANES, integrate_lanes};
+use crate::dispatch::{InstructionSet, LANES, integrate_lanes};
 use crate::driven::Driven;
 use crate::integrator::{LaneRun, Pace, Recorder, integrate};
 use crate::params::Valve;
@@ -107,8 +107,18 @@ pub struct Nodes {
 
 /// Simulates runs side by side, as many at a time as fit, and hands the nodes and the final state of
 /// each to `consume` with its index. Runs with the same groups of terms should stand together.
-pub fn simulate(runs: &[Prepared], pressures: bool, mut consume: impl FnMut(usize, &Nodes, &State<f64>)) {
-    let mut nodes = Nodes::default();
+pub fn simulate(runs: &[Prepared], pressures: bool, consume: impl FnMut(usize, &Nodes, &State<f64>)) {
+    simulate_with(InstructionSet::widest(), runs, pressures, consume);
+}
+
+/// As [`simulate`], with chosen instructions; the results are the same with any.
+pub fn simulate_with(
+    set: InstructionSet,
+    runs: &[Prepared],
+    pressures: bool,
+    mut consume: impl FnMut(usize, &Nodes, &State<f64>),
+) {
+    let mut nodes = vec![Nodes::default(); LANES.min(runs.len())];
     let mut recorder = Recorder::new(pressures);
     let mut next = 0;
     while next < runs.len() {
@@ -117,15 +127,15 @@ pub fn simulate(runs: &[Prepared], pressures: bool, mut consume: impl FnMut(usiz
         if mates == 1 {
             let mut single = Recorder::new(pressures);
             let state = scalar(&batch, &mut single);
-            nodes.copy_lane(&single, 0);
-            consume(next, &nodes, &state);
+            copy_lanes(&single, &mut nodes[..1]);
+            consume(next, &nodes[0], &state);
         } else {
             recorder.clear(pressures);
             let base = batch[0].equations.terms.is_base();
-            let states = integrate_lanes(base, &batch, &mut recorder);
+            let states = integrate_lanes(set, base, &batch, &mut recorder);
+            copy_lanes(&recorder, &mut nodes[..mates]);
             for (lane, state) in states.iter().enumerate() {
-                nodes.copy_lane(&recorder, lane);
-                consume(next + lane, &nodes, state);
+                consume(next + lane, &nodes[lane], state);
             }
         }
         next += mates;
@@ -134,12 +144,12 @@ pub fn simulate(runs: &[Prepared], pressures: bool, mut consume: impl FnMut(usiz
 
 /// Simulates runs one at a time on the scalar path; the definition that the lanes must meet.
 pub fn simulate_scalar(runs: &[Prepared], pressures: bool, mut consume: impl FnMut(usize, &Nodes, &State<f64>)) {
-    let mut nodes = Nodes::default();
+    let mut nodes = [Nodes::default()];
     for (index, run) in runs.iter().enumerate() {
         let mut recorder = Recorder::new(pressures);
         let state = scalar(&[run.lane_run()], &mut recorder);
-        nodes.copy_lane(&recorder, 0);
-        consume(index, &nodes, &state);
+        copy_lanes(&recorder, &mut nodes);
+        consume(index, &nodes[0], &state);
     }
 }
 
@@ -152,17 +162,38 @@ fn scalar(run: &[LaneRun<'_>], recorder: &mut Recorder<f64>) -> State<f64> {
     states[0]
 }
 
+/// Hands each lane of a recorder to nodes of its own.
+fn copy_lanes<R: Real>(recorder: &Recorder<R>, nodes: &mut [Nodes]) {
+    for (lane, nodes) in nodes.iter_mut().enumerate() {
+        for (_, to) in nodes.channels(recorder) {
+            to.clear();
+            to.reserve(recorder.lane_length(lane));
+        }
+    }
+    // All lanes of a block while it is in the cache.
+    for start in (0..recorder.time.len()).step_by(COPY_BLOCK) {
+        for (lane, nodes) in nodes.iter_mut().enumerate() {
+            let end = recorder.lane_length(lane).min(start + COPY_BLOCK);
+            for (from, to) in nodes.channels(recorder) {
+                let block = from.get(start.min(from.len())..end.min(from.len())).unwrap_or_default();
+                to.extend(block.iter().map(|pack| pack.lane(lane)));
+            }
+        }
+    }
+}
+
+/// Nodes copied at a time.
+const COPY_BLOCK: usize = 64;
+
 impl Nodes {
-    fn copy_lane<R: Real>(&mut self, recorder: &Recorder<R>, lane: usize) {
-        let length = recorder.lane_length(lane);
-        let copy = |into: &mut Vec<f64>, from: &[R]| {
-            into.clear();
-            into.extend(from.iter().take(length).map(|pack| pack.lane(lane)));
-        };
-        copy(&mut self.time_s, &recorder.time);
-        copy(&mut self.position_m, &recorder.position);
-        copy(&mut self.velocity_m_per_s, &recorder.velocity);
-        copy(&mut self.chamber_pressure_pa, &recorder.chamber_pressure);
-        copy(&mut self.pipe_pressure_pa, &recorder.pipe_pressure);
+    /// Each channel of a recorder with the list that takes it.
+    fn channels<'a, R: Real>(&'a mut self, recorder: &'a Recorder<R>) -> [(&'a Vec<R>, &'a mut Vec<f64>); 5] {
+        [
+            (&recorder.time, &mut self.time_s),
+            (&recorder.position, &mut self.position_m),
+            (&recorder.velocity, &mut self.velocity_m_per_s),
+            (&recorder.chamber_pressure, &mut self.chamber_pressure_pa),
+            (&recorder.pipe_pressure, &mut self.pipe_pressure_pa),
+        ]
     }
 }
