@@ -1,7 +1,7 @@
 //! Prognosis: a table inversion, an update of the remaining life, the same by an optimiser, a log.
 
-#[path = "../tests/support/mod.rs"]
-mod support;
+#[path = "../tests/reference_valve/mod.rs"]
+mod reference_valve;
 
 use std::cell::Cell;
 use std::hint::black_box;
@@ -15,7 +15,7 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use leak_table::{Fault, Stroke, TableBundle};
 use prognoser::bayes::{BayesConfig, BayesEstimator};
 use prognoser::{Method, OlsEstimator, Prognoser, Reading, TimingLog};
-use support::{CYCLE, base_valve, leaking, periodic, spread, testbed};
+use reference_valve::{CYCLE, base_valve, leaking, periodic, spread, testbed};
 use valve_model::Valve;
 use valve_model::simulate::DEFAULT_STEP_S;
 

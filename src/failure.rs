@@ -53,11 +53,27 @@ pub fn report(error: &anyhow::Error) -> ExitCode {
     }
     // Where even stderr is gone, there is nobody left to tell.
     let mut stderr = io::stderr().lock();
-    let _ = writeln!(stderr, "error: {error:#}");
+    let _ = writeln!(stderr, "error: {}", whole_story(error));
     if let Some(hint) = error.downcast_ref::<Hinted>() {
         let _ = writeln!(stderr, "hint: {}", hint.hint);
     }
     ExitCode::from(2)
+}
+
+/// The error and its causes in one line. A cause that its error already tells is
+/// not said twice.
+fn whole_story(error: &anyhow::Error) -> String {
+    let mut story = String::new();
+    for cause in error.chain() {
+        let text = cause.to_string();
+        if story.is_empty() {
+            story = text;
+        } else if !story.contains(&text) {
+            story.push_str(": ");
+            story.push_str(&text);
+        }
+    }
+    story
 }
 
 fn is_broken_pipe(error: &anyhow::Error) -> bool {

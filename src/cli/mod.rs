@@ -2,6 +2,7 @@
 //! the completions.
 
 mod model;
+mod prognosis;
 mod quantities;
 
 use std::path::PathBuf;
@@ -9,6 +10,9 @@ use std::path::PathBuf;
 use clap::{Parser, Subcommand, ValueEnum};
 
 pub use model::{EffectsArgs, RevertArgs, SimulateArgs};
+pub use prognosis::{
+    BuildTablesArgs, DemoArgs, EvaluateArgs, GrowthName, MethodName, PrognoseArgs, StartName, StreamFormat,
+};
 
 /// Physics-based prognosis of pneumatic valves from their stroke times
 ///
@@ -34,6 +38,14 @@ pub enum Verb {
     /// Simulate cycles of a valve and print their stroke times
     #[command(visible_alias = "sim")]
     Simulate(SimulateArgs),
+    /// Build the tables from leak area to stroke times, for both kinds of leak
+    BuildTables(BuildTablesArgs),
+    /// Estimate fault, leak and remaining useful life from a timing log
+    Prognose(PrognoseArgs),
+    /// Say how good the prognosis of a valve is, on simulated lives with known ends
+    Evaluate(EvaluateArgs),
+    /// Show the whole chain on data that the program carries: nothing to set up
+    Demo(DemoArgs),
     /// List the physical effects that can be added to a valve file, or explain one
     Effects(EffectsArgs),
     /// Undo the last step of a valve file's history

@@ -25,10 +25,10 @@ pub struct SimulateArgs {
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub cycles: u32,
     /// Area of a leak from the pipe to the atmosphere
-    #[arg(long, value_name = "AREA", value_parser = area_m2, default_value = "0 mm2")]
+    #[arg(long, value_name = "AREA", value_parser = area_m2, allow_hyphen_values = true, default_value = "0 mm2")]
     pub leak_to_atmosphere: f64,
     /// Area of a leak from the supply into the pipe
-    #[arg(long, value_name = "AREA", value_parser = area_m2, default_value = "0 mm2")]
+    #[arg(long, value_name = "AREA", value_parser = area_m2, allow_hyphen_values = true, default_value = "0 mm2")]
     pub leak_from_supply: f64,
     /// Supply pressure instead of the valve file's
     #[arg(long, value_name = "PRESSURE", value_parser = pressure)]

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use quantity::format_number;
 use report::figures::EffectFigure;
-use serde_json::{Value, json};
+use serde::Serialize;
 use valve_file::ValveFile;
 use valve_model::effects::{ActsOn, DefaultValue};
 use valve_model::simulate::DEFAULT_STEP_S;
@@ -16,7 +16,7 @@ use crate::failure::{Answer, Hinted};
 use crate::output::{self, Align, PlotFile, TextTable};
 
 /// The valve on which an effect is shown unless another is given.
-const REFERENCE_VALVE: &str = include_str!("../../models/kulkarni-2014.toml");
+const REFERENCE_VALVE: &str = include_str!("../../models/testbed.toml");
 
 /// Lists the catalogue or explains one effect.
 pub fn run(args: &EffectsArgs) -> anyhow::Result<Answer> {
@@ -46,13 +46,12 @@ pub fn run(args: &EffectsArgs) -> anyhow::Result<Answer> {
 }
 
 fn reference_valve() -> anyhow::Result<ValveFile> {
-    Ok(ValveFile::parse(REFERENCE_VALVE, "models/kulkarni-2014.toml")?)
+    Ok(ValveFile::parse(REFERENCE_VALVE, "models/testbed.toml")?)
 }
 
 fn list(format: Format) -> anyhow::Result<Answer> {
     if format == Format::Json {
-        let all: Vec<Value> = EffectKind::ALL.iter().map(|kind| description(*kind)).collect();
-        output::print_json(&json!({ "effects": all }))?;
+        output::print_json(&Catalogue { effects: EffectKind::ALL.iter().map(|kind| description(*kind)).collect() })?;
         return Ok(Answer::Fine);
     }
     let mut table = TextTable::new(&[("id", Align::Left), ("acts on", Align::Left), ("what it is", Align::Left)]);
@@ -124,7 +123,11 @@ impl Shown {
     }
 
     fn figure(&self, kind: EffectKind, file: &ValveFile) -> EffectFigure {
-        let times = instants(file.schedule().end_s, DEFAULT_STEP_S);
+        // The rest after both strokes shows nothing.
+        let opened_s = [&self.without, &self.with].map(|cycles| cycles.times_s[0][1].unwrap_or(f64::INFINITY));
+        let schedule = file.schedule();
+        let end_s = (schedule.open_at_s + 1.4 * opened_s[0].max(opened_s[1])).min(schedule.end_s);
+        let times = instants(end_s, DEFAULT_STEP_S);
         let path = |cycles: &Cycles| {
             let mut position = Vec::new();
             cycles.nodes.positions_at(&times, &mut position);
@@ -194,33 +197,77 @@ fn explain(kind: EffectKind, file: &ValveFile, shown: &Shown) -> String {
     out
 }
 
-fn description(kind: EffectKind) -> Value {
-    let info = kind.info();
-    let parameters: Vec<Value> = kind
-        .parameters()
-        .iter()
-        .map(|parameter| json!({ "name": parameter.name, "si_unit": parameter.si_unit, "meaning": parameter.meaning }))
-        .collect();
-    json!({
-        "id": info.id,
-        "summary": info.summary,
-        "acts_on": acts_on(info.acts_on),
-        "equation": info.equation,
-        "symptom": info.symptom,
-        "typical_sizes": info.typical_sizes,
-        "confused_with": info.confused_with,
-        "source": info.source,
-        "parameters": parameters,
-    })
+#[derive(Serialize)]
+struct Description {
+    id: &'static str,
+    summary: &'static str,
+    acts_on: &'static str,
+    equation: &'static str,
+    symptom: &'static str,
+    typical_sizes: &'static str,
+    confused_with: &'static [&'static str],
+    source: &'static str,
+    parameters: Vec<ParameterOut>,
 }
 
-fn document(kind: EffectKind, shown: &Shown) -> Value {
-    let mut document = description(kind);
-    let times = |cycles: &Cycles| json!({ "close_time_s": cycles.times_s[0][0], "open_time_s": cycles.times_s[0][1] });
-    document["example"] = json!({
-        "values_si": shown.effect.values(),
-        "without": times(&shown.without),
-        "with": times(&shown.with),
-    });
-    document
+#[derive(Serialize)]
+struct ParameterOut {
+    name: &'static str,
+    si_unit: &'static str,
+    meaning: &'static str,
+}
+
+fn description(kind: EffectKind) -> Description {
+    let info = kind.info();
+    let parameters = kind
+        .parameters()
+        .iter()
+        .map(|parameter| ParameterOut { name: parameter.name, si_unit: parameter.si_unit, meaning: parameter.meaning })
+        .collect();
+    Description {
+        id: info.id,
+        summary: info.summary,
+        acts_on: acts_on(info.acts_on),
+        equation: info.equation,
+        symptom: info.symptom,
+        typical_sizes: info.typical_sizes,
+        confused_with: info.confused_with,
+        source: info.source,
+        parameters,
+    }
+}
+
+#[derive(Serialize)]
+struct Document<'a> {
+    #[serde(flatten)]
+    description: Description,
+    example: Example<'a>,
+}
+
+#[derive(Serialize)]
+struct Example<'a> {
+    values_si: &'a [f64],
+    without: Times,
+    with: Times,
+}
+
+#[derive(Serialize)]
+struct Times {
+    close_time_s: Option<f64>,
+    open_time_s: Option<f64>,
+}
+
+fn document(kind: EffectKind, shown: &Shown) -> Document<'_> {
+    let times = |cycles: &Cycles| {
+        let [close_time_s, open_time_s] = cycles.times_s[0];
+        Times { close_time_s, open_time_s }
+    };
+    let example =
+        Example { values_si: shown.effect.values(), without: times(&shown.without), with: times(&shown.with) };
+    Document { description: description(kind), example }
+}
+
+#[derive(Serialize)]
+struct Catalogue {
+    effects: Vec<Description>,
 }

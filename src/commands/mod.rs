@@ -1,10 +1,15 @@
 //! One file a verb: read, call the crates, print.
 
+mod build_tables;
+mod demo;
 mod effects;
+mod evaluate;
 mod manual;
+mod prognose;
 mod revert;
 mod simulate;
 mod strokes;
+mod tables;
 
 use crate::cli::Verb;
 use crate::failure::Answer;
@@ -13,6 +18,10 @@ use crate::failure::Answer;
 pub fn run(verb: &Verb) -> anyhow::Result<Answer> {
     match verb {
         Verb::Simulate(args) => simulate::run(args),
+        Verb::BuildTables(args) => build_tables::run(args),
+        Verb::Prognose(args) => prognose::run(args),
+        Verb::Evaluate(args) => evaluate::run(args),
+        Verb::Demo(args) => demo::run(args),
         Verb::Effects(args) => effects::run(args),
         Verb::Revert(args) => revert::run(args),
         Verb::Completions { shell } => manual::completions(*shell),

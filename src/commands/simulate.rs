@@ -2,8 +2,9 @@
 
 use std::io::Write;
 
+use anyhow::Context;
 use report::figures::TraceFigure;
-use serde_json::{Value, json};
+use serde::Serialize;
 use valve_file::ValveFile;
 use valve_model::cycle::cycles;
 use valve_model::{Conditions, Schedule};
@@ -55,7 +56,8 @@ fn conditions(args: &SimulateArgs, file: &ValveFile) -> anyhow::Result<Condition
     conditions.leak_to_atmosphere_m2 = args.leak_to_atmosphere;
     conditions.leak_from_supply_m2 = args.leak_from_supply;
     if let Some(pressure) = &args.supply_pressure {
-        conditions.supply_pressure_pa = pressure.absolute_pa(parameters.ambient_pressure_pa)?;
+        conditions.supply_pressure_pa =
+            pressure.absolute_pa(parameters.ambient_pressure_pa).context("--supply-pressure")?;
     }
     if let Some(temperature) = args.temperature {
         conditions.temperature_k = temperature;
@@ -99,24 +101,54 @@ fn print_table(file: &ValveFile, times: &[[Option<f64>; 2]]) -> anyhow::Result<(
     output::print_text(&table.render())
 }
 
-fn document(file: &ValveFile, conditions: &Conditions, times: &[[Option<f64>; 2]]) -> Value {
+#[derive(Serialize)]
+struct Document<'a> {
+    valve: &'a str,
+    conditions: ConditionsOut,
+    schedule: ScheduleOut,
+    cycles: Vec<CycleOut>,
+}
+
+#[derive(Serialize)]
+struct ConditionsOut {
+    supply_pressure_pa: f64,
+    temperature_k: f64,
+    leak_to_atmosphere_mm2: f64,
+    leak_from_supply_mm2: f64,
+}
+
+#[derive(Serialize)]
+struct ScheduleOut {
+    close_at_s: f64,
+    open_at_s: f64,
+    end_s: f64,
+}
+
+#[derive(Serialize)]
+struct CycleOut {
+    cycle: usize,
+    close_time_s: Option<f64>,
+    open_time_s: Option<f64>,
+}
+
+fn document<'a>(file: &'a ValveFile, conditions: &Conditions, times: &[[Option<f64>; 2]]) -> Document<'a> {
     let Schedule { close_at_s, open_at_s, end_s } = file.schedule();
-    let cycles: Vec<Value> = times
-        .iter()
-        .enumerate()
-        .map(|(cycle, [close, open])| json!({ "cycle": cycle, "close_time_s": close, "open_time_s": open }))
-        .collect();
-    json!({
-        "valve": file.name(),
-        "conditions": {
-            "supply_pressure_pa": conditions.supply_pressure_pa,
-            "temperature_k": conditions.temperature_k,
-            "leak_to_atmosphere_mm2": conditions.leak_to_atmosphere_m2 * 1e6,
-            "leak_from_supply_mm2": conditions.leak_from_supply_m2 * 1e6,
+    let cycle = |(cycle, [close_time_s, open_time_s]): (usize, &[Option<f64>; 2])| CycleOut {
+        cycle,
+        close_time_s: *close_time_s,
+        open_time_s: *open_time_s,
+    };
+    Document {
+        valve: file.name(),
+        conditions: ConditionsOut {
+            supply_pressure_pa: conditions.supply_pressure_pa,
+            temperature_k: conditions.temperature_k,
+            leak_to_atmosphere_mm2: conditions.leak_to_atmosphere_m2 * 1e6,
+            leak_from_supply_mm2: conditions.leak_from_supply_m2 * 1e6,
         },
-        "schedule": { "close_at_s": close_at_s, "open_at_s": open_at_s, "end_s": end_s },
-        "cycles": cycles,
-    })
+        schedule: ScheduleOut { close_at_s, open_at_s, end_s },
+        cycles: times.iter().enumerate().map(cycle).collect(),
+    }
 }
 
 /// Columns as in a recorded campaign, so that a trace can stand in for a record.

@@ -55,6 +55,6 @@ impl Cycles {
 pub fn instants(end_s: f64, spacing_s: f64) -> Vec<f64> {
     // The number of samples of a record; far below what a usize holds.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count of samples")]
-    let last = (end_s / spacing_s + 1e-9).floor() as usize;
+    let last = (end_s / spacing_s + 1e-6).floor() as usize;
     (0..=last).map(|index| index as f64 * spacing_s).collect()
 }

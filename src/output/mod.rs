@@ -1,6 +1,7 @@
 //! Results to stdout and to files.
 
 mod figure;
+mod progress;
 mod staged;
 mod table;
 
@@ -10,6 +11,7 @@ use anyhow::Context;
 use serde::Serialize;
 
 pub use figure::PlotFile;
+pub use progress::ProgressLine;
 pub use staged::StagedFile;
 pub use table::{Align, TextTable};
 

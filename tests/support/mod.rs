@@ -1,80 +1,106 @@
-//! What the tests of the model and of the tables have in common.
-#![allow(dead_code, reason = "each test target uses a part of it")]
+//! A directory of its own for each test, and the program run in it.
 
-pub mod plain;
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
 
-use std::path::Path;
+use tempfile::TempDir;
 
-use leak_table::Fault;
-use lut_builder::TableModel;
-use valve_file::ValveFile;
-use valve_model::cycle::{CycleTimes, cycles};
-use valve_model::simulate::DEFAULT_STEP_S;
-use valve_model::{Conditions, Effect, EffectKind, Parameters, Schedule, Switches, Valve};
-
-/// The reference valve's file.
-pub fn testbed_file() -> ValveFile {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("models/testbed.toml");
-    ValveFile::read(&path).expect("the reference valve's file is right")
+/// A directory with the reference valve in it.
+pub struct Sandbox {
+    dir: TempDir,
 }
 
-/// The reference valve's parameters.
-pub fn testbed() -> Parameters {
-    testbed_file().valve().parameters().clone()
-}
-
-/// The reference valve's cycle.
-pub const CYCLE: Schedule = Schedule { close_at_s: 0.0, open_at_s: 4.0, end_s: 12.0 };
-
-/// A valve without effects.
-pub fn base_valve(parameters: Parameters) -> Valve {
-    Valve::new(parameters, Switches::default(), Vec::new(), Vec::new()).expect("parameters are possible")
-}
-
-/// The reference valve with one effect of the catalogue.
-pub fn with_effect(effect: Effect) -> Valve {
-    Valve::new(testbed(), Switches::default(), vec![effect], Vec::new()).expect("parameters are possible")
-}
-
-/// An effect at its typical size on the reference valve.
-pub fn typical(kind: EffectKind) -> Effect {
-    let parameters = testbed();
-    let values: Vec<_> = kind.parameters().iter().map(|p| Some((p.range)(&parameters).typical)).collect();
-    Effect::new(kind, &values).expect("typical values are possible")
-}
-
-/// Conditions with a leak of one kind.
-pub fn leaking(valve: &Valve, fault: Fault, area_m2: f64) -> Conditions {
-    let mut conditions = Conditions::nominal(valve.parameters());
-    match fault {
-        Fault::Atmosphere => conditions.leak_to_atmosphere_m2 = area_m2,
-        Fault::Supply => conditions.leak_from_supply_m2 = area_m2,
+impl Sandbox {
+    pub fn new() -> Self {
+        let dir = tempfile::tempdir().expect("a temporary directory");
+        let sandbox = Self { dir };
+        sandbox.write("valve.toml", include_str!("../../models/testbed.toml"));
+        sandbox.write("log.csv", include_str!("../../data/leaking-valve.csv"));
+        sandbox
     }
-    conditions
-}
 
-/// The periodic cycle of each valve.
-pub fn periodic(valves: &[(&Valve, Conditions)], schedule: &Schedule, step_s: f64) -> Vec<CycleTimes> {
-    cycles(valves, schedule, 40, step_s).into_iter().map(|times| *times.last().expect("at least one cycle")).collect()
-}
+    /// A directory that has the tables of its valve beside it.
+    pub fn with_tables() -> Self {
+        let sandbox = Self::new();
+        for (name, text) in [
+            ("atmosphere.csv", include_str!("../../tables/atmosphere.csv")),
+            ("supply.csv", include_str!("../../tables/supply.csv")),
+            ("manifest.json", include_str!("../../tables/manifest.json")),
+        ] {
+            sandbox.write(&format!("tables/{name}"), text);
+        }
+        sandbox
+    }
 
-/// The first cycle of a valve from rest, at the default step.
-pub fn first_cycle(valve: &Valve, conditions: Conditions, schedule: &Schedule) -> CycleTimes {
-    cycles(&[(valve, conditions)], schedule, 1, DEFAULT_STEP_S)[0][0]
-}
+    /// Runs the program in the directory.
+    pub fn valve(&self, arguments: &[&str]) -> Output {
+        self.command(arguments).stdin(Stdio::null()).output().expect("the program runs")
+    }
 
-/// What the tables of a valve file are built from.
-pub fn table_model<'a>(file: &'a ValveFile, canonical_text: &'a str) -> TableModel<'a> {
-    TableModel {
-        name: file.name(),
-        canonical_text,
-        valve: file.valve(),
-        schedule: file.schedule(),
-        limits: file.limits(),
+    /// Runs the program with a text on stdin.
+    pub fn valve_reading(&self, arguments: &[&str], input: &str) -> Output {
+        let mut child = self
+            .command(arguments)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the program starts");
+        // A program that refuses its input early may close the pipe.
+        let _ = child.stdin.take().expect("a pipe").write_all(input.as_bytes());
+        child.wait_with_output().expect("the program ends")
+    }
+
+    /// The program, ready to run in the directory.
+    pub fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_valve"));
+        command.args(arguments).current_dir(self.dir.path()).env("COLUMNS", "100");
+        command
+    }
+
+    /// Path of something in the directory.
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.dir.path().join(name)
+    }
+
+    pub fn write(&self, name: &str, text: &str) {
+        let path = self.path(name);
+        fs::create_dir_all(path.parent().expect("a directory")).expect("a directory in that of the test");
+        fs::write(path, text).expect("a file in the directory of the test");
+    }
+
+    pub fn read(&self, name: &str) -> String {
+        String::from_utf8(self.bytes(name)).expect("text")
+    }
+
+    pub fn bytes(&self, name: &str) -> Vec<u8> {
+        fs::read(self.dir.path().join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
+    }
+
+    /// Names of what is in the directory, in order.
+    pub fn names(&self) -> Vec<String> {
+        names(self.dir.path())
     }
 }
 
-/// A stream of numbers in 0..1 that looks random and is the same on every machine (Weyl sequence).
-pub fn spread(count: usize, seed: f64) -> impl Iterator<Item = f64> {
-    (1..=count).map(move |i| (seed + i as f64 * 0.618_033_988_749_895).fract())
+fn names(dir: &Path) -> Vec<String> {
+    let entries = fs::read_dir(dir).expect("the directory of the test");
+    let mut names: Vec<String> =
+        entries.map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned()).collect();
+    names.sort();
+    names
+}
+
+/// Exit code, stdout and stderr in one text.
+pub fn shown(output: &Output) -> String {
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    let code = output.status.code().map_or_else(|| "none".to_owned(), |code| code.to_string());
+    format!("exit code: {code}\n----- stdout\n{}----- stderr\n{}", text(&output.stdout), text(&output.stderr))
+}
+
+/// Every verb of the program.
+pub fn verbs() -> Vec<&'static str> {
+    vec!["simulate", "build-tables", "prognose", "evaluate", "demo", "effects", "revert", "completions", "man"]
 }

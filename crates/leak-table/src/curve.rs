@@ -124,7 +124,8 @@ impl MonotoneCubic {
         if x >= self.x[last] {
             return (self.y[last] + self.slope[last] * (x - self.x[last]), self.slope[last]);
         }
-        let i = self.x.partition_point(|&knot| knot <= x) - 1;
+        // Saturates for a NaN only, which then comes out as it went in.
+        let i = self.x.partition_point(|&knot| knot <= x).saturating_sub(1);
         let piece = self.piece(i);
         let u = (x - self.x[i]) / piece.width;
         (piece.value(u), piece.derivative(u) / piece.width)
@@ -147,7 +148,7 @@ impl MonotoneCubic {
         if before(self.y[last], y) {
             return self.x[last] + (y - self.y[last]) / self.slope[last];
         }
-        let i = self.y.partition_point(|&knot| before(knot, y)) - 1;
+        let i = self.y.partition_point(|&knot| before(knot, y)).saturating_sub(1);
         let piece = self.piece(i);
         self.x[i] + piece.width * piece.solve(y)
     }
@@ -301,6 +302,13 @@ mod tests {
             assert!(y > before);
             before = y;
         }
+    }
+
+    #[test]
+    fn not_a_number_stays_what_it_is() {
+        let curve = tangent_like();
+        assert!(curve.value(f64::NAN).is_nan());
+        assert!(curve.inverse(f64::NAN).is_nan());
     }
 
     #[test]

@@ -1,8 +1,8 @@
 //! Nonlinear least squares in a [`Space`]: Levenberg (1944) and Marquardt (1963) with priors and bounds.
 //!
 //! The Jacobian comes from finite differences that are a visible share of a prior's width, because
-//! choking, contact and sticking switch; all its columns are simulated side by side. It is kept for as
-//! long as the steps it gives go down as predicted.
+//! choking, contact and sticking switch; all its columns are simulated side by side, and so are several
+//! dampings of each step.
 
 use nalgebra::{DMatrix, DVector};
 use valve_model::Valve;
@@ -72,7 +72,7 @@ pub fn normalised_rms(residual: &[f64], scatter: &Scatter) -> f64 {
 }
 
 /// The prior part of the cost at a point.
-fn prior_cost(space: &Space, u: &[f64]) -> f64 {
+pub fn prior_cost(space: &Space, u: &[f64]) -> f64 {
     space
         .coordinates
         .iter()
@@ -81,76 +81,63 @@ fn prior_cost(space: &Space, u: &[f64]) -> f64 {
         .sum()
 }
 
-/// Fits a space to a dataset from a starting point.
+/// Factors on the damping that are tried side by side in every step.
+const DAMPINGS: [f64; 4] = [0.03, 1.0, 30.0, 1000.0];
+
+/// Fits a space to a dataset from a starting point; nothing if that is no possible valve.
 pub fn fit(data: &Dataset, scatter: &Scatter, space: &Space, start: &[f64], options: FitOptions) -> Option<Fit> {
-    let mut u: Vec<f64> = space
-        .coordinates
-        .iter()
-        .zip(start)
-        .map(|(coordinate, u)| u.clamp(coordinate.lower, coordinate.upper))
-        .collect();
+    let mut u = space.clamped(start);
     let mut residual = residuals(data, &[space.valve(&u)?]).remove(0);
     let mut chi2 = scatter.dot(&residual, &residual);
     let mut cost = chi2 + prior_cost(space, &u);
     let mut damping = 1e-3;
-    let mut columns = Vec::new();
-    let mut fresh = false;
     let mut converged = false;
-    let mut normal: Option<(DMatrix<f64>, DVector<f64>)> = None;
+    let mut columns = jacobian(data, space, &u, &residual);
     for _ in 0..options.steps {
-        if columns.is_empty() {
-            columns = jacobian(data, space, &u, &residual);
-            normal = None;
-            fresh = true;
+        let (matrix, gradient) = scatter.normal_equations(&columns, &residual);
+        let trials: Vec<(f64, Vec<f64>, Valve)> = DAMPINGS
+            .iter()
+            .filter_map(|factor| {
+                let (step, promised) = damped_step(space, &u, &matrix, &gradient, damping * factor)?;
+                let moved: Vec<f64> = u.iter().zip(step.iter()).map(|(u, step)| u + step).collect();
+                let next = space.clamped(&moved);
+                let valve = space.valve(&next)?;
+                (promised > options.tolerance).then_some((damping * factor, next, valve))
+            })
+            .collect();
+        if trials.is_empty() {
+            converged = true;
+            break;
         }
-        let (matrix, gradient) = normal.get_or_insert_with(|| scatter.normal_equations(&columns, &residual));
-        let Some((step, promised)) = damped_step(space, &u, matrix, gradient, damping) else { break };
-        if promised < options.tolerance {
-            if fresh {
+        let valves: Vec<Valve> = trials.iter().map(|(_, _, valve)| valve.clone()).collect();
+        let outcomes = residuals(data, &valves);
+        let costs: Vec<(f64, f64)> = outcomes
+            .iter()
+            .zip(&trials)
+            .map(|(outcome, (_, next, _))| {
+                let chi2 = scatter.dot(outcome, outcome);
+                (chi2, chi2 + prior_cost(space, next))
+            })
+            .collect();
+        let Some(best) = (0..costs.len()).min_by(|a, b| costs[*a].1.total_cmp(&costs[*b].1)) else { break };
+        let gain = cost - costs[best].1;
+        if gain <= 0.0 {
+            damping *= DAMPINGS[3] * 10.0;
+            if damping > 1e9 {
                 converged = true;
                 break;
             }
-            columns.clear();
             continue;
         }
-        let next: Vec<f64> = u
-            .iter()
-            .zip(step.iter())
-            .zip(&space.coordinates)
-            .map(|((u, step), coordinate)| (u + step).clamp(coordinate.lower, coordinate.upper))
-            .collect();
-        let trial = space.valve(&next).map(|valve| residuals(data, &[valve]).remove(0));
-        let trial_cost = trial.as_ref().map(|trial| {
-            let chi2 = scatter.dot(trial, trial);
-            (chi2, chi2 + prior_cost(space, &next))
-        });
-        match (trial, trial_cost) {
-            (Some(trial), Some((trial_chi2, trial_cost))) if trial_cost < cost => {
-                let ratio = (cost - trial_cost) / promised;
-                (u, residual, chi2, cost) = (next, trial, trial_chi2, trial_cost);
-                damping = if ratio > 0.75 { (damping * 0.2).max(1e-9) } else { damping };
-                normal = None;
-                fresh = false;
-                // A Jacobian that predicts well is used again.
-                if ratio < 0.9 {
-                    columns.clear();
-                }
-            }
-            _ => {
-                if fresh {
-                    damping = (damping * 8.0).max(1e-4);
-                    if damping > 1e8 {
-                        break;
-                    }
-                } else {
-                    columns.clear();
-                    normal = None;
-                }
-            }
-        }
-    }
-    if columns.is_empty() {
+        damping = trials[best].0.clamp(1e-9, 1e6);
+        (chi2, cost) = costs[best];
+        u.clone_from(&trials[best].1);
+        residual.clone_from(&outcomes[best]);
         columns = jacobian(data, space, &u, &residual);
+        if gain < options.tolerance {
+            converged = true;
+            break;
+        }
     }
     let (mut matrix, _) = scatter.normal_equations(&columns, &residual);
     for (index, coordinate) in space.coordinates.iter().enumerate() {
@@ -226,13 +213,11 @@ fn damped_step(
                 && ((u[*index] <= coordinate.lower && target < coordinate.lower)
                     || (u[*index] >= coordinate.upper && target > coordinate.upper))
         });
-        match blocked {
-            Some(index) => free[index] = false,
-            None => {
-                let promised = 2.0 * b.dot(&step) - (step.transpose() * &undamped * &step)[(0, 0)];
-                return Some((step, promised));
-            }
-        }
+        let Some(index) = blocked else {
+            let promised = 2.0 * b.dot(&step) - (step.transpose() * &undamped * &step)[(0, 0)];
+            return Some((step, promised));
+        };
+        free[index] = false;
     }
     None
 }

@@ -4,6 +4,7 @@
 //! a [`Dataset`] holds what was recorded in units of its noise, [`fit`] brings both together.
 
 pub mod data;
+pub mod explain;
 pub mod fit;
 pub mod forward;
 pub mod scatter;

@@ -27,6 +27,8 @@ enum Map {
     Linear,
     /// centre exp(scale u).
     Logarithmic,
+    /// centre / u: from infinity at 0 through the centre at 1.
+    Reciprocal,
 }
 
 /// One coordinate of a fit.
@@ -55,6 +57,7 @@ impl Coordinate {
         match self.map {
             Map::Linear => self.centre + self.scale * u,
             Map::Logarithmic => self.centre * (self.scale * u).exp(),
+            Map::Reciprocal => self.centre / u,
         }
     }
 
@@ -63,6 +66,7 @@ impl Coordinate {
         let u = match self.map {
             Map::Linear => (value - self.centre) / self.scale,
             Map::Logarithmic => (value / self.centre).ln() / self.scale,
+            Map::Reciprocal => self.centre / value,
         };
         u.clamp(self.lower, self.upper)
     }
@@ -70,7 +74,7 @@ impl Coordinate {
     /// A step for finite differences at u that stays within the bounds.
     pub fn step_at(&self, u: f64) -> f64 {
         let step =
-            if self.prior.is_none() && self.map == Map::Linear { self.step * u.abs().max(0.4) } else { self.step };
+            if self.prior.is_none() && self.map != Map::Logarithmic { self.step * u.abs().max(0.4) } else { self.step };
         if u + step > self.upper { -step } else { step }
     }
 }
@@ -102,11 +106,11 @@ impl Space {
                 map: Map::Logarithmic,
                 centre: valve.parameters().get(tolerance.parameter),
                 scale: tolerance.relative_sigma,
-                lower: -12.0,
-                upper: 12.0,
+                lower: -6.0,
+                upper: 6.0,
                 start: 0.0,
                 prior: Some((0.0, 1.0)),
-                step: 0.05,
+                step: 0.02,
             })
             .collect();
         Self {
@@ -137,13 +141,10 @@ impl Space {
     #[must_use]
     pub fn with_effect(&self, kind: EffectKind) -> Self {
         let mut space = self.clone();
-        let slot = match space.effects.iter().position(|effect| effect.kind() == kind) {
-            Some(slot) => slot,
-            None => {
-                space.effects.push(typical(kind, &self.parameters));
-                space.effects.len() - 1
-            }
-        };
+        let slot = space.effects.iter().position(|effect| effect.kind() == kind).unwrap_or(space.effects.len());
+        if slot == space.effects.len() {
+            space.effects.push(typical(kind, &self.parameters));
+        }
         for index in 0..kind.parameters().len() {
             let target = Target::Effect(slot, index);
             if space.coordinates.iter().all(|coordinate| coordinate.target != target) {
@@ -172,7 +173,7 @@ impl Space {
                 upper: (parameter.upper - parameter.value) / scale,
                 start: 0.0,
                 prior: None,
-                step: 0.05,
+                step: 0.02,
             });
         }
         space
@@ -181,6 +182,11 @@ impl Space {
     /// Where a fit starts.
     pub fn start(&self) -> Vec<f64> {
         self.coordinates.iter().map(|coordinate| coordinate.start).collect()
+    }
+
+    /// A point moved to within the bounds.
+    pub fn clamped(&self, u: &[f64]) -> Vec<f64> {
+        self.coordinates.iter().zip(u).map(|(coordinate, u)| u.clamp(coordinate.lower, coordinate.upper)).collect()
     }
 
     /// The coordinates of an effect, by position in the space.
@@ -276,7 +282,7 @@ fn effect_coordinate(
             upper: a.max(b),
             start,
             prior: None,
-            step: 0.05,
+            step: 0.02,
         }
     };
     let logarithmic = |centre: f64, prior: Option<(f64, f64)>| Coordinate {
@@ -288,10 +294,18 @@ fn effect_coordinate(
         upper: (range.upper / centre).ln(),
         start: 0.0,
         prior,
-        step: 0.05,
+        step: 0.02,
     };
     let mut coordinate = match (kind, index) {
-        (EffectKind::GasHeating, _) => logarithmic(range.typical, None),
+        (EffectKind::GasHeating, _) => Coordinate {
+            map: Map::Reciprocal,
+            centre: range.typical,
+            scale: 1.0,
+            lower: 0.0,
+            upper: range.typical / range.lower,
+            start: 1.0,
+            ..linear(0.0, 1.0, 1.0)
+        },
         (EffectKind::OrificeLaw, _) => linear(range.typical, 0.1, 0.0),
         (EffectKind::DryFriction, 1) => Coordinate {
             target,
@@ -302,7 +316,7 @@ fn effect_coordinate(
             upper: 4.0,
             start: 0.3,
             prior: Some((0.0, 1.0)),
-            step: 0.05,
+            step: 0.02,
         },
         (EffectKind::SolenoidLag, _) => linear(0.0, range.typical, 1.0),
         (_, 0) => linear(neutral, range.typical - neutral, 1.0),

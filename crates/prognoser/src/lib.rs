@@ -18,6 +18,7 @@ mod log;
 mod monitor;
 mod notice;
 mod ols;
+mod output;
 mod prognoser;
 mod reading;
 mod record;

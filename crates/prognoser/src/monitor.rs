@@ -14,9 +14,9 @@ const NEWEST: f64 = 0.05;
 const ENOUGH: f64 = 10.0;
 /// Standard errors of the mean from which on an offset counts.
 const SIGNIFICANT: f64 = 6.0;
-/// Offsets below this many seconds are never mentioned: a log has its
-/// rounding.
-const SMALLEST_S: f64 = 5e-4;
+/// Offsets below this share of the healthy stroke time are never mentioned:
+/// no table is better.
+const SMALLEST: f64 = 0.01;
 
 #[derive(Clone, Copy, Debug, Default)]
 struct Running {
@@ -42,10 +42,10 @@ impl Running {
     }
 
     /// The mean, if it is more than noise.
-    fn offset(&self) -> Option<f64> {
+    fn offset(&self, smallest_s: f64) -> Option<f64> {
         let effective = self.n.min(2.0 / NEWEST);
         let error = (self.difference / effective).sqrt();
-        let real = self.n >= ENOUGH && self.mean.abs() > (SIGNIFICANT * error).max(SMALLEST_S);
+        let real = self.n >= ENOUGH && self.mean.abs() > (SIGNIFICANT * error).max(smallest_s);
         real.then_some(self.mean)
     }
 }
@@ -62,10 +62,12 @@ pub(crate) struct Monitor {
 
 impl Monitor {
     /// Takes in the residuals of a cycle (in s; none for glitches and strokes
-    /// that did not finish) and says what is odd about them.
+    /// that did not finish) and says what is odd about them. The times of the
+    /// healthy valve say what is a trifle.
     pub(crate) fn look(
         &mut self,
         residual_s: [Option<f64>; 2],
+        healthy_s: [f64; 2],
         stated_sd_s: Option<f64>,
         best: Fault,
         notices: &mut Vec<Notice>,
@@ -75,7 +77,8 @@ impl Monitor {
                 running.add(residual);
             }
         }
-        let offsets = [self.strokes[0].offset(), self.strokes[1].offset()];
+        let smallest_s = healthy_s.map(|time| SMALLEST * time);
+        let offsets = [0, 1].map(|i| self.strokes[i].offset(smallest_s[i]));
         for (i, stroke) in Stroke::ALL.into_iter().enumerate() {
             if let (Some(offset_s), false) = (offsets[i], self.offset_said[i]) {
                 self.offset_said[i] = true;
@@ -83,10 +86,12 @@ impl Monitor {
             }
         }
         // Far more scatter than from one cycle to the next: a slow misfit.
-        let misfit = |running: &Running| {
-            running.n >= ENOUGH && running.square > 6.0 * running.difference + SMALLEST_S * SMALLEST_S
+        let misfit = |i: usize| {
+            let running = &self.strokes[i];
+            let trifle = smallest_s[i] * smallest_s[i];
+            running.n >= ENOUGH && running.square > 6.0 * running.difference + trifle
         };
-        if !self.unexplained_said && self.strokes.iter().all(misfit) {
+        if !self.unexplained_said && misfit(0) && misfit(1) {
             self.unexplained_said = true;
             notices.push(Notice::Unexplained { best });
         }

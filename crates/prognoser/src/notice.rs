@@ -111,7 +111,9 @@ impl fmt::Display for Notice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
             Self::MissedCycles { count } => write!(f, "{count} cycles before this one are missing"),
-            Self::RepeatedCycle => write!(f, "this cycle was in the log before; the row is not used"),
+            Self::RepeatedCycle => {
+                write!(f, "this cycle was in the log before; the row is not used")
+            }
             Self::OutOfOrder { latest } => {
                 write!(f, "this row comes after cycle {latest}; it is not used; sort the log to use it")
             }

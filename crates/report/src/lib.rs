@@ -13,6 +13,7 @@
 //!         TablePoint { leak_area_mm2: 0.0, close_time_s: Some(1.04), open_time_s: Some(2.13) },
 //!         TablePoint { leak_area_mm2: 0.3, close_time_s: Some(1.60), open_time_s: Some(1.30) },
 //!     ],
+//!     interpolated: Vec::new(),
 //!     close_limit_s: None,
 //!     open_limit_s: None,
 //!     area_at_limit_mm2: None,

@@ -35,8 +35,12 @@ const BRISTLE_STIFFNESS_N_PER_M: f64 = 2e5;
 /// Damping of the friction bristles.
 const BRISTLE_DAMPING_N_S_PER_M: f64 = 250.0;
 
-/// Bound of the rate at which a sliding friction bristle settles, 1/s.
-pub(crate) const FASTEST_BRISTLE_PER_S: f64 = 1500.0;
+/// Bound of the rates that catalogue effects bring in, 1/s: sliding bristles, gas at the walls and
+/// cushions settle no faster. What they settle to is not changed, and no stroke shows a difference.
+pub(crate) const FASTEST_PER_S: f64 = 1500.0;
+
+/// Friction below which there is none, N.
+pub(crate) const LEAST_FRICTION_N: f64 = 1e-6;
 
 /// Which groups of terms the equations of a valve have beside the base model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
@@ -297,19 +301,18 @@ impl Equations {
         let steepest = warming * c.zrt * BLEND_SLOPE * libm::sqrt(c.law.at_equal_pressures());
         let port = steepest * c.port * (1.0 / volumes.pipe + 1.0 / volumes.dead);
         let mut solenoid = steepest * (c.fill.max(c.vent) + c.leak_in + c.leak_out) / volumes.pipe;
-        let mut other = (c.viscous + c.closing_damping.max(c.opening_damping)) * c.inverse_mass;
+        let mut other = c.viscous * c.inverse_mass;
         other = other.max(libm::sqrt((c.contact + c.adhesion * c.adhesion_inverse_reach) * c.inverse_mass));
         if self.terms.friction {
             other = other.max(libm::sqrt((c.contact + c.bristle_stiffness) * c.inverse_mass));
-            other = other.max(FASTEST_BRISTLE_PER_S).max((c.viscous + c.bristle_damping) * c.inverse_mass);
+            other = other.max(FASTEST_PER_S).max((c.viscous + c.bristle_damping) * c.inverse_mass);
         }
         if self.terms.line {
             other = other.max(c.line_gain * c.line_conductance);
             solenoid += steepest / c.zrt * c.line_gain * (c.fill + c.leak_in);
         }
-        if self.terms.heating {
-            let smallest_mass = c.ambient.min(c.exhaust) * volumes.pipe.min(volumes.dead) / c.zrt;
-            other = other.max(c.gamma * c.wall / smallest_mass);
+        if self.terms.heating || self.terms.forces {
+            other = other.max(FASTEST_PER_S);
         }
         let substeps = |rate: f64, limit: f64| (rate * step_s / limit).ceil().max(1.0);
         let count = substeps(other, OTHER_RATE)
@@ -387,7 +390,8 @@ fn add_effect(
         EffectKind::SupplyDroop => {
             terms.line = true;
             c.line_conductance = 1.0 / values[0];
-            c.line_gain = c.zrt / values[1];
+            // A line that settles faster than anything else only shows its resistance.
+            c.line_gain = (c.zrt / values[1]).min(FASTEST_PER_S * values[0]);
         }
         EffectKind::VentRestriction => c.vent *= values[0],
         EffectKind::BackPressure => c.exhaust += values[0],

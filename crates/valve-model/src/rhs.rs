@@ -3,7 +3,7 @@
 //! Kulkarni et al. 2014, section 3, with its slips put right: the spring force is k (L - x + x0),
 //! filling closes the valve, and the choked test of a flow that runs back uses the inverted ratio.
 
-use crate::coefficients::{Coefficients, FASTEST_BRISTLE_PER_S, Terms};
+use crate::coefficients::{Coefficients, FASTEST_PER_S, LEAST_FRICTION_N, Terms};
 use crate::custom::{CustomEffect, CustomTarget, Variables};
 use crate::orifice::{Blend, Pressure};
 use crate::real::Real;
@@ -279,6 +279,7 @@ impl<'a, R: Real> System<'a, R> {
             self.flow::<BASE>(pipe_gas, chamber_gas, c.port, pipe_t, state.chamber_temperature, c.port_blend);
 
         let mut bristle_rate = zero;
+        let mut inverse_mass = c.inverse_mass;
         let mut pipe_rate = filled + vented + leaked_in - leaked_out - through_port;
         let mut chamber_rate = through_port;
         let mut custom_pipe = zero;
@@ -294,7 +295,11 @@ impl<'a, R: Real> System<'a, R> {
                 net = net + custom.force;
             }
             if self.terms.forces {
-                net = net + self.added_forces(state);
+                let (force, damping) = self.added_forces(state);
+                net = net + force;
+                // A cushion that brakes faster than anything else moves: inertia no longer counts.
+                inverse_mass =
+                    R::splat(1.0) / (R::splat(1.0) / c.inverse_mass).max(damping * R::splat(1.0 / FASTEST_PER_S));
             }
             if self.terms.friction {
                 let coulomb = c.coulomb + c.seal * (chamber - c.ambient).max(zero) + custom.friction.max(zero);
@@ -305,7 +310,7 @@ impl<'a, R: Real> System<'a, R> {
         }
         let mut rate = State {
             x: state.v,
-            v: net * c.inverse_mass,
+            v: net * inverse_mass,
             chamber_mass: chamber_rate,
             pipe_mass: pipe_rate,
             chamber_temperature: zero,
@@ -359,15 +364,14 @@ impl<'a, R: Real> System<'a, R> {
             g = g + c.static_excess * (ratio * ratio).exp_of_negative();
         }
         let grip = c.bristle_stiffness * state.v.abs();
-        // At rest without anything to rub, both are 0 and so is the rate.
-        let scale = g.max(grip * R::splat(1.0 / FASTEST_BRISTLE_PER_S)).max(R::splat(f64::MIN_POSITIVE));
-        let rate = (state.v * g - grip * state.bristle) / scale;
+        let settling = grip * R::splat(1.0 / FASTEST_PER_S);
+        let rate = (state.v * g - grip * state.bristle) / g.max(settling).max(R::splat(LEAST_FRICTION_N));
         (c.bristle_stiffness * state.bristle + c.bristle_damping * rate, rate)
     }
 
-    /// Cushions, seat adhesion and process force, N.
+    /// Cushions, seat adhesion and process force, N; and the damping of the cushions, N s/m.
     #[inline(always)]
-    fn added_forces(&self, state: &State<R>) -> R {
+    fn added_forces(&self, state: &State<R>) -> (R, R) {
         let c = &self.coefficients;
         let (zero, one) = (R::splat(0.0), R::splat(1.0));
         let from_closed = state.x.max(zero);
@@ -376,9 +380,13 @@ impl<'a, R: Real> System<'a, R> {
         let opening = c.opening_damping * (one - from_open * c.opening_inverse_length).max(zero);
         let adhesion = c.adhesion * (one - state.x * c.adhesion_inverse_reach).max(zero).min(one);
         let shut = (one - state.x / c.stroke).max(zero);
-        let process =
-            if self.terms.power { c.process * shut.zip(c.process_exponent, libm::pow) } else { c.process * shut };
-        process - adhesion - (closing + opening) * state.v
+        let process = if self.terms.power {
+            c.process * shut.max(R::splat(1e-300)).power(c.process_exponent)
+        } else {
+            c.process * shut
+        };
+        let damping = closing + opening;
+        (process - adhesion - damping * state.v, damping)
     }
 
     /// Energy balances of pipe and chamber (Carneiro and Almeida 2006, eq. 3), as rates of temperature.
@@ -394,13 +402,16 @@ impl<'a, R: Real> System<'a, R> {
         }
         let carried = c.gamma * port * port.select_lt(zero, t_chamber, t_pipe);
         pipe = pipe - carried - rate.pipe_mass * t_pipe + c.wall * (c.temperature - t_pipe);
-        rate.pipe_temperature = pipe / state.pipe_mass;
+        // Where the walls hold the gas at their temperature faster than anything else moves, only how far
+        // it is from theirs matters, not how fast it gets there.
+        let slowest = c.wall * R::splat(1.0 / FASTEST_PER_S);
+        rate.pipe_temperature = pipe / state.pipe_mass.max(slowest);
 
         let added = c.gamma * custom * custom.select_lt(zero, t_chamber, c.temperature);
         // -p V'/c_v with V' = -A_p v.
         let work = chamber * c.piston_area * state.v * c.work_gain;
         let sum = carried + added + work - rate.chamber_mass * t_chamber + c.wall * (c.temperature - t_chamber);
-        rate.chamber_temperature = sum / state.chamber_mass;
+        rate.chamber_temperature = sum / state.chamber_mass.max(slowest);
     }
 
     #[inline(never)]

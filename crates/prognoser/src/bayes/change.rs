@@ -9,11 +9,13 @@ use super::hypotheses::{Hypotheses, LastView};
 
 /// Weight of the newest residual in the running mean.
 const NEWEST: f64 = 0.25;
-/// Running mean of standardised residuals that is suspicious: 3.5 standard
+/// Running mean of standardised residuals that is suspicious: 4.2 standard
 /// deviations, sqrt(w / (2 - w)) each.
-const SUSPICIOUS_MEAN: f64 = 1.32;
+const SUSPICIOUS_MEAN: f64 = 1.6;
 /// Residuals count up to this many standard deviations.
 const CLIP: f64 = 4.0;
+/// Cycles in a row with a reading taken for a glitch that are suspicious.
+const MISFITS: u32 = 3;
 /// Logarithm of how rarely something changes. It also covers what the
 /// bounds of the evidence are too wide by.
 pub(crate) const LN_RARE: f64 = 15.0;
@@ -33,18 +35,53 @@ pub enum Change {
     Reread,
 }
 
-/// Watches residuals and counts down between attempts.
+/// Cycles without suspicion after which attempts in vain are forgotten.
+const CALM: u32 = 50;
+/// Longest pause between attempts, in cycles.
+const LONGEST_PAUSE: u32 = 256;
+
+/// A pause that doubles with every attempt in vain.
+#[derive(Clone, Copy, Debug, Default)]
+struct Pause {
+    left: u32,
+    length: u32,
+}
+
+impl Pause {
+    /// Whether it is time for an attempt, which is taken to be in vain.
+    fn over(&mut self, shortest: u32) -> bool {
+        if self.left > 0 {
+            return false;
+        }
+        self.length = (2 * self.length).clamp(shortest, LONGEST_PAUSE);
+        self.left = self.length;
+        true
+    }
+}
+
+/// Watches residuals and says when to look closer.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Watch {
     mean: [f64; 2],
     misfits: u32,
-    pause: u32,
-    wait: u32,
+    calm: u32,
+    change: Pause,
+    law: Pause,
+}
+
+/// What to look for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Suspicion {
+    /// Something has changed.
+    pub change: bool,
+    /// The law of growth is another one. Looked for less often: it takes many
+    /// fits.
+    pub law: bool,
 }
 
 impl Watch {
-    /// Takes in the residuals of a cycle and says whether to look closer.
-    pub(crate) fn look(&mut self, all: &Hypotheses) -> bool {
+    /// Takes in the residuals of a cycle.
+    pub(crate) fn look(&mut self, all: &Hypotheses) -> Suspicion {
         let LastView { inlier, surprise, .. } = all.view_of_last();
         let mut drifting = false;
         for (mean, z) in self.mean.iter_mut().zip(surprise) {
@@ -53,27 +90,20 @@ impl Watch {
             }
             drifting |= mean.abs() > SUSPICIOUS_MEAN;
         }
-        if inlier.iter().any(|p| *p < 0.5) {
-            self.misfits += 1;
-        } else {
-            self.misfits = 0;
+        self.misfits = if inlier.iter().any(|p| *p < 0.5) { self.misfits + 1 } else { 0 };
+        self.change.left = self.change.left.saturating_sub(1);
+        self.law.left = self.law.left.saturating_sub(1);
+        if !drifting && self.misfits < MISFITS {
+            self.calm += 1;
+            if self.calm > CALM {
+                (self.change, self.law) = (Pause::default(), Pause::default());
+            }
+            return Suspicion { change: false, law: false };
         }
-        let suspicious = drifting || self.misfits >= 3;
-        if !suspicious {
-            (self.pause, self.wait) = (0, 0);
-            return false;
-        }
-        if self.pause > 0 {
-            self.pause -= 1;
-            return false;
-        }
-        true
-    }
-
-    /// Nothing was found: wait longer before looking again.
-    pub(crate) fn in_vain(&mut self) {
-        self.wait = (2 * self.wait).clamp(2, 1024);
-        self.pause = self.wait;
+        self.calm = 0;
+        // A run of misfits is looked at in any case, once.
+        let fresh = self.misfits == MISFITS;
+        Suspicion { change: self.change.over(2) || fresh, law: self.law.over(8) }
     }
 
     /// Starts over.

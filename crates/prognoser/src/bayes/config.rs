@@ -78,7 +78,7 @@ impl Default for BayesConfig {
         Self {
             noise: Noise::Estimated { prior_readings: 2.0, prior_sd_s: 0.012 },
             start: StartPrior::Healthy,
-            no_start_leak: 0.9,
+            no_start_leak: 0.8,
             start_sd: 0.01,
             wrong_start: 0.01,
             life_median_cycles: 50.0,
@@ -86,7 +86,7 @@ impl Default for BayesConfig {
             no_fault: 0.5,
             outlier_share: 0.005,
             growth: GrowthLaw::Auto,
-            name_from: 0.995,
+            name_from: 0.999,
         }
     }
 }

@@ -5,8 +5,8 @@ use leak_table::Fault;
 
 use super::model::FaultModel;
 use super::none::NoneTrack;
-use super::posterior::{View, ln_sum};
 use super::track::{Priors, Track};
+use super::view::{View, ln_sum};
 use crate::reading::Reading;
 
 /// Logarithm of the odds at which a hypothesis is not worth exact numbers.
@@ -72,6 +72,27 @@ pub(crate) struct Hypotheses {
 }
 
 impl Hypotheses {
+    /// Fits readings that hold the ones these hypotheses were fitted to and few
+    /// more, starting from what is known.
+    pub(crate) fn fit_on(
+        &self,
+        models: &[FaultModel; 2],
+        readings: &[Reading],
+        starts: &StartViews,
+        priors: &Priors,
+    ) -> Self {
+        let phi = |cycle: u64| self.phi(cycle);
+        let tracks = Fault::ALL.map(|fault| {
+            let i = fault as usize;
+            let views = self.views(fault, starts);
+            let guess = Some(&self.tracks[i].state);
+            Track::fit(&models[i], readings, &phi, views, priors, guess)
+        });
+        let mut all = Self { tracks, none: NoneTrack::fit(models, readings, priors), ..self.clone() };
+        all.weigh(all.none.ln_evidence(&starts.none, priors), priors);
+        all
+    }
+
     /// Fits readings from scratch.
     pub(crate) fn fit(
         models: &[FaultModel; 2],
@@ -85,7 +106,7 @@ impl Hypotheses {
         let mut healthy = [true; 2];
         let tracks = Fault::ALL.map(|fault| {
             let model = &models[fault as usize];
-            let fit = |views: &[View]| Track::fit(model, readings, &phi, views, priors);
+            let fit = |views: &[View]| Track::fit(model, readings, &phi, views, priors, None);
             let mut best = None;
             for (views, from_health) in [(&starts.healthy, true), (&starts.unknown, false)] {
                 if views.is_empty() {
@@ -102,7 +123,7 @@ impl Hypotheses {
         });
         let none = NoneTrack::fit(models, readings, priors);
         let mut all = Self { origin, shape, tracks, healthy, none, ln: [0.0; 3] };
-        all.weigh(starts, priors);
+        all.weigh(all.none.ln_evidence(&starts.none, priors), priors);
         all
     }
 
@@ -110,24 +131,30 @@ impl Hypotheses {
     pub(crate) fn update(&mut self, models: &[FaultModel; 2], reading: &Reading, starts: &StartViews, priors: &Priors) {
         let phi = self.phi(reading.cycle);
         self.none.update(models, reading, priors);
-        let mut best = priors.ln_none - priors.ln_fault + self.none.ln_evidence(&starts.none, priors);
+        let none = self.none.ln_evidence(&starts.none, priors);
+        let mut best = priors.ln_none - priors.ln_fault + none;
         // The leading fault first: it may make the other one not worth much.
         let leading = self.leading();
         let other = Fault::ALL.into_iter().find(|fault| *fault != leading);
         for fault in [leading].into_iter().chain(other) {
             let i = fault as usize;
-            let views = if self.healthy[i] { &starts.healthy } else { &starts.unknown };
+            let views = self.views(fault, starts);
             let floor = best - NEGLIGIBLE;
             self.tracks[i].update(&models[i], reading, phi, views, priors, floor);
             best = best.max(self.tracks[i].state.ln_evidence);
         }
-        self.weigh(starts, priors);
+        self.weigh(none, priors);
     }
 
-    fn weigh(&mut self, starts: &StartViews, priors: &Priors) {
+    fn views<'v>(&self, fault: Fault, starts: &'v StartViews) -> &'v [View] {
+        if self.healthy[fault as usize] { &starts.healthy } else { &starts.unknown }
+    }
+
+    /// Weighs the hypotheses, given the evidence of no fault.
+    fn weigh(&mut self, none: f64, priors: &Priors) {
         let [atmosphere, supply] = &self.tracks;
         self.ln = [
-            priors.ln_none + self.none.ln_evidence(&starts.none, priors),
+            priors.ln_none + none,
             priors.ln_fault + atmosphere.state.ln_evidence,
             priors.ln_fault + supply.state.ln_evidence,
         ];

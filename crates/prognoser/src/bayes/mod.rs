@@ -2,7 +2,10 @@
 
 mod change;
 mod config;
+mod estimate;
 mod estimator;
+mod explain;
+mod guess;
 mod history;
 mod hypotheses;
 mod model;
@@ -11,8 +14,11 @@ mod posterior;
 mod special;
 mod sums;
 mod track;
+mod view;
+mod wide;
 
 pub use change::Change;
 pub use config::{BayesConfig, GrowthLaw, Noise, StartPrior};
-pub use estimator::{BayesEstimate, BayesEstimator, FaultProbability};
+pub use estimate::{BayesEstimate, FaultProbability};
+pub use estimator::BayesEstimator;
 pub use posterior::Quantiles;

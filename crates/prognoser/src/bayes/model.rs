@@ -3,6 +3,8 @@
 
 use leak_table::{Fault, Stroke, TableBundle};
 
+use super::sums::Linearised;
+
 /// One fault's table with its leak counted in units of the limit.
 #[derive(Clone, Copy)]
 pub(crate) struct FaultModel<'t> {
@@ -28,6 +30,12 @@ impl<'t> FaultModel<'t> {
         let curve = self.bundle.table(self.fault).curve(stroke);
         let (time, slope) = curve.extrapolated_time_and_slope(leak * self.limit_m2);
         (time, slope * self.limit_m2)
+    }
+
+    /// A timing linearised about a leak.
+    pub(crate) fn linearise(&self, stroke: Stroke, leak: f64, time_s: f64) -> Linearised {
+        let (time, slope) = self.time_and_slope(stroke, leak);
+        Linearised { leak, residual: time_s - time, slope }
     }
 
     /// The leak, as a fraction of the limit, that gives this time.

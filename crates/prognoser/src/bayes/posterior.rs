@@ -1,122 +1,18 @@
 //! From sums to the posterior of growth and end of life.
 //!
-//! Given the sums, the likelihood of start a0 and growth g is Gaussian with an
-//! unknown common variance. With an inverse gamma prior of that variance it
-//! integrates to a Student t in g for every prior of the start (a *view*: no
-//! leak at all, a small one, any). The prior of g is log-normal, and what
-//! remains is one integral over g: closed where the data pin g down, a sum
-//! over a fixed number of nodes where they do not.
+//! The likelihood of the growth is a Student t for every view of the start; its
+//! prior is log-normal. What remains is one integral over the growth: closed
+//! where the data pin it down, a sum over a fixed number of nodes where they do
+//! not.
 
-use super::special::{ln_gamma, quick_exp, quick_ln, t_quantile_95};
+use super::special::{quick_exp, quick_ln, t_quantile_95};
 use super::sums::Sums;
+use super::view::{Common, GrowthPrior, NoisePrior, View, ViewFit, ln_sum};
+use super::wide::summed;
 
-/// Nodes of the integral over the growth while it is wide.
-const NODES: usize = 24;
 /// Relative width of the growth's likelihood below which the closed form is
 /// used. There the log-normal prior is close to exponential over the width.
 const NARROW: f64 = 0.08;
-/// Half of the integration range in standard deviations of the likelihood.
-const REACH: f64 = 9.0;
-
-/// A prior of the leak at the first cycle.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct View {
-    /// Logarithm of its prior probability.
-    pub ln_weight: f64,
-    /// Mean, as a fraction of the limit.
-    pub mean: f64,
-    /// Standard deviation; zero for a leak known exactly.
-    pub sd: f64,
-}
-
-/// Log-normal prior of the growth in fractions of the limit per cycle.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct GrowthPrior {
-    pub ln_median: f64,
-    pub ln_sd: f64,
-}
-
-impl GrowthPrior {
-    /// Logarithm of the density of ln g at u = ln g.
-    fn ln_density(&self, u: f64) -> f64 {
-        let z = (u - self.ln_median) / self.ln_sd;
-        -0.5 * z * z - (self.ln_sd * (std::f64::consts::TAU).sqrt()).ln()
-    }
-}
-
-/// Inverse gamma prior of the variance of the noise.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct NoisePrior {
-    /// Shape.
-    pub a: f64,
-    /// Scale in s2.
-    pub b: f64,
-}
-
-/// The growth's likelihood under one view:
-/// exp(ln_peak) (1 + kappa (g - centre)^2 / (2 b))^-a.
-#[derive(Clone, Copy, Debug, Default)]
-struct ViewFit {
-    ln_peak: f64,
-    centre: f64,
-    kappa: f64,
-    a: f64,
-    b: f64,
-    /// Mean of the start given g is `start_0 - start_g g`.
-    start_0: f64,
-    start_g: f64,
-    /// Variance of the start given g, in units of the noise variance.
-    start_var: f64,
-}
-
-impl ViewFit {
-    fn new(sums: &Sums, view: &View, noise: &NoisePrior, sigma2: f64) -> Self {
-        let a = noise.a + 0.5 * sums.n;
-        let (s0, b0, c, occam) = if view.sd > 0.0 {
-            let lambda = sigma2 / (view.sd * view.sd);
-            let s0 = sums.s0 + lambda;
-            let b0 = sums.b0 + lambda * view.mean;
-            (s0, b0, sums.c + lambda * view.mean * view.mean, 0.5 * (lambda / s0).ln())
-        } else {
-            (f64::INFINITY, 0.0, sums.c, 0.0)
-        };
-        let start_0 = b0 / s0;
-        let start_g = sums.s1 / s0;
-        let kappa = (sums.s2 - sums.s1 * start_g).max(f64::MIN_POSITIVE);
-        let centre = (sums.b1 - sums.s1 * start_0) / kappa;
-        let rss = (c - b0 * start_0 - kappa * centre * centre).max(0.0);
-        let b = noise.b + 0.5 * rss;
-        let ln_peak = view.ln_weight + occam + sums.ln_extra + ln_gamma(a) - ln_gamma(noise.a) + noise.a * noise.b.ln()
-            - a * b.ln()
-            - 0.5 * sums.n * std::f64::consts::TAU.ln();
-        Self { ln_peak, centre, kappa, a, b, start_0, start_g, start_var: 1.0 / s0 }
-    }
-
-    fn ln_at(&self, g: f64) -> f64 {
-        let miss = g - self.centre;
-        self.ln_peak - self.a * quick_ln(1.0 + self.kappa * miss * miss / (2.0 * self.b))
-    }
-
-    fn dof(&self) -> f64 {
-        2.0 * self.a - 1.0
-    }
-
-    /// Scale of the Student t in g.
-    fn scale(&self) -> f64 {
-        (2.0 * self.b / (self.kappa * self.dof())).sqrt()
-    }
-
-    /// Logarithm of the integral of the likelihood over all g.
-    fn ln_area(&self) -> f64 {
-        self.ln_peak + 0.5 * (std::f64::consts::TAU * self.b / self.kappa).ln() + ln_gamma(self.a - 0.5)
-            - ln_gamma(self.a)
-    }
-
-    fn sigma2(&self, g: f64) -> f64 {
-        let miss = g - self.centre;
-        (self.b + 0.5 * self.kappa * miss * miss) / self.a
-    }
-}
 
 /// Three quantiles of a distribution.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -151,8 +47,16 @@ pub(crate) struct Posterior {
 
 /// Logarithm of the probability of the data if the leak stays what it is at
 /// the start.
-pub(crate) fn ln_evidence_without_growth(sums: &Sums, views: &[View], noise: &NoisePrior, sigma2: f64) -> f64 {
-    ln_sum(views.iter().map(|view| ViewFit::new(sums, view, noise, sigma2).ln_at(0.0)))
+///
+/// The sums are of the same timings with the slopes of either fault, each of
+/// which may be the kind of the leak with half of the probability.
+pub(crate) fn ln_evidence_without_growth(sums: &[Sums; 2], views: &[View], noise: &NoisePrior, sigma2: f64) -> f64 {
+    let common = Common::new(&sums[0], noise);
+    let terms = sums.iter().flat_map(|sums| {
+        let common = &common;
+        views.iter().map(move |view| ViewFit::new(sums, view, noise, sigma2, common).ln_at(0.0))
+    });
+    ln_sum(terms) - std::f64::consts::LN_2
 }
 
 /// The posterior of a growing leak. If its evidence is certainly below `floor`
@@ -168,16 +72,15 @@ pub(crate) fn posterior(
 ) -> Posterior {
     let mut fits = [ViewFit::default(); 3];
     let count = views.len().min(fits.len());
+    let common = Common::new(sums, noise);
     for (fit, view) in fits.iter_mut().zip(views) {
-        *fit = ViewFit::new(sums, view, noise, sigma2);
+        *fit = ViewFit::new(sums, view, noise, sigma2, &common);
     }
     let fits = &fits[..count];
     let narrow = |fit: &ViewFit| fit.centre > 0.0 && fit.scale() < NARROW * fit.centre;
     // The view that the data like best decides how the integral is done.
-    let best = fits
-        .iter()
-        .max_by(|x, y| x.ln_area().total_cmp(&y.ln_area()))
-        .expect("there is at least one view of the start");
+    let best =
+        fits.iter().max_by(|x, y| x.ln_area.total_cmp(&y.ln_area)).expect("there is at least one view of the start");
     // The prior integrates to one, so that the likelihood's largest value is
     // a bound of the evidence. A hypothesis that is out by far is not worth
     // more than its bound.
@@ -204,9 +107,10 @@ pub(crate) fn most_likely(
 ) -> Posterior {
     let mut out = Posterior::default();
     let mut best = f64::NEG_INFINITY;
+    let common = Common::new(sums, noise);
     for view in views {
-        let fit = ViewFit::new(sums, view, noise, sigma2);
-        let ln_area = fit.ln_area();
+        let fit = ViewFit::new(sums, view, noise, sigma2, &common);
+        let ln_area = fit.ln_area;
         if ln_area > best || best == f64::NEG_INFINITY {
             best = ln_area;
             let highest = (prior.ln_median + 4.0 * prior.ln_sd).exp();
@@ -226,9 +130,9 @@ fn closed(fits: &[ViewFit], prior: &GrowthPrior) -> Posterior {
         if fit.centre <= 0.0 {
             continue;
         }
-        let u = fit.centre.ln();
+        let u = quick_ln(fit.centre);
         let variance = fit.scale().powi(2);
-        *ln_weight = fit.ln_area() + prior.ln_density(u) - u;
+        *ln_weight = fit.ln_area + prior.ln_density(u) - u;
         // d ln(prior density of g) / dg at the centre.
         let pull = (-(u - prior.ln_median) / (prior.ln_sd * prior.ln_sd) - 1.0) / fit.centre;
         let g = fit.centre + variance * pull;
@@ -244,7 +148,7 @@ fn closed(fits: &[ViewFit], prior: &GrowthPrior) -> Posterior {
     out.ln_evidence = ln_sum(ln_weights.iter().copied());
     let (mut rate, mut square, mut dof, mut best) = (0.0, 0.0, 0.0, 0);
     for i in 0..fits.len() {
-        let p = (ln_weights[i] - out.ln_evidence).exp();
+        let p = quick_exp((ln_weights[i] - out.ln_evidence).min(0.0));
         rate += p * shapes[i].1;
         square += p * (shapes[i].1.powi(2) + shapes[i].2);
         dof += p * fits[i].dof();
@@ -260,95 +164,12 @@ fn closed(fits: &[ViewFit], prior: &GrowthPrior) -> Posterior {
     out
 }
 
-/// Some view wide in g: a sum over nodes evenly spaced in ln g.
-fn summed(fits: &[ViewFit], prior: &GrowthPrior, phi: f64) -> Posterior {
-    let lowest = prior.ln_median - 4.0 * prior.ln_sd;
-    // End of life after less than one cycle is no prognosis.
-    let highest = (prior.ln_median + 4.0 * prior.ln_sd).min(0.0);
-    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-    for fit in fits {
-        let reach = REACH * fit.scale();
-        low = low.min(fit.centre - reach);
-        high = high.max(fit.centre + reach);
-    }
-    let low = if low > 0.0 { low.ln().max(lowest) } else { lowest };
-    let high = if high > 0.0 { high.ln().min(highest) } else { lowest };
-    let high = high.max(low + 1e-3);
-    let step = (high - low) / (NODES - 1) as f64;
-
-    let mut ln_p = [[f64::NEG_INFINITY; 3]; NODES];
-    let mut top = f64::NEG_INFINITY;
-    let mut growths = [0.0; NODES];
-    for (i, (row, growth)) in ln_p.iter_mut().zip(&mut growths).enumerate() {
-        let u = low + step * i as f64;
-        *growth = quick_exp(u);
-        let ln_prior = prior.ln_density(u);
-        for (value, fit) in row.iter_mut().zip(fits) {
-            *value = ln_prior + fit.ln_at(*growth);
-            top = top.max(*value);
-        }
-    }
-    let mut weights = [0.0; NODES];
-    let mut lives = [0.0; NODES];
-    let mut by_view = [0.0; 3];
-    let mut urgency = [0.0; NODES];
-    let (mut total, mut mean, mut rate) = (0.0, 0.0, 0.0);
-    for i in 0..NODES {
-        let (mut weight, mut life) = (0.0, 0.0);
-        for (v, fit) in fits.iter().enumerate() {
-            let p = quick_exp(ln_p[i][v] - top);
-            weight += p;
-            by_view[v] += p;
-            let start = fit.start_0 - fit.start_g * growths[i];
-            life += p * (1.0 - start) / growths[i];
-        }
-        weights[i] = weight;
-        lives[i] = if weight > 0.0 { life / weight } else { 1.0 / growths[i] };
-        total += weight;
-        mean += weight * growths[i];
-        urgency[i] = weight / (lives[i] - phi).max(0.25 * lives[i]);
-        rate += urgency[i];
-    }
-    let best = (0..fits.len()).max_by(|&x, &y| by_view[x].total_cmp(&by_view[y])).unwrap_or(0);
-    let mut out = Posterior { ln_evidence: top + (total * step).ln(), ..Posterior::default() };
-    // A long life is a small growth: the quantiles run against each other.
-    let life_at = |share: f64, weights: &[f64; NODES], total: f64| {
-        let mut below = 0.0;
-        for i in (0..NODES).rev() {
-            let next = below + weights[i];
-            if next >= share * total {
-                // The cumulative weight at the middle of a node.
-                let into = if weights[i] > 0.0 { (share * total - below) / weights[i] } else { 0.5 };
-                let j = if into < 0.5 { (i + 1).min(NODES - 1) } else { i.saturating_sub(1) };
-                let t = (into - 0.5).abs();
-                return (lives[i].max(1e-9).ln() * (1.0 - t) + lives[j].max(1e-9).ln() * t).exp();
-            }
-            below = next;
-        }
-        lives[0]
-    };
-    let quantile = |share| life_at(share, &weights, total);
-    out.eol_phi = Quantiles { p05: quantile(0.05), p50: quantile(0.5), p95: quantile(0.95) };
-    out.life_phi = life_at(0.5, &urgency, rate);
-    out.set_point(&fits[best], mean / total);
-    out
-}
-
 impl Posterior {
-    fn set_point(&mut self, fit: &ViewFit, growth: f64) {
+    pub(super) fn set_point(&mut self, fit: &ViewFit, growth: f64) {
         self.growth = growth;
         self.start = fit.start_0 - fit.start_g * growth;
         self.sigma2 = fit.sigma2(growth);
         let g_var = 1.0 / fit.kappa;
         self.cov = [fit.start_var + fit.start_g * fit.start_g * g_var, -fit.start_g * g_var, g_var];
     }
-}
-
-/// Logarithm of a sum of exponentials.
-pub(crate) fn ln_sum(terms: impl Iterator<Item = f64> + Clone) -> f64 {
-    let top = terms.clone().fold(f64::NEG_INFINITY, f64::max);
-    if top == f64::NEG_INFINITY {
-        return top;
-    }
-    top + terms.map(|t| (t - top).exp()).sum::<f64>().ln()
 }

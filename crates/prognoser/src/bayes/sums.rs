@@ -4,6 +4,8 @@
 //! a: d = y - T(a) + T'(a) a = T'(a) (a0 + g phi) + noise. Everything that a
 //! posterior of (a0, g) and of the noise needs are the sums below.
 
+use super::special::{quick_exp, quick_ln};
+
 /// Sums over all timings so far, each counted with its probability of being a
 /// proper reading.
 #[derive(Clone, Copy, Debug, Default)]
@@ -68,23 +70,24 @@ impl GlitchModel {
     /// variance expected of it and the stroke's window; and the logarithm of
     /// what the two kinds are worth beyond the Gaussian itself.
     #[inline]
-    pub(crate) fn inlier(&self, residual: f64, variance: f64, window_s: f64) -> (f64, f64) {
+    pub(crate) fn inlier(self, residual: f64, variance: f64, window_s: f64) -> (f64, f64) {
         let glitch = self.share / window_s;
-        let density = (1.0 - self.share) * (-0.5 * residual * residual / variance).exp()
+        let density = (1.0 - self.share) * quick_exp(-0.5 * residual * residual / variance)
             / (std::f64::consts::TAU * variance).sqrt();
         let p = density / (density + glitch);
         (p, self.ln_extra(p, glitch))
     }
 
     /// The part of the evidence bound that is not Gaussian: the cost of the
-    /// glitch and the entropy of not knowing which it is.
+    /// glitch and the entropy of not knowing which it is. The logarithm of one
+    /// minus the small share of glitches is minus that share.
     #[inline]
-    fn ln_extra(&self, p: f64, glitch: f64) -> f64 {
+    fn ln_extra(self, p: f64, glitch: f64) -> f64 {
         let q = 1.0 - p;
-        if q < 1e-9 {
+        if q < 1e-6 {
             return -self.share;
         }
-        let entropy = if p > 0.0 { -p * p.ln() } else { 0.0 } - q * q.ln();
-        p * (1.0 - self.share).ln() + q * glitch.ln() + entropy
+        let entropy = if p > 0.0 { -p * quick_ln(p) } else { 0.0 } - q * quick_ln(q);
+        -p * self.share + q * quick_ln(glitch) + entropy
     }
 }

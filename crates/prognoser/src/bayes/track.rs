@@ -2,18 +2,22 @@
 
 use leak_table::Stroke;
 
+use super::guess::{first_guess, first_variance};
 use super::model::FaultModel;
-use super::posterior::{GrowthPrior, NoisePrior, Posterior, View, most_likely, posterior};
+use super::posterior::{Posterior, most_likely, posterior};
 use super::sums::{GlitchModel, Linearised, Sums};
+use super::view::{GrowthPrior, NoisePrior, View};
 use crate::reading::Reading;
 
 /// Rounds of reweighting when the first readings are fitted together.
 const ROUNDS: usize = 5;
+/// The same if the estimate before is close.
+const ROUNDS_FROM_GUESS: usize = 2;
 /// Change of leak (in limits) and of noise (relative) below which the rounds
 /// end.
-const SETTLED: f64 = 1e-3;
+const SETTLED: f64 = 1e-2;
 /// Smallest growth at which the timings are linearised, in limits per cycle.
-const SMALLEST_GROWTH: f64 = 1e-5;
+pub(super) const SMALLEST_GROWTH: f64 = 1e-5;
 /// Predicted standard deviations beyond which a timing is linearised again
 /// about the leak it gives.
 const RELINEARISE_FROM: f64 = 1e-3;
@@ -45,17 +49,26 @@ pub(crate) struct Track {
 }
 
 impl Track {
-    /// Fits the first readings together, from scratch: `shape` gives phi of a
-    /// cycle.
+    /// Fits readings together; `shape` gives phi of a cycle. Without a guess
+    /// it starts from medians, which no few glitches can mislead.
     pub(crate) fn fit(
         model: &FaultModel,
         readings: &[Reading],
         shape: &impl Fn(u64) -> f64,
         views: &[View],
         priors: &Priors,
+        guess: Option<&Posterior>,
     ) -> Self {
-        let (mut start, mut growth) = first_guess(model, readings, shape, views);
-        let mut sigma2 = first_variance(model, readings, shape, (start, growth), &priors.noise);
+        let (mut start, mut growth, mut sigma2) = guess.map_or_else(
+            || {
+                let (start, growth) = first_guess(model, readings, shape, views);
+                let line = (start, growth);
+                let sigma2 = first_variance(model, readings, shape, line, &priors.noise);
+                (start, growth, sigma2)
+            },
+            |known| (known.start, known.growth, known.sigma2),
+        );
+        let rounds = if guess.is_some() { ROUNDS_FROM_GUESS } else { ROUNDS };
         let mut track = Self {
             sums: Sums::default(),
             state: Posterior::default(),
@@ -64,7 +77,7 @@ impl Track {
             residual_s: [None; 2],
         };
         let last = readings.last().map_or(0.0, |reading| shape(reading.cycle));
-        for _ in 0..ROUNDS {
+        for _ in 0..rounds {
             track.sums = Sums::default();
             for reading in readings {
                 let phi = shape(reading.cycle);
@@ -73,7 +86,7 @@ impl Track {
                     track.inlier[i] = 1.0;
                     match reading.time_s(stroke) {
                         Some(time) => {
-                            let lin = linearise(model, stroke, leak, time);
+                            let lin = model.linearise(stroke, leak, time);
                             let window = model.window_s(stroke);
                             let (p, ln_extra) = priors.glitch.inlier(lin.residual, sigma2, window);
                             track.sums.add(phi, &lin, p);
@@ -120,7 +133,7 @@ impl Track {
                 self.miss(model, stroke, i, phi, leak, sigma2, priors);
                 continue;
             };
-            let lin = linearise(model, stroke, leak, time);
+            let lin = model.linearise(stroke, leak, time);
             let variance = sigma2 * (1.0 + lin.slope * lin.slope * leak_var);
             let window = model.window_s(stroke);
             let (p, ln_extra) = priors.glitch.inlier(lin.residual, variance, window);
@@ -136,7 +149,7 @@ impl Track {
         for (stroke, entry) in Stroke::ALL.into_iter().zip(lins) {
             if let Some((mut lin, p, time)) = entry {
                 if shift.abs() > RELINEARISE_FROM {
-                    lin = linearise(model, stroke, leak + shift, time);
+                    lin = model.linearise(stroke, leak + shift, time);
                 }
                 self.sums.add(phi, &lin, p);
             }
@@ -194,78 +207,4 @@ impl Track {
             self.sums.c = (self.sums.c - excess).max(c);
         }
     }
-}
-
-fn linearise(model: &FaultModel, stroke: Stroke, leak: f64, time_s: f64) -> Linearised {
-    let (time, slope) = model.time_and_slope(stroke, leak);
-    Linearised { leak, residual: time_s - time, slope }
-}
-
-/// Start and growth from medians of the inverted timings: not moved by a few
-/// glitches.
-fn first_guess(model: &FaultModel, readings: &[Reading], shape: &impl Fn(u64) -> f64, views: &[View]) -> (f64, f64) {
-    let leaks = |reading: &Reading| {
-        let reading = *reading;
-        Stroke::ALL.into_iter().filter_map(move |s| reading.time_s(s).map(|t| model.leak_at(s, t)))
-    };
-    let healthy = views.iter().any(|view| view.sd == 0.0);
-    if healthy {
-        let mut rates: Vec<f64> = readings
-            .iter()
-            .filter(|r| shape(r.cycle) > 0.0)
-            .flat_map(|r| {
-                let phi = shape(r.cycle);
-                leaks(r).map(move |leak| leak / phi)
-            })
-            .collect();
-        return (0.0, median(&mut rates).unwrap_or(0.01).clamp(SMALLEST_GROWTH, 1.0));
-    }
-    let half = readings.len().div_ceil(2);
-    let centre = |part: &[Reading]| {
-        let mut values: Vec<f64> = part.iter().flat_map(leaks).collect();
-        let phi = part.iter().map(|r| shape(r.cycle)).sum::<f64>() / part.len().max(1) as f64;
-        median(&mut values).map(|leak| (phi, leak))
-    };
-    match (centre(&readings[..half]), centre(&readings[half..])) {
-        (Some((p, a)), Some((q, b))) if q > p => {
-            let growth = ((b - a) / (q - p)).max(SMALLEST_GROWTH);
-            (a - growth * p, growth)
-        }
-        (Some((_, a)), _) => (a, SMALLEST_GROWTH),
-        _ => (0.0, SMALLEST_GROWTH),
-    }
-}
-
-/// Noise variance from the median residual about a first guess.
-fn first_variance(
-    model: &FaultModel,
-    readings: &[Reading],
-    shape: &impl Fn(u64) -> f64,
-    (start, growth): (f64, f64),
-    prior: &NoisePrior,
-) -> f64 {
-    let residuals = readings.iter().flat_map(|reading| {
-        let leak = start + growth * shape(reading.cycle);
-        Stroke::ALL
-            .into_iter()
-            .filter_map(move |stroke| Some(linearise(model, stroke, leak, reading.time_s(stroke)?).residual))
-    });
-    robust_variance(residuals, prior)
-}
-
-/// Variance from the median size of residuals, with the prior's weight.
-pub(crate) fn robust_variance(residuals: impl Iterator<Item = f64>, prior: &NoisePrior) -> f64 {
-    let mut sizes: Vec<f64> = residuals.map(f64::abs).collect();
-    let n = sizes.len() as f64;
-    let sd = 1.4826 * median(&mut sizes).unwrap_or(0.0);
-    (2.0 * prior.b + n * sd * sd) / (2.0 * prior.a + n)
-}
-
-fn median(values: &mut [f64]) -> Option<f64> {
-    if values.is_empty() {
-        return None;
-    }
-    values.sort_by(f64::total_cmp);
-    let middle = values.len() / 2;
-    Some(if values.len() % 2 == 1 { values[middle] } else { 0.5 * (values[middle - 1] + values[middle]) })
 }

@@ -142,16 +142,9 @@ impl<'a> Iterator for Fields<'a> {
         } else {
             0
         };
-        match rest.as_bytes()[from..].iter().position(|&byte| byte == b',') {
-            Some(comma) => {
-                self.0 = Some(&rest[from + comma + 1..]);
-                Some(unquoted(&rest[..from + comma]))
-            }
-            None => {
-                self.0 = None;
-                Some(unquoted(rest))
-            }
-        }
+        let comma = rest.as_bytes()[from..].iter().position(|&byte| byte == b',');
+        self.0 = comma.map(|comma| &rest[from + comma + 1..]);
+        Some(unquoted(comma.map_or(rest, |comma| &rest[..from + comma])))
     }
 }
 

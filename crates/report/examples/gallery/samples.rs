@@ -81,6 +81,7 @@ fn table() -> Figure {
     TableFigure {
         fault: "leak to atmosphere".to_owned(),
         points,
+        interpolated: Vec::new(),
         close_limit_s: Some(2.6),
         open_limit_s: None,
         area_at_limit_mm2: Some(0.587),
@@ -97,6 +98,7 @@ fn prognosis() -> Figure {
             let leak = 0.0235 * cycle + 0.01 * wobble(index as usize + 90);
             PrognosisPoint {
                 cycle,
+                leak_readings_mm2: [0, 50].map(|shift| Some(leak + 0.02 * wobble(index as usize + shift))),
                 leak_area_mm2: Some(leak),
                 leak_bounds_mm2: Some([leak - 0.018, leak + 0.018]),
                 rul_cycles: (index > 1).then_some(25.0 - cycle + error),

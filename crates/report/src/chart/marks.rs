@@ -182,7 +182,7 @@ fn level(
         // Above the line, unless the panel ends there.
         let above_line = start[1] - area.y > TEXT_SIZE + 6.0;
         let base = if above_line { start[1] - 5.0 } else { start[1] + TEXT_SIZE + 3.0 };
-        above.push(note(text, [area.right() - 4.0, base], stroke.colour, Anchor::End));
+        above.push(note(text, [area.x + 6.0, base], stroke.colour, Anchor::Start));
     } else {
         let width = text_width_px(text, TEXT_SIZE, false);
         let fits_right = start[0] + 6.0 + width < area.right();

@@ -1,13 +1,16 @@
 //! What a timing log tells: leak, remaining useful life and fault over cycles.
 
-use crate::chart::theme::{BLUE, GREEN, GREY, ORANGE, VERMILLION};
-use crate::chart::{Axis, Direction, Figure, Layer, Panel, Swatch};
+use crate::chart::theme::{BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION};
+use crate::chart::{Axis, Direction, Figure, Layer, Marker, Panel, Swatch};
 
 /// The estimate after one cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct PrognosisPoint {
     /// Cycle of the log.
     pub cycle: f64,
+    /// Leak areas that the closing and the opening time of this cycle alone would
+    /// give, mm2.
+    pub leak_readings_mm2: [Option<f64>; 2],
     /// Estimated leak area, mm2.
     pub leak_area_mm2: Option<f64>,
     /// 5 and 95 % bounds of the leak area, mm2.
@@ -82,6 +85,17 @@ impl PrognosisFigure {
                 .with(Layer::band(self.points.iter().map(edges).collect(), BLUE))
                 .keyed(Swatch::Band(BLUE), "5 to 95 %");
         }
+        for (index, (name, colour)) in
+            [("from the closing time", ORANGE), ("from the opening time", PURPLE)].into_iter().enumerate()
+        {
+            let readings: Vec<[f64; 2]> =
+                self.points.iter().filter_map(|point| Some([point.cycle, point.leak_readings_mm2[index]?])).collect();
+            if !readings.is_empty() {
+                panel = panel
+                    .with(Layer::Points { points: readings, colour, radius: 3.2, marker: Marker::Ring })
+                    .keyed(Swatch::Ring(colour), name);
+            }
+        }
         if let Some(limit) = self.area_at_limit_mm2 {
             panel = panel.with(Layer::Level {
                 at: limit,
@@ -93,7 +107,7 @@ impl PrognosisFigure {
         }
         panel
             .with(Layer::line(points.clone(), BLUE))
-            .with(Layer::dots(points, BLUE))
+            .with(Layer::Points { points, colour: BLUE, radius: 2.6, marker: Marker::Dot })
             .keyed(Swatch::Dot(BLUE), "estimated leak")
     }
 

@@ -21,6 +21,9 @@ pub struct TableFigure {
     pub fault: String,
     /// The rows, by area.
     pub points: Vec<TablePoint>,
+    /// The interpolation between them, close enough to be drawn as a line; where it
+    /// is empty, the rows are joined.
+    pub interpolated: Vec<TablePoint>,
     /// Longest closing time allowed, s, where this fault can pass it.
     pub close_limit_s: Option<f64>,
     /// Longest opening time allowed, s, where this fault can pass it.
@@ -32,14 +35,39 @@ pub struct TableFigure {
 impl TableFigure {
     /// The picture.
     pub fn figure(&self) -> Figure {
-        let subtitle = match self.area_at_limit_mm2 {
+        let title = format!("Stroke times over the leak area: {}", self.fault);
+        let [close, open] = self.panels();
+        Figure::new(title, self.summary()).with(close).with(open)
+    }
+
+    /// The pictures of several faults side by side.
+    pub fn side_by_side(title: impl Into<String>, subtitle: impl Into<String>, faults: &[Self]) -> Figure {
+        let mut figure = Figure::new(title, subtitle);
+        figure.columns = faults.len().max(1);
+        figure.width = 460.0 * figure.columns as f64;
+        let (closing, opening): (Vec<Panel>, Vec<Panel>) = faults
+            .iter()
+            .map(|fault| {
+                let [close, open] = fault.panels();
+                (close.titled(&fault.fault), open)
+            })
+            .unzip();
+        figure.panels = closing.into_iter().chain(opening).collect();
+        figure
+    }
+
+    fn summary(&self) -> String {
+        match self.area_at_limit_mm2 {
             Some(area) => format!("end of life at {area:.4} mm²; {} points", self.points.len()),
             None => format!("no limit is reached in this range; {} points", self.points.len()),
-        };
-        let title = format!("Stroke times over the leak area: {}", self.fault);
-        Figure::new(title, subtitle)
-            .with(self.panel("closing time (s)", |point| point.close_time_s, self.close_limit_s, false))
-            .with(self.panel("opening time (s)", |point| point.open_time_s, self.open_limit_s, true))
+        }
+    }
+
+    fn panels(&self) -> [Panel; 2] {
+        [
+            self.panel("closing time (s)", |point| point.close_time_s, self.close_limit_s, false),
+            self.panel("opening time (s)", |point| point.open_time_s, self.open_limit_s, true),
+        ]
     }
 
     fn panel(
@@ -49,8 +77,11 @@ impl TableFigure {
         limit_s: Option<f64>,
         last: bool,
     ) -> Panel {
-        let points: Vec<[f64; 2]> =
-            self.points.iter().filter_map(|point| Some([point.leak_area_mm2, time_s(point)?])).collect();
+        let path = |rows: &[TablePoint]| -> Vec<[f64; 2]> {
+            rows.iter().filter_map(|row| Some([row.leak_area_mm2, time_s(row)?])).collect()
+        };
+        let points = path(&self.points);
+        let line = if self.interpolated.is_empty() { points.clone() } else { path(&self.interpolated) };
         let end = self.points.iter().map(|point| point.leak_area_mm2).fold(0.0, f64::max);
         let x = Axis::linear("leak area (mm²)").over(0.0, if end > 0.0 { 1.01 * end } else { 1.0 });
         let x = if last { x } else { Axis { label: String::new(), ..x.bare() } };
@@ -73,7 +104,7 @@ impl TableFigure {
                 text: format!("limit {limit} s"),
             });
         }
-        panel = panel.with(Layer::line(points.clone(), BLUE)).with(Layer::Points {
+        panel = panel.with(Layer::line(line, BLUE)).with(Layer::Points {
             points,
             colour: BLUE,
             radius: 2.2,

@@ -75,7 +75,7 @@ impl TraceFigure {
     }
 
     fn pressures(&self, x: Axis) -> Panel {
-        let y = Axis::linear("pressure (kPa)").showing(0.0);
+        let y = Axis::linear("pressure (kPa abs.)").showing(0.0);
         let mut panel = Panel::new(x, y, 190.0);
         if let Some(supply) = self.supply_pressure_kpa {
             panel = panel
@@ -88,11 +88,14 @@ impl TraceFigure {
                 })
                 .keyed(Swatch::Dashed(GREY), "supply");
         }
-        for (values, colour, name) in
-            [(&self.pipe_pressure_kpa, ORANGE, "pipe"), (&self.chamber_pressure_kpa, BLUE, "chamber")]
+        // The two pressures are often nearly one; the wider line shows beside the other.
+        for (values, colour, width, name) in
+            [(&self.pipe_pressure_kpa, ORANGE, 4.5, "pipe"), (&self.chamber_pressure_kpa, BLUE, 1.8, "chamber")]
         {
             if !values.is_empty() {
-                panel = panel.with(Layer::line(self.series(values), colour)).keyed(Swatch::Line(colour), name);
+                let points = self.series(values);
+                panel =
+                    panel.with(Layer::Line { points, colour, width, dashed: false }).keyed(Swatch::Line(colour), name);
             }
         }
         panel

@@ -17,7 +17,7 @@ pub(super) const INFO: EffectInfo = EffectInfo {
         si_unit: "W/K",
         meaning: "heat flow to the walls per kelvin, the same for pipe and chamber, h",
         default: DefaultValue::Required,
-        range: |_| fixed(1e-3, 0.5, 30.0),
+        range: |_| fixed(1e-3, 0.5, 1e4),
     }],
     neutral: f64::INFINITY,
 };

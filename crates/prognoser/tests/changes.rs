@@ -1,0 +1,158 @@
+//! When the assumption of steady growth fails, the log says so and the
+//! estimate goes on from there.
+
+mod common;
+
+use common::{log, noisy, notices, reading, run, tables};
+use leak_table::Fault;
+use prognoser::bayes::{BayesConfig, GrowthLaw, Noise};
+use prognoser::study::NoiseSource;
+use prognoser::{FaultCall, Method, Prognosis, Reading};
+
+const SD: f64 = 0.02;
+
+/// Cycle at which a notice came first.
+fn first(prognoses: &[Prognosis], kind: &str) -> Option<u64> {
+    notices(prognoses).iter().find(|(_, found)| *found == kind).map(|(cycle, _)| *cycle)
+}
+
+fn end(prognosis: &Prognosis) -> f64 {
+    prognosis.eol_cycle.expect("there is an end")
+}
+
+#[test]
+fn a_repair_restarts_the_estimate() {
+    for fault in Fault::ALL {
+        for seed in 0..20 {
+            let leak = |k: f64| {
+                if k < 25.0 { k / 50.0 } else { (k - 25.0) / 50.0 }
+            };
+            let prognoses = run(Method::default(), &log(&tables(), fault, 60, SD, seed, leak));
+            let cycle = first(&prognoses, "repaired").expect("the repair is seen");
+            assert!((25..=30).contains(&cycle), "{fault}, {seed}: {cycle}");
+            assert!((end(&prognoses[50]) - 75.0).abs() < 5.0, "{fault}: {:?}", prognoses[50]);
+        }
+    }
+}
+
+#[test]
+fn a_step_is_seen_and_followed() {
+    for fault in Fault::ALL {
+        for seed in 0..20 {
+            let leak = |k: f64| k / 50.0 + if k < 20.0 { 0.0 } else { 0.25 };
+            let prognoses = run(Method::default(), &log(&tables(), fault, 36, SD, seed, leak));
+            let cycle = first(&prognoses, "growth-changed").expect("the step is seen");
+            assert!((20..=26).contains(&cycle), "{fault}, {seed}: {cycle}");
+            assert!((end(&prognoses[35]) - 37.5).abs() < 1.5, "{fault}: {:?}", prognoses[35]);
+        }
+    }
+}
+
+#[test]
+fn a_leak_that_sets_in_late_is_found() {
+    for fault in Fault::ALL {
+        for seed in 0..10 {
+            let leak = |k: f64| (k - 100.0).max(0.0) / 40.0;
+            let prognoses = run(Method::default(), &log(&tables(), fault, 130, SD, seed, leak));
+            assert_eq!(prognoses[99].fault, FaultCall::None, "{seed}");
+            assert_eq!(prognoses[115].fault.fault(), Some(fault), "{seed}");
+            assert!((end(&prognoses[125]) - 140.0).abs() < 5.0, "{fault}: {:?}", prognoses[125]);
+        }
+    }
+}
+
+#[test]
+fn exponential_growth_is_told_from_linear_growth() {
+    let leak = |k: f64| (0.12 * (k - 50.0)).exp();
+    for fault in Fault::ALL {
+        let readings = log(&tables(), fault, 48, SD, 2, leak);
+        let config = BayesConfig { growth: GrowthLaw::Exponential, ..BayesConfig::default() };
+        let asked = run(Method::Bayes(config), &readings);
+        assert!((end(&asked[44]) - 50.0).abs() < 2.5, "{fault}: {:?}", asked[44]);
+        let chosen = run(Method::default(), &readings);
+        let seen = first(&chosen, "growth-exponential").or(first(&chosen, "growth-changed"));
+        assert!(seen.is_some(), "{fault}: nothing was said");
+        assert!((end(&chosen[47]) - 50.0).abs() < 2.5, "{fault}: {:?}", chosen[47]);
+        let config = BayesConfig { growth: GrowthLaw::Linear, ..BayesConfig::default() };
+        let straight = run(Method::Bayes(config), &readings);
+        assert_eq!(first(&straight, "growth-exponential"), None);
+    }
+}
+
+#[test]
+fn steady_growth_raises_no_suspicion() {
+    for fault in Fault::ALL {
+        for seed in 0..50 {
+            let readings = log(&tables(), fault, 50, SD, seed, |k| k / 51.0);
+            let said = notices(&run(Method::default(), &readings));
+            let changes = ["repaired", "growth-changed", "growth-exponential", "unexplained"];
+            assert!(!said.iter().any(|(_, kind)| changes.contains(kind)), "{seed}: {said:?}");
+        }
+    }
+}
+
+#[test]
+fn noise_above_what_was_stated_is_said() {
+    let readings = log(&tables(), Fault::Supply, 40, 0.05, 1, |k| k / 45.0);
+    let stated = |sd_s: f64| {
+        let noise = Noise::Known { sd_s };
+        run(Method::Bayes(BayesConfig { noise, ..BayesConfig::default() }), &readings)
+    };
+    assert!(first(&stated(0.01), "noise-larger").is_some());
+    assert_eq!(first(&stated(0.05), "noise-larger"), None);
+}
+
+#[test]
+fn a_constant_offset_that_no_leak_explains_is_said_with_what_to_do() {
+    let readings: Vec<Reading> = log(&tables(), Fault::Supply, 30, 0.005, 1, |k| k / 40.0)
+        .into_iter()
+        .map(|r| Reading { close_time_s: r.close_time_s.map(|t| t + 0.08), ..r })
+        .collect();
+    let prognoses = run(Method::default(), &readings);
+    assert!(first(&prognoses, "offset").is_some(), "{:?}", notices(&prognoses));
+    let text =
+        prognoses.iter().flat_map(|p| &p.notices).find(|n| n.kind() == "offset").expect("it was said").to_string();
+    assert!(text.contains("valve compare") && text.contains("valve explain"), "{text}");
+}
+
+#[test]
+fn a_single_glitch_is_named_and_changes_little() {
+    let mut readings = log(&tables(), Fault::Supply, 30, 0.01, 4, |k| k / 40.0);
+    let without = run(Method::default(), &readings);
+    readings[15].open_time_s = readings[15].open_time_s.map(|t| t + 1.0);
+    let with = run(Method::default(), &readings);
+    assert_eq!(first(&with, "glitch"), Some(15));
+    for (a, b) in with.iter().zip(&without).skip(15) {
+        assert!((end(a) - end(b)).abs() < 0.5, "{a:?}\n{b:?}");
+    }
+}
+
+#[test]
+fn a_stroke_that_does_not_finish_pulls_the_end_closer() {
+    // The valve closes no more from cycle 20 on, which the leak at the stall
+    // explains: the estimate must not fall behind.
+    let tables = tables();
+    let leak = |k: f64| k / 17.0;
+    let mut noise = NoiseSource::new(5, 0);
+    let readings: Vec<Reading> = (0..24)
+        .map(|k| {
+            let clean = reading(&tables, Fault::Atmosphere, k, leak(k as f64).min(1.125));
+            noisy(clean, SD, &mut noise)
+        })
+        .collect();
+    assert!(readings[20].close_time_s.is_none());
+    let prognoses = run(Method::default(), &readings);
+    let last = &prognoses[20];
+    assert!(notices(&prognoses).contains(&(20, "not-finished")));
+    assert_eq!(last.fault, FaultCall::Atmosphere);
+    assert!((end(last) - 17.0).abs() < 0.5, "{last:?}");
+}
+
+#[test]
+fn a_lone_unfinished_stroke_of_a_healthy_valve_is_no_fault() {
+    let mut readings = log(&tables(), Fault::Supply, 40, SD, 6, |_| 0.0);
+    readings[20].close_time_s = None;
+    let prognoses = run(Method::default(), &readings);
+    assert_eq!(first(&prognoses, "not-finished"), Some(20));
+    assert_eq!(prognoses[39].fault, FaultCall::None);
+}

@@ -1,0 +1,181 @@
+//! Many valves, untidy logs, growing files.
+
+mod common;
+
+use std::fs::{self, File, OpenOptions};
+use std::io::{BufReader, Write};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::Duration;
+
+use common::{log, notices, row, run, tables};
+use leak_table::Fault;
+use prognoser::{FollowedFile, Method, Prognoser, Prognosis, Reading, Status, TimingLog};
+
+fn supply_log(seed: u64) -> Vec<Reading> {
+    log(&tables(), Fault::Supply, 25, 0.01, seed, |k| k / 30.0)
+}
+
+#[test]
+fn interleaved_valves_do_not_disturb_each_other() {
+    let logs: Vec<Vec<Reading>> = (0..5).map(supply_log).collect();
+    let names = ["a", "b", "c", "d", "e"];
+    let mut together = Prognoser::new(tables().into(), Method::default());
+    let mut rows: Vec<Vec<Prognosis>> = vec![Vec::new(); 5];
+    for cycle in 0..25 {
+        for ((name, log), out) in names.iter().zip(&logs).zip(&mut rows) {
+            out.push(together.push(&row(name, &log[cycle])));
+        }
+    }
+    assert_eq!(together.valves(), 5);
+    for (i, log) in logs.iter().enumerate() {
+        let alone = run(Method::default(), log);
+        for (a, b) in rows[i].iter().zip(&alone) {
+            assert_eq!(a.eol_cycle, b.eol_cycle);
+            assert_eq!(a.fault_probability, b.fault_probability);
+        }
+    }
+}
+
+#[test]
+fn missed_cycles_are_said_and_cost_only_their_information() {
+    let full = supply_log(1);
+    let thinned: Vec<Reading> = full.iter().copied().filter(|r| r.cycle < 10 || r.cycle % 3 == 0).collect();
+    let prognoses = run(Method::default(), &thinned);
+    assert!(notices(&prognoses).contains(&(12, "missed-cycles")));
+    let last = prognoses.last().expect("rows");
+    assert!((last.eol_cycle.expect("an end") - 30.0).abs() < 1.0, "{last:?}");
+}
+
+#[test]
+fn repeated_and_late_rows_are_said_and_not_used() {
+    let tidy = supply_log(2);
+    let mut untidy = tidy.clone();
+    untidy.insert(11, tidy[10]);
+    untidy.insert(15, tidy[2]);
+    let (a, b) = (run(Method::default(), &tidy), run(Method::default(), &untidy));
+    let said: Vec<_> =
+        notices(&b).into_iter().filter(|(_, kind)| ["repeated-cycle", "out-of-order"].contains(kind)).collect();
+    assert_eq!(said, [(10, "repeated-cycle"), (2, "out-of-order")]);
+    assert_eq!(a.last().map(|p| p.eol_cycle), b.last().map(|p| p.eol_cycle));
+    assert_eq!(b[11].eol_cycle, b[10].eol_cycle);
+}
+
+#[test]
+fn a_counter_that_starts_again_starts_the_estimate_anew() {
+    let mut readings = supply_log(3);
+    readings.extend(supply_log(4));
+    let prognoses = run(Method::default(), &readings);
+    assert!(notices(&prognoses).contains(&(2, "counter-restarted")), "{:?}", notices(&prognoses));
+    let last = prognoses.last().expect("rows");
+    assert!((last.eol_cycle.expect("an end") - 30.0).abs() < 1.0, "{last:?}");
+}
+
+#[test]
+fn a_valve_that_does_not_stroke_at_all_is_at_its_end_and_gives_finite_numbers() {
+    let dead = |cycle| Reading { cycle, close_time_s: None, open_time_s: None };
+    let absurd = |cycle| Reading { cycle, close_time_s: Some(1e300), open_time_s: Some(0.0) };
+    for method in [Method::default(), Method::Ols] {
+        for make in [&dead as &dyn Fn(u64) -> Reading, &absurd] {
+            let readings: Vec<Reading> = (0..30).map(make).collect();
+            let prognoses = run(method, &readings);
+            assert_eq!(prognoses[1].status, Status::EolReached);
+            let text = serde_json::to_string(&prognoses[29]).expect("is JSON");
+            let finite = [prognoses[29].eol_cycle, prognoses[29].rul_p95, prognoses[29].leak_area_mm2];
+            assert!(finite.iter().flatten().all(|value| value.is_finite()), "{text}");
+        }
+    }
+}
+
+#[test]
+fn json_has_the_names_others_rely_on() {
+    let prognoses = run(Method::default(), &supply_log(5));
+    let value = serde_json::to_value(&prognoses[20]).expect("is JSON");
+    for key in [
+        "valve",
+        "cycle",
+        "fault",
+        "fault_probability",
+        "leak_area_mm2",
+        "leak_rate_mm2_per_cycle",
+        "eol_cycle",
+        "rul_cycles",
+        "rul_p05",
+        "rul_p50",
+        "rul_p95",
+        "status",
+        "notices",
+    ] {
+        assert!(value.get(key).is_some(), "{key} is missing in {value}");
+    }
+    assert_eq!(value["fault"], "supply");
+    assert_eq!(value["status"], "degrading");
+    for key in ["none", "atmosphere", "supply"] {
+        assert!(value["fault_probability"][key].is_f64(), "{value}");
+    }
+}
+
+#[test]
+fn the_state_of_a_valve_does_not_grow() {
+    // The Bayesian state holds at most 8 + 32 readings (tested where it is
+    // kept); here, that a long log runs through and stays sane.
+    let readings = log(&tables(), Fault::Supply, 20_000, 0.02, 6, |_| 0.0);
+    let last = run(Method::default(), &readings).pop().expect("rows");
+    assert!(last.fault_probability.expect("bayes").none > 0.999, "{last:?}");
+}
+
+const HEADER: &str = "valve,cycle,close_time_s,open_time_s\n";
+
+#[test]
+fn a_growing_file_is_followed_by_whole_lines() {
+    let dir = tempfile::tempdir().expect("directory");
+    let path = dir.path().join("log.csv");
+    fs::write(&path, HEADER).expect("written");
+    let stop = Arc::new(AtomicBool::new(false));
+    let followed = FollowedFile::open(&path, Duration::from_millis(2)).expect("is there").stop_by(Arc::clone(&stop));
+    let reader = thread::spawn(move || {
+        let mut log = TimingLog::new("log.csv", BufReader::new(followed)).expect("a header");
+        let mut cycles = Vec::new();
+        while let Some(row) = log.next_row().expect("whole rows") {
+            cycles.push((row.reading.cycle, row.reading.open_time_s));
+        }
+        cycles
+    });
+    let mut file = OpenOptions::new().append(true).open(&path).expect("is there");
+    for piece in ["V,0,1.0", "4,2.1\nV,1,", "1.05,2.2\n"] {
+        file.write_all(piece.as_bytes()).expect("written");
+        thread::sleep(Duration::from_millis(20));
+    }
+    stop.store(true, Ordering::Relaxed);
+    assert_eq!(reader.join().expect("no panic"), [(0, Some(2.1)), (1, Some(2.2))]);
+}
+
+fn follow_until_error(change: impl FnOnce(&std::path::Path) + Send + 'static) -> String {
+    let dir = tempfile::tempdir().expect("directory");
+    let path = dir.path().join("log.csv");
+    fs::write(&path, format!("{HEADER}V,0,1.0,2.0\n")).expect("written");
+    let followed = FollowedFile::open(&path, Duration::from_millis(2)).expect("is there");
+    let mut log = TimingLog::new("log.csv", BufReader::new(followed)).expect("a header");
+    assert!(log.next_row().expect("a row").is_some());
+    let changer = thread::spawn(move || change(&path));
+    let error = log.next_row().expect_err("the file is no longer the same").to_string();
+    changer.join().expect("no panic");
+    error
+}
+
+#[test]
+fn a_followed_file_that_vanishes_shrinks_or_is_replaced_is_an_error() {
+    let gone = follow_until_error(|path| fs::remove_file(path).expect("removed"));
+    assert!(gone.contains("log.csv:3") && gone.contains("vanished"), "{gone}");
+    let shorter = follow_until_error(|path| {
+        File::options().write(true).open(path).and_then(|f| f.set_len(3)).expect("cut");
+    });
+    assert!(shorter.contains("became shorter"), "{shorter}");
+    let other = follow_until_error(|path| {
+        let new = path.with_extension("new");
+        fs::write(&new, HEADER).expect("written");
+        fs::rename(new, path).expect("renamed");
+    });
+    assert!(other.contains("replaced"), "{other}");
+}

@@ -1,0 +1,197 @@
+//! Verbs about timing logs and tables: `build-tables`, `prognose`.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+use super::Format;
+use super::quantities::duration_s;
+
+/// Options of `build-tables`.
+#[derive(Debug, Args)]
+#[command(after_long_help = "\
+The directory gets a table for each kind of leak and a manifest that says what
+they were made from; `valve prognose` refuses what does not fit together.
+
+Example:
+  valve build-tables valve.toml --out tables --plot tables.svg")]
+pub struct BuildTablesArgs {
+    /// The valve file
+    pub valve: PathBuf,
+    /// Directory of the tables; made if it is missing, older tables in it are replaced
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Draw the tables to an .svg or .png file
+    #[arg(long, value_name = "FILE")]
+    pub plot: Option<PathBuf>,
+    /// How the result is printed
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    pub format: Format,
+}
+
+/// Options of `demo`.
+#[derive(Debug, Args)]
+#[command(after_long_help = "\
+Examples:
+  valve demo
+  valve demo --plot life.svg
+  valve demo --files demo   # leaves valve file, tables and log there to try the other verbs on")]
+pub struct DemoArgs {
+    /// Draw leak, remaining life and fault over the cycles to an .svg or .png file
+    #[arg(long, value_name = "FILE")]
+    pub plot: Option<PathBuf>,
+    /// Write the valve file, the timing log and the tables into a directory
+    #[arg(long, value_name = "DIR")]
+    pub files: Option<PathBuf>,
+}
+
+/// Options of `prognose`.
+#[derive(Debug, Args)]
+#[command(after_long_help = "\
+The log is CSV with the columns valve,cycle,close_time_s,open_time_s and, if you
+like, time. An empty time means that the valve did not get there. Valves may be
+interleaved.
+
+Examples:
+  valve prognose log.csv --tables tables
+  valve prognose log.csv --tables tables --noise \"10 ms\" --plot life.svg
+  tail -f log.csv | valve prognose - --tables tables --format jsonl
+  valve prognose log.csv --tables tables --follow --fail-on-eol")]
+pub struct PrognoseArgs {
+    /// The timing log; `-` reads stdin
+    pub log: PathBuf,
+    /// Directory of the tables, as `valve build-tables` writes them
+    #[arg(long, value_name = "DIR")]
+    pub tables: PathBuf,
+    /// Valve file that the tables must have been built from; others are refused
+    #[arg(long, value_name = "FILE")]
+    pub valve: Option<PathBuf>,
+    /// How the remaining life is estimated
+    #[arg(long, value_enum, default_value_t = MethodName::Bayes)]
+    pub method: MethodName,
+    /// One-sigma noise of the stroke times; without it, it is estimated from the log
+    #[arg(long, value_name = "TIME", value_parser = duration_s)]
+    pub noise: Option<f64>,
+    /// What is known of the leak at the first cycle
+    #[arg(long, value_enum, default_value_t = StartName::Healthy)]
+    pub start: StartName,
+    /// How the leak is assumed to grow
+    #[arg(long, value_enum)]
+    pub growth: Option<GrowthName>,
+    /// Typical number of cycles from no leak to end of life, before any data (median of a wide prior)
+    #[arg(long, value_name = "CYCLES", value_parser = positive)]
+    pub life: Option<f64>,
+    /// Go on reading as the log grows, until interrupted
+    #[arg(long)]
+    pub follow: bool,
+    /// How the result is printed
+    #[arg(long, value_enum, default_value_t = StreamFormat::Text)]
+    pub format: StreamFormat,
+    /// Draw leak, remaining life and fault over the cycles to an .svg or .png file
+    #[arg(long, value_name = "FILE", conflicts_with = "follow")]
+    pub plot: Option<PathBuf>,
+    /// Which valve of the log is drawn; without it, the first
+    #[arg(long, value_name = "NAME", requires = "plot")]
+    pub plot_valve: Option<String>,
+    /// End of life if it is known afterwards: draws the truth and its alpha cone
+    #[arg(long, value_name = "CYCLE", requires = "plot", value_parser = positive)]
+    pub true_eol: Option<f64>,
+    /// Exit with code 1 if a valve has reached its end of life
+    #[arg(long)]
+    pub fail_on_eol: bool,
+}
+
+/// Options of `evaluate`.
+#[derive(Debug, Args)]
+#[command(after_long_help = "\
+Runs whole lives with known ends through the same estimators as real logs:
+every life grows its leak from nothing to the limit, its stroke times come from
+the simulation and get normal noise. Reported are, over the lives:
+
+  relative accuracy  mean over the predictions of 1 - |error| / true remaining
+                     life, not below 0 (Saxena et al. 2010); median, 10 and 90 %
+  converged at       first cycle from which on all predictions are within alpha
+  coverage           share of the 90 % intervals that hold the true end
+  error to bound     rms error of the end over its Cramer-Rao bound, at a
+                     quarter, half and three quarters of life and at its end
+
+Example:
+  valve evaluate valve.toml --seeds 300 --plot study.svg")]
+pub struct EvaluateArgs {
+    /// The valve file
+    pub valve: PathBuf,
+    /// Cycles from a healthy valve to the end of life
+    #[arg(long, value_name = "CYCLES", value_parser = positive, default_value = "25")]
+    pub cycles: f64,
+    /// Variances of the noise of the stroke times, s2
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = variance, default_value = "0,1e-4,1e-3,1e-2")]
+    pub noise_variance: Vec<f64>,
+    /// Lives for each fault and noise
+    #[arg(long, value_name = "COUNT", default_value_t = 300, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    pub seeds: u64,
+    /// Half width of the cone around the true remaining life, a fraction
+    #[arg(long, value_name = "FRACTION", value_parser = positive, default_value = "0.1")]
+    pub alpha: f64,
+    /// Draw the accuracy over the noise to an .svg or .png file
+    #[arg(long, value_name = "FILE")]
+    pub plot: Option<PathBuf>,
+    /// How the result is printed
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    pub format: Format,
+}
+
+/// Methods by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum MethodName {
+    /// Recursive Bayesian estimate from both stroke times, with bounds
+    Bayes,
+    /// One stroke time and a straight line by least squares, as in the paper
+    Ols,
+}
+
+/// Knowledge of the start.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum StartName {
+    /// The valve was healthy at the first cycle of the log
+    Healthy,
+    /// It may have leaked already
+    Unknown,
+}
+
+/// Laws of growth.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum GrowthName {
+    /// The same amount every cycle
+    Linear,
+    /// The same factor every cycle
+    Exponential,
+    /// Linear, unless the log speaks clearly for exponential growth
+    Auto,
+}
+
+/// How a stream of results is printed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum StreamFormat {
+    /// For people: an aligned table, and the state of each valve at the end
+    Text,
+    /// One JSON array
+    Json,
+    /// One JSON object a line, as soon as it is known
+    Jsonl,
+    /// CSV with a header
+    Csv,
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
+        _ => Err("a number above zero is needed".to_owned()),
+    }
+}
+
+fn variance(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(value) if value >= 0.0 && value.is_finite() => Ok(value),
+        _ => Err("variances in s2 are needed, such as 0,1e-4,1e-3".to_owned()),
+    }
+}
