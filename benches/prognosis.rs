@@ -1,7 +1,7 @@
 //! Prognosis: a table inversion, an update of the remaining life, the same by an optimiser, a log.
 
-#[path = "../tests/support/mod.rs"]
-mod support;
+#[path = "../tests/reference_valve/mod.rs"]
+mod reference_valve;
 
 use std::cell::Cell;
 use std::hint::black_box;
@@ -15,7 +15,7 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use leak_table::{Fault, Stroke, TableBundle};
 use prognoser::bayes::{BayesConfig, BayesEstimator};
 use prognoser::{Method, OlsEstimator, Prognoser, Reading, TimingLog};
-use support::{CYCLE, base_valve, leaking, periodic, spread, testbed};
+use reference_valve::{CYCLE, base_valve, leaking, periodic, spread, testbed};
 use valve_model::Valve;
 use valve_model::simulate::DEFAULT_STEP_S;
 
@@ -68,13 +68,17 @@ fn update(criterion: &mut Criterion) {
     group.bench_function("ols", |b| {
         b.iter(|| {
             let mut estimator = OlsEstimator::new();
-            life.iter().for_each(|reading| drop(black_box(estimator.update(&tables, reading))));
+            for reading in &life {
+                black_box(estimator.update(&tables, reading));
+            }
         });
     });
     group.bench_function("bayes", |b| {
         b.iter(|| {
             let mut estimator = BayesEstimator::new(&BayesConfig::default());
-            life.iter().for_each(|reading| drop(black_box(estimator.update(&tables, reading))));
+            for reading in &life {
+                black_box(estimator.update(&tables, reading));
+            }
         });
     });
     group.finish();
@@ -149,7 +153,7 @@ fn log(life: &[Reading]) -> String {
         let reading = life[cycle * (life.len() - 1) / (ROWS / VALVES)];
         let time = |time_s: Option<f64>| time_s.map_or_else(String::new, |time_s| format!("{time_s:.4}"));
         let (close, open) = (time(reading.close_time_s), time(reading.open_time_s));
-        text += &format!("valve-{valve:04},{cycle},{close},{open}\n");
+        text.extend([&format!("valve-{valve:04},{cycle},"), &close, ",", &open, "\n"]);
     }
     text
 }
@@ -167,7 +171,9 @@ fn read(text: &str, mut each: impl FnMut(&prognoser::LogRow<'_>)) -> Duration {
 fn long_log(_: &mut Criterion) {
     let tables = Arc::new(reference_tables());
     let text = log(&life(&tables));
-    let reading = read(&text, |row| drop(black_box(row.reading)));
+    let reading = read(&text, |row| {
+        black_box(row.reading);
+    });
     println!("log of {ROWS} rows, {VALVES} valves: reading {:.0} ns a row", per_row_ns(reading));
     for method in [Method::Ols, Method::default()] {
         let mut prognoser = Prognoser::new(Arc::clone(&tables), method);

@@ -1,7 +1,7 @@
 //! Simulation: a step, a cycle, both tables, a fleet.
 
-#[path = "../tests/support/mod.rs"]
-mod support;
+#[path = "../tests/reference_valve/mod.rs"]
+mod reference_valve;
 
 use std::hint::black_box;
 use std::time::{Duration, Instant};
@@ -10,8 +10,8 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use leak_table::Fault;
 use lut_builder::{Options, build};
 use rayon::prelude::*;
-use support::plain::Plain;
-use support::{CYCLE, base_valve, leaking, spread, table_model, testbed, testbed_file};
+use reference_valve::plain::Plain;
+use reference_valve::{CYCLE, base_valve, leaking, spread, table_model, testbed, testbed_file};
 use valve_model::cycle::{cycle_commands, cycles};
 use valve_model::dispatch::{InstructionSet, LANES};
 use valve_model::simulate::{DEFAULT_STEP_S, simulate_scalar, simulate_with};

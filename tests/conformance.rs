@@ -1,8 +1,8 @@
 //! Lanes and scalar path are one model, with every effect; effects that are not there change nothing.
 
-mod testbed_support;
+mod reference_valve;
 
-use testbed_support::{CYCLE, base_valve, periodic, testbed, typical, with_effect};
+use reference_valve::{CYCLE, base_valve, periodic, testbed, typical, with_effect};
 use valve_model::cycle::cycle_commands;
 use valve_model::dispatch::InstructionSet;
 use valve_model::params::Switches;

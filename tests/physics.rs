@@ -1,10 +1,10 @@
 //! What any valve of this kind does, whatever its parameters; and odd parameters.
 
-mod testbed_support;
+mod reference_valve;
 
 use leak_table::Fault;
 use proptest::prelude::*;
-use testbed_support::{base_valve, first_cycle, leaking, testbed, typical, with_effect};
+use reference_valve::{base_valve, first_cycle, leaking, testbed, typical, with_effect};
 use valve_model::cycle::{CycleTimes, cycle_commands, cycles};
 use valve_model::simulate::DEFAULT_STEP_S;
 use valve_model::{Conditions, Effect, EffectKind, Orientation, Parameters, Prepared, Run, Schedule, Switches, Valve};

@@ -1,10 +1,10 @@
 //! The base model against a converged solution, and against an independent program.
 
-mod testbed_support;
+mod reference_valve;
 
 use leak_table::Fault;
-use testbed_support::plain::{Plain, TIGHT_BLEND};
-use testbed_support::{CYCLE, base_valve, first_cycle, leaking, periodic, spread, testbed};
+use reference_valve::plain::{Plain, TIGHT_BLEND};
+use reference_valve::{CYCLE, base_valve, first_cycle, leaking, periodic, spread, testbed};
 use valve_model::cycle::CycleTimes;
 use valve_model::simulate::DEFAULT_STEP_S;
 use valve_model::{CommandEdge, Conditions, Prepared, Run, Schedule, simulate};

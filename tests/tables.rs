@@ -1,13 +1,13 @@
 //! The tables that come with the project: what the builder writes, and as accurate as they say.
 
-mod testbed_support;
+mod reference_valve;
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use leak_table::{Fault, Stroke, TableBundle, TimeAt};
 use lut_builder::{Options, build, model_hash};
-use testbed_support::{leaking, periodic, spread, table_model, testbed_file};
+use reference_valve::{leaking, periodic, spread, table_model, testbed_file};
 use valve_model::simulate::DEFAULT_STEP_S;
 
 /// Largest interpolation error up to the limit, s.

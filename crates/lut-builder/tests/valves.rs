@@ -151,3 +151,15 @@ fn a_tighter_tolerance_is_met_with_more_points() {
         assert_eq!(reports.last().map(|report| report.share), Some(1.0));
     }
 }
+
+#[test]
+fn a_stroke_time_that_jumps_is_refused() {
+    // A push that comes and goes with the time since the command: the piston swings as it arrives, so
+    // that a little more leak makes it miss a whole swing.
+    let effect = "[[effect]]\nkind = \"custom\"\nname = \"swing\"\nacts_on = \"force\"\n\
+                  formula = \"push * sin(9 * t_since_command)\"\n[effect.parameters]\n\
+                  push = { start = 60, lower = 0, upper = 100, unit = \"N\" }\n[tolerance]";
+    let error = tables(&changed(&[("[tolerance]", effect)])).expect_err("its stroke times jump");
+    let jumps = matches!(error, BuildError::Jump { .. } | BuildError::NotMonotone { .. });
+    assert!(jumps && error.to_string().contains("jumps"), "{error}");
+}

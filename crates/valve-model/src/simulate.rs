@@ -1,5 +1,7 @@
 //! Runs in, nodes out: the entry to the integrator, for one run or for many.
 
+use std::cell::Cell;
+
 use crate::coefficients::Equations;
 use crate::command::{CommandEdge, Segment, Solenoid, segments};
 use crate::conditions::Conditions;
@@ -7,7 +9,7 @@ use crate::dispatch::{InstructionSet, LANES, integrate_lanes};
 use crate::driven::Driven;
 use crate::integrator::{LaneRun, Pace, Recorder, integrate};
 use crate::params::Valve;
-use crate::real::Real;
+use crate::real::{Lanes, Real};
 use crate::rest::vented_rest;
 use crate::rhs::State;
 
@@ -118,8 +120,8 @@ pub fn simulate_with(
     pressures: bool,
     mut consume: impl FnMut(usize, &Nodes, &State<f64>),
 ) {
-    let mut nodes = vec![Nodes::default(); LANES.min(runs.len())];
-    let mut recorder = Recorder::new(pressures);
+    let mut memory = SPARE.take().unwrap_or_default();
+    let Memory { nodes, recorder } = &mut memory;
     let mut next = 0;
     while next < runs.len() {
         let mates = runs[next..].iter().take(LANES).take_while(|run| run.fits_beside(&runs[next])).count();
@@ -132,14 +134,37 @@ pub fn simulate_with(
         } else {
             recorder.clear(pressures);
             let base = batch[0].equations.terms.is_base();
-            let states = integrate_lanes(set, base, &batch, &mut recorder);
-            copy_lanes(&recorder, &mut nodes[..mates]);
+            let states = integrate_lanes(set, base, &batch, recorder);
+            copy_lanes(recorder, &mut nodes[..mates]);
             for (lane, state) in states.iter().enumerate() {
                 consume(next + lane, &nodes[lane], state);
             }
         }
         next += mates;
     }
+    if memory.recorder.time.capacity() <= MOST_SPARE_NODES {
+        SPARE.set(Some(memory));
+    }
+}
+
+/// What a batch writes to; kept for the next one of the thread, since fresh memory costs more than
+/// what is written to it.
+struct Memory {
+    nodes: Vec<Nodes>,
+    recorder: Recorder<Lanes<LANES>>,
+}
+
+impl Default for Memory {
+    fn default() -> Self {
+        Self { nodes: vec![Nodes::default(); LANES], recorder: Recorder::new(false) }
+    }
+}
+
+/// Memory for more nodes than this is given back (some 50 MB with pressures).
+const MOST_SPARE_NODES: usize = 1 << 17;
+
+thread_local! {
+    static SPARE: Cell<Option<Memory>> = const { Cell::new(None) };
 }
 
 /// Simulates runs one at a time on the scalar path; the definition that the lanes must meet.
