@@ -3,7 +3,7 @@
 use crate::conditions::Conditions;
 use crate::custom::CustomEffect;
 use crate::effects::{Effect, EffectKind};
-use crate::integrator::Pace;
+use crate::integrator::{MOST_SUBSTEPS, Pace};
 use crate::orifice::{BLEND_SLOPE, Blend, OrificeLaw};
 use crate::params::{Parameters, STANDARD_GRAVITY_M_PER_S2, Valve};
 use crate::real::Real;
@@ -323,7 +323,12 @@ impl Equations {
             let root = rate * step_s / limit;
             (root * root).max(NARROWEST_BLEND)
         };
-        Pace { step_s, port_blend: blend(port, PORT_RATE), blend: blend(solenoid, SOLENOID_RATE) }
+        Pace {
+            step_s,
+            port_blend: blend(port, PORT_RATE),
+            blend: blend(solenoid, SOLENOID_RATE),
+            most_substeps: MOST_SUBSTEPS,
+        }
     }
 }
 

@@ -53,6 +53,14 @@ impl Prepared {
         Self { equations, segments, initial, pace, driven: run.driven.clone() }
     }
 
+    /// Takes at most this many substeps where pipe and chamber are nearly at one pressure. Few are
+    /// enough for a fit; stroke times close to the leak that stalls the valve want all of them.
+    #[must_use]
+    pub fn with_most_substeps(mut self, most: u32) -> Self {
+        self.pace.most_substeps = most.max(1);
+        self
+    }
+
     /// Starts from another state, such as the end of an earlier run.
     #[must_use]
     pub fn starting_from(mut self, state: State<f64>) -> Self {

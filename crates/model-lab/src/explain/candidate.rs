@@ -54,13 +54,13 @@ pub fn refit(data: &Dataset, scatter: &Scatter, base: &Fit, space: &Space, effor
         .collect();
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
     let starts = spread(&ranked, effort.starts, base.u.len());
-    let first = FitOptions { steps: effort.first_steps, tolerance: 0.5 };
+    let first = FitOptions { steps: effort.first_steps, tolerance: 0.5, stall: 0.0 };
     let fits = starts.iter().filter_map(|start| fit(data, scatter, space, start, first));
     let best = fits.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
     if best.converged {
         return Some(best);
     }
-    fit(data, scatter, space, &best.u, FitOptions { steps: effort.steps, tolerance: 0.1 })
+    fit(data, scatter, space, &best.u, FitOptions { steps: effort.steps, tolerance: 0.1, stall: 0.01 })
 }
 
 /// The best points, but no two of the same shape and sign next to each other.

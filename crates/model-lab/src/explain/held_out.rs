@@ -20,7 +20,7 @@ pub fn held_out_rms(data: &Dataset, scatter: &Scatter, full: &Fit) -> Option<f64
         .filter_map(|group| {
             let seen = data.only(|unit| !group.contains(&unit));
             let unseen = data.only(|unit| group.contains(&unit));
-            let options = FitOptions { steps: 4, tolerance: 0.1 };
+            let options = FitOptions { steps: 4, tolerance: 0.1, stall: 0.01 };
             let refitted = fit(&seen, &scatter.for_data(&seen, &valve), &full.space, &full.u, options)?;
             let residual = residuals(&unseen, &[refitted.valve()]).remove(0);
             let clean = scatter.for_data(&unseen, &valve).without_scatter(&residual);

@@ -8,7 +8,7 @@
 mod clock;
 mod recorder;
 
-pub(crate) use clock::{Clock, Pace};
+pub(crate) use clock::{Clock, MOST_SUBSTEPS, Pace};
 pub(crate) use recorder::Recorder;
 
 use crate::coefficients::{Coefficients, Equations};
