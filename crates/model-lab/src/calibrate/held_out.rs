@@ -24,7 +24,16 @@ pub struct HeldOut {
 
 /// Leaves out the conditions of a dataset in turn and fits the rest, beginning at `best`; nothing with
 /// fewer than two conditions, or where a fit fails.
-pub fn held_out(space: &Space, data: &Dataset, best: &Fit, scatter: &Scatter, before: &Comparison) -> Option<HeldOut> {
+///
+/// `straight` are the data with the scatter of single strokes made linear, to be fitted; the error is
+/// that on the data themselves.
+pub fn held_out(
+    space: &Space,
+    (data, straight): (&Dataset, &Dataset),
+    best: &Fit,
+    scatter: &Scatter,
+    before: &Comparison,
+) -> Option<HeldOut> {
     let mut distinct: Vec<Conditions> = Vec::new();
     for unit in 0..data.unit_count() {
         let conditions = *data.unit_conditions(unit);
@@ -42,7 +51,7 @@ pub fn held_out(space: &Space, data: &Dataset, best: &Fit, scatter: &Scatter, be
     };
     let (mut sum, mut readings) = (0.0, 0.0);
     for part in 0..parts {
-        let kept = data.only(|unit| part_of(unit) != part);
+        let kept = straight.only(|unit| part_of(unit) != part);
         let left_out = data.only(|unit| part_of(unit) == part);
         let scatter = scatter.for_data(&kept, &best.valve());
         let fitted = fit(&kept, &scatter, space, &best.u, FitOptions { steps: 12, tolerance: 0.5 })?;

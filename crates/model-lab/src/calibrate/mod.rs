@@ -6,6 +6,7 @@
 
 mod held_out;
 mod identifiability;
+mod relinearise;
 mod repeatability;
 mod verdict;
 
@@ -16,6 +17,7 @@ use valve_model::{ParameterId, Valve};
 
 pub use held_out::{HeldOut, held_out};
 pub use identifiability::{SingularDirection, singular_directions};
+pub use relinearise::relinearised;
 pub use repeatability::Repeatability;
 pub use verdict::{LackOfFit, Verdict};
 
@@ -111,13 +113,15 @@ pub struct CalibrateOptions {
     pub candidates: usize,
     /// Fits that are followed to their end.
     pub starts: usize,
+    /// Steps after which the starts are compared and only the best is followed on.
+    pub rough_steps: usize,
     /// Whether conditions are left out in turn to see how the fit predicts.
     pub hold_out: bool,
 }
 
 impl Default for CalibrateOptions {
     fn default() -> Self {
-        Self { candidates: 12, starts: 3, hold_out: true }
+        Self { candidates: 12, starts: 3, rough_steps: 8, hold_out: true }
     }
 }
 
@@ -136,7 +140,7 @@ impl Calibration {
 
     /// Calibrates a space of tolerated parameters around a valve on a dataset.
     pub fn of(space: &Space, data: &Dataset, valve: &Valve, options: CalibrateOptions) -> Self {
-        let (fit, scatter, start_costs) = best_fit(space, data, valve, options);
+        let BestFit { fit, scatter, data: straight, start_costs } = best_fit(space, data, valve, options);
         let clean = scatter.without_scatter(&fit.residual);
         let lack_of_fit = LackOfFit::new(data, &fit, &scatter, &clean);
         let inflation = lack_of_fit.inflation();
@@ -146,7 +150,7 @@ impl Calibration {
         let before = Comparison::new(data, valve);
         let after = Comparison::new(data, &fit.valve());
         let parameters = parameters(space, &fit, &covariance);
-        let held_out = if options.hold_out { held_out(space, data, &fit, &scatter, &before) } else { None };
+        let held_out = if options.hold_out { held_out(space, (data, &straight), &fit, &scatter, &before) } else { None };
         let repeatability = Repeatability::of(data, &scatter);
         let (verdict, reasons) = verdict::judge(&parameters, &lack_of_fit, &after, repeatability.as_ref());
         Self {
@@ -180,34 +184,58 @@ impl Calibration {
     }
 }
 
+/// The best of several fits.
+struct BestFit {
+    fit: Fit,
+    scatter: Scatter,
+    /// The data with the scatter of single strokes made linear.
+    data: Dataset,
+    start_costs: Vec<f64>,
+}
+
 /// The best of several fits, the scatter it allows for, and where all of them ended.
-fn best_fit(space: &Space, data: &Dataset, valve: &Valve, options: CalibrateOptions) -> (Fit, Scatter, Vec<f64>) {
-    // The directions of scatter change little with the parameters; they are looked at again after the fit.
-    let mut scatter = Scatter::none();
-    let starts = starts(space, data, options);
-    let mut fits: Vec<Fit> =
-        starts.iter().filter_map(|start| fit(data, &scatter, space, start, FitOptions::default())).collect();
-    fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+fn best_fit(space: &Space, data: &Dataset, valve: &Valve, options: CalibrateOptions) -> BestFit {
+    // The scatter shows in how repeats differ, whatever the model; only its directions need one.
+    let mut scatter = Scatter::estimate(data, valve);
+    let mut fits = followed(space, data, &scatter, &starts(space, data, &scatter, options), options);
     let start_costs = fits.iter().map(|fit| fit.cost).collect();
-    let mut best = match fits.into_iter().next() {
-        Some(best) => best,
-        None => unreachable!("the valve itself is a possible start: {}", valve.parameters().stroke_m),
-    };
-    for _ in 0..2 {
-        let found = Scatter::estimate(data, &best.valve());
-        if !found.is_known {
-            break;
-        }
-        scatter = found;
-        if let Some(better) = fit(data, &scatter, space, &best.u, FitOptions::default()) {
-            best = better;
+    let mut straight = data.clone();
+    if scatter.is_known {
+        for _ in 0..SCATTER_ROUNDS {
+            let best = fits.swap_remove(0);
+            let before = best.cost;
+            straight = relinearised(data, &straight, &scatter, &best.valve());
+            scatter = Scatter::estimate(&straight, &best.valve());
+            let again = fit(&straight, &scatter, space, &best.u, FitOptions { steps: 8, tolerance: 0.2 }).unwrap_or(best);
+            let settled = (before - again.cost).abs() < SCATTER_SETTLED;
+            fits = vec![again];
+            if settled {
+                break;
+            }
         }
     }
-    (best, scatter, start_costs)
+    BestFit { fit: fits.swap_remove(0), scatter, data: straight, start_costs }
+}
+
+/// Times that the scatter of single strokes is made linear about what it most likely is.
+const SCATTER_ROUNDS: usize = 6;
+
+/// Change of the cost below which they are linear enough.
+const SCATTER_SETTLED: f64 = 10.0;
+
+/// Fits from several starts, best first: roughly at first, the best of them to its end.
+fn followed(space: &Space, data: &Dataset, scatter: &Scatter, starts: &[Vec<f64>], options: CalibrateOptions) -> Vec<Fit> {
+    let rough = FitOptions { steps: options.rough_steps, tolerance: 5.0 };
+    let mut fits: Vec<Fit> = starts.iter().filter_map(|start| fit(data, scatter, space, start, rough)).collect();
+    fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    if let Some(best) = fits.first().and_then(|best| fit(data, scatter, space, &best.u, FitOptions { steps: 20, tolerance: 0.1 })) {
+        fits[0] = best;
+    }
+    fits
 }
 
 /// Where fits start: at the datasheet, and at the best of points spread over the tolerances.
-fn starts(space: &Space, data: &Dataset, options: CalibrateOptions) -> Vec<Vec<f64>> {
+fn starts(space: &Space, data: &Dataset, scatter: &Scatter, options: CalibrateOptions) -> Vec<Vec<f64>> {
     let zero = space.start();
     let spread: Vec<Vec<f64>> = (1..options.candidates)
         .map(|point| space.clamped(&(0..zero.len()).map(|axis| zero[axis] + spread_point(point, axis)).collect::<Vec<f64>>()))
@@ -215,11 +243,10 @@ fn starts(space: &Space, data: &Dataset, options: CalibrateOptions) -> Vec<Vec<f
     let possible: Vec<(Vec<f64>, Valve)> =
         spread.into_iter().filter_map(|u| space.valve(&u).map(|valve| (u, valve))).collect();
     let valves: Vec<Valve> = possible.iter().map(|(_, valve)| valve.clone()).collect();
-    let none = Scatter::none();
     let mut costs: Vec<(f64, Vec<f64>)> = residuals(data, &valves)
         .iter()
         .zip(possible)
-        .map(|(residual, (u, _))| (none.dot(residual, residual) + prior_cost(space, &u), u))
+        .map(|(residual, (u, _))| (scatter.dot(residual, residual) + prior_cost(space, &u), u))
         .collect();
     costs.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut starts = vec![zero];
