@@ -9,7 +9,7 @@ use std::path::PathBuf;
 
 use clap::{Parser, Subcommand, ValueEnum};
 
-pub use model::{EffectsArgs, RevertArgs, SimulateArgs};
+pub use model::{EffectsArgs, ReportArgs, RevertArgs, SimulateArgs};
 pub use prognosis::{
     BuildTablesArgs, DemoArgs, EvaluateArgs, GrowthName, MethodName, PrognoseArgs, StartName, StreamFormat,
 };
@@ -48,6 +48,8 @@ pub enum Verb {
     Demo(DemoArgs),
     /// List the physical effects that can be added to a valve file, or explain one
     Effects(EffectsArgs),
+    /// Write all that is known of a valve into one HTML page
+    Report(ReportArgs),
     /// Undo the last step of a valve file's history
     Revert(RevertArgs),
     /// Print the completions for a shell

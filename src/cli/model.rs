@@ -1,4 +1,4 @@
-//! Verbs about one valve file: `simulate`, `effects`, `revert`.
+//! Verbs about one valve file: `simulate`, `effects`, `report`, `revert`.
 
 use std::path::PathBuf;
 
@@ -39,7 +39,7 @@ pub struct SimulateArgs {
     /// Longest step of the integrator
     #[arg(long, value_name = "TIME", value_parser = duration_s, default_value = "1 ms")]
     pub step: f64,
-    /// Write position and pressures over time to a CSV file
+    /// Write position and pressures over time to a CSV file, as the valve's sensors would record them
     #[arg(long, value_name = "FILE")]
     pub trace: Option<PathBuf>,
     /// Draw position and pressures over time to an .svg or .png file
@@ -69,6 +69,25 @@ pub struct EffectsArgs {
     /// How the result is printed
     #[arg(long, value_enum, default_value_t = Format::Text)]
     pub format: Format,
+}
+
+/// Options of `report`.
+#[derive(Debug, Args)]
+#[command(after_long_help = "\
+The page needs no other file: pictures are in it. It tells what the valve does,
+what its tables hold and, with --log, how each valve of the log stands.
+
+Example:
+  valve report valve.toml --log log.csv --out report.html")]
+pub struct ReportArgs {
+    /// The valve file
+    pub valve: PathBuf,
+    /// A timing log of this kind of valve
+    #[arg(long, value_name = "FILE")]
+    pub log: Option<PathBuf>,
+    /// Where the page goes
+    #[arg(long, value_name = "FILE")]
+    pub out: PathBuf,
 }
 
 /// Options of `revert`.

@@ -79,30 +79,41 @@ impl Drop for TableDir<'_> {
 
 /// What was built, in a table.
 pub fn summary(bundle: &TableBundle) -> String {
-    let mut table = TextTable::new(&[
-        ("fault", Align::Left),
-        ("points", Align::Right),
-        ("largest leak (mm²)", Align::Right),
-        ("life ends at (mm²)", Align::Right),
-        ("by the stroke", Align::Left),
-        ("error to there (ms)", Align::Right),
-        ("beyond (ms)", Align::Right),
-    ]);
-    for fault in Fault::ALL {
-        let rows = bundle.table(fault).points();
-        let info = bundle.manifest().fault(fault);
-        let stroke = tables::failing_stroke(bundle, fault).map_or_else(String::new, |stroke| stroke.to_string());
-        table.row(vec![
-            tables::fault_name(fault).to_owned(),
-            rows.len().to_string(),
-            format!("{:.4}", mm2_from_m2(bundle.table(fault).range_m2().1)),
-            format!("{:.6}", mm2_from_m2(bundle.limit_area_m2(fault))),
-            stroke,
-            format!("{:.3}", 1e3 * info.interpolation_error.up_to_limit_s),
-            format!("{:.3}", 1e3 * info.interpolation_error.beyond_limit_s),
-        ]);
+    let left = [Align::Left, Align::Right, Align::Right, Align::Right, Align::Left, Align::Right, Align::Right];
+    let columns: Vec<(&str, Align)> = SUMMARY_COLUMNS.into_iter().zip(left).collect();
+    let mut table = TextTable::new(&columns);
+    for row in summary_rows(bundle) {
+        table.row(row);
     }
     table.render()
+}
+
+/// Heads of the columns of [`summary_rows`].
+pub const SUMMARY_COLUMNS: [&str; 7] = [
+    "fault",
+    "points",
+    "largest leak (mm²)",
+    "life ends at (mm²)",
+    "by the stroke",
+    "error to there (ms)",
+    "beyond (ms)",
+];
+
+/// A row for each fault.
+pub fn summary_rows(bundle: &TableBundle) -> Vec<Vec<String>> {
+    let row = |fault| {
+        let info = bundle.manifest().fault(fault);
+        vec![
+            tables::fault_name(fault).to_owned(),
+            bundle.table(fault).points().len().to_string(),
+            format!("{:.4}", mm2_from_m2(bundle.table(fault).range_m2().1)),
+            format!("{:.6}", mm2_from_m2(bundle.limit_area_m2(fault))),
+            tables::failing_stroke(bundle, fault).map_or_else(String::new, |stroke| stroke.to_string()),
+            format!("{:.3}", 1e3 * info.interpolation_error.up_to_limit_s),
+            format!("{:.3}", 1e3 * info.interpolation_error.beyond_limit_s),
+        ]
+    };
+    Fault::ALL.map(row).into()
 }
 
 #[derive(Serialize)]

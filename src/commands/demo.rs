@@ -89,7 +89,8 @@ const NEXT: &str = "
 ";
 
 fn indented(text: &str) -> String {
-    text.lines().map(|line| format!("   {line}\n")).collect()
+    let lines: Vec<String> = text.lines().map(|line| format!("   {line}")).collect();
+    lines.join("\n") + "\n"
 }
 
 fn prognose(

@@ -6,6 +6,7 @@ mod effects;
 mod evaluate;
 mod manual;
 mod prognose;
+mod report;
 mod revert;
 mod simulate;
 mod strokes;
@@ -23,6 +24,7 @@ pub fn run(verb: &Verb) -> anyhow::Result<Answer> {
         Verb::Evaluate(args) => evaluate::run(args),
         Verb::Demo(args) => demo::run(args),
         Verb::Effects(args) => effects::run(args),
+        Verb::Report(args) => report::run(args),
         Verb::Revert(args) => revert::run(args),
         Verb::Completions { shell } => manual::completions(*shell),
         Verb::Man { dir } => manual::pages(dir.as_deref()),

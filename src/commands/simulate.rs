@@ -41,7 +41,7 @@ pub fn run(args: &SimulateArgs) -> anyhow::Result<Answer> {
     if wants_path {
         let path = Cycles::simulate(file.valve(), conditions, &file.schedule(), args.cycles, args.step);
         if let Some(out) = trace {
-            write_trace(&path, out)?;
+            write_trace(&file, &path, out)?;
         }
         if let Some(out) = plot {
             out.write(&picture(&file, &conditions, &path).figure())?;
@@ -118,6 +118,7 @@ struct ConditionsOut {
 }
 
 #[derive(Serialize)]
+#[expect(clippy::struct_field_names, reason = "a raw number carries its unit in its name")]
 struct ScheduleOut {
     close_at_s: f64,
     open_at_s: f64,
@@ -152,13 +153,10 @@ fn document<'a>(file: &'a ValveFile, conditions: &Conditions, times: &[[Option<f
 }
 
 /// Columns as in a recorded campaign, so that a trace can stand in for a record.
-fn write_trace(path: &Cycles, mut out: StagedFile) -> anyhow::Result<()> {
-    let nodes = &path.nodes;
-    let times = instants(nodes.time_s.last().copied().unwrap_or(0.0), TRACE_SPACING_S);
-    let (mut position, mut chamber, mut pipe) = (Vec::new(), Vec::new(), Vec::new());
-    nodes.positions_at(&times, &mut position);
-    nodes.linear_at(&nodes.chamber_pressure_pa, &times, &mut chamber);
-    nodes.linear_at(&nodes.pipe_pressure_pa, &times, &mut pipe);
+fn write_trace(file: &ValveFile, path: &Cycles, mut out: StagedFile) -> anyhow::Result<()> {
+    let times = instants(path.nodes.time_s.last().copied().unwrap_or(0.0), TRACE_SPACING_S);
+    let record = path.record(file.valve(), &times);
+    let (position, chamber, pipe) = (&record.position_m, &record.chamber_pressure_pa, &record.pipe_pressure_pa);
     writeln!(out, "time_s,command,position_mm,chamber_pressure_kpa,pipe_pressure_kpa")?;
     for (index, time) in times.iter().enumerate() {
         let command = u8::from(path.is_closing_at(*time));
@@ -168,7 +166,8 @@ fn write_trace(path: &Cycles, mut out: StagedFile) -> anyhow::Result<()> {
     out.commit()
 }
 
-fn picture(file: &ValveFile, conditions: &Conditions, path: &Cycles) -> TraceFigure {
+/// The picture of a path: strokes, pressures, commands.
+pub fn picture(file: &ValveFile, conditions: &Conditions, path: &Cycles) -> TraceFigure {
     let nodes = &path.nodes;
     let mut events = Vec::new();
     let mut said = Vec::new();

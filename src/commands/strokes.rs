@@ -1,5 +1,6 @@
 //! Cycles simulated as one run, with what happened on the way.
 
+use model_lab::forward::Predicted;
 use valve_model::simulate::{Nodes, Prepared, Run, simulate};
 use valve_model::stroke::strokes;
 use valve_model::{CommandEdge, Conditions, Schedule, Valve};
@@ -42,6 +43,14 @@ impl Cycles {
             })
             .collect();
         Self { commands, times_s, nodes: path }
+    }
+
+    /// What the sensors of the valve would record at some instants, s: its measurement
+    /// effects, such as a slow sensor, are in it.
+    pub fn record(&self, valve: &Valve, times_s: &[f64]) -> Predicted {
+        let mut record = Predicted::default();
+        model_lab::forward::record(valve, &self.nodes, times_s, &mut record);
+        record
     }
 
     /// Whether the last command before an instant was to close.

@@ -2,6 +2,7 @@
 
 mod figure;
 mod progress;
+mod sketch;
 mod staged;
 mod table;
 
@@ -12,6 +13,7 @@ use serde::Serialize;
 
 pub use figure::PlotFile;
 pub use progress::ProgressLine;
+pub use sketch::sketch;
 pub use staged::StagedFile;
 pub use table::{Align, TextTable};
 

@@ -19,11 +19,13 @@ pub struct FitOptions {
     pub steps: usize,
     /// It has converged when a step promises less than this (in chi-squared).
     pub tolerance: f64,
+    /// It is given up when a step gains less than this share of what is above the noise.
+    pub stall: f64,
 }
 
 impl Default for FitOptions {
     fn default() -> Self {
-        Self { steps: 30, tolerance: 0.02 }
+        Self { steps: 30, tolerance: 0.02, stall: 2e-3 }
     }
 }
 
@@ -136,6 +138,9 @@ pub fn fit(data: &Dataset, scatter: &Scatter, space: &Space, start: &[f64], opti
         columns = jacobian(data, space, &u, &residual);
         if gain < options.tolerance {
             converged = true;
+            break;
+        }
+        if gain < options.stall * (cost - 1.2 * residual.len() as f64) {
             break;
         }
     }

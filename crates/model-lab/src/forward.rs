@@ -10,6 +10,9 @@ use crate::data::{Channel, ChannelData, Dataset, RunData};
 /// Residuals beyond this many standard deviations carry no more information.
 const LARGEST_RESIDUAL: f64 = 1e4;
 
+/// Substeps that a fit takes at most; more would only serve parameters far from any valve.
+const MOST_SUBSTEPS: u32 = 4;
+
 /// Runs handed to one task; a multiple of the lanes.
 const CHUNK: usize = 16;
 
@@ -93,7 +96,9 @@ pub fn residuals(data: &Dataset, valves: &[Valve]) -> Vec<Vec<f64>> {
             let mut out: Vec<Vec<f64>> = vec![Vec::new(); chunk.len()];
             let prepared: Vec<Prepared> = chunk
                 .iter()
-                .map(|(run, set)| Prepared::new(&valves[*set], &data.runs[*run].run, DEFAULT_STEP_S))
+                .map(|(run, set)| {
+                    Prepared::new(&valves[*set], &data.runs[*run].run, DEFAULT_STEP_S).with_most_substeps(MOST_SUBSTEPS)
+                })
                 .collect();
             let pressures = chunk.iter().any(|(run, _)| data.runs[*run].channels.len() > 1);
             let mut predicted = Predicted::default();

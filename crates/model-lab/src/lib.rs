@@ -1,7 +1,7 @@
 //! Compares the valve model with measurements, calibrates it and finds missing physics.
 //!
 //! Everything here is judged by the forward simulation: a [`Space`] says which parameters may move,
-//! a [`Dataset`] holds what was recorded in units of its noise, [`fit`] brings both together.
+//! a [`Dataset`] holds what was recorded in units of its noise, [`fit()`] brings both together.
 
 pub mod calibrate;
 pub mod compare;

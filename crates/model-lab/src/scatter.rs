@@ -37,11 +37,26 @@ pub const SOURCES: [(Source, f64); 5] = [
 #[derive(Debug, Clone)]
 pub struct Scatter {
     units: Vec<UnitScatter>,
+    common: Option<Common>,
     /// Variance of each source in its units squared; zero for all where repeats are missing or agree.
     pub variances: [f64; SOURCES.len()],
     /// Whether the campaign has repeats to tell it from.
     pub is_known: bool,
 }
+
+/// Delays that all strokes share: a scatter of delays never goes below zero, so that it has a mean,
+/// which must not be taken for a slow solenoid or a clock.
+#[derive(Debug, Clone)]
+struct Common {
+    /// W G: the shared directions, weighted by the scatter of the single strokes.
+    weighted: Vec<Vec<f64>>,
+    /// (S^-1 + G' W G)^-1.
+    kernel: DMatrix<f64>,
+}
+
+/// The mean of a delay that cannot be negative, in units of its scatter (that of a half-normal
+/// distribution is 1.3).
+const SHARED_DELAY: f64 = 1.5;
 
 /// The nuisance directions of one stretch of the residual vector.
 #[derive(Debug, Clone)]
@@ -57,7 +72,7 @@ struct UnitScatter {
 impl Scatter {
     /// No scatter: the sensor noise is all there is.
     pub fn none() -> Self {
-        Self { units: Vec::new(), variances: [0.0; SOURCES.len()], is_known: false }
+        Self { units: Vec::new(), common: None, variances: [0.0; SOURCES.len()], is_known: false }
     }
 
     /// Estimates the scatter from the repeats of a dataset, with the directions of a valve that fits it
@@ -122,7 +137,7 @@ impl Scatter {
 
     fn assemble(layout: &[(usize, usize)], directions: &[Vec<f64>], variances: [f64; SOURCES.len()]) -> Self {
         let active: Vec<usize> = (0..SOURCES.len()).filter(|source| variances[*source] > 0.0).collect();
-        let units = layout
+        let units: Vec<UnitScatter> = layout
             .iter()
             .map(|(start, end)| {
                 let all = matrix(directions, *start, *end);
@@ -135,7 +150,39 @@ impl Scatter {
                 UnitScatter { start: *start, end: *end, directions, kernel }
             })
             .collect();
-        Self { units, variances, is_known: true }
+        let mut scatter = Self { units, common: None, variances, is_known: true };
+        let delays = [Source::CloseDelay, Source::OpenDelay];
+        let shared: Vec<usize> = active.into_iter().filter(|source| delays.contains(&SOURCES[*source].0)).collect();
+        if !shared.is_empty() {
+            let weighted: Vec<Vec<f64>> = shared.iter().map(|source| scatter.weighted(&directions[*source])).collect();
+            let mut precision = DMatrix::from_fn(shared.len(), shared.len(), |row, column| {
+                directions[shared[row]].iter().zip(&weighted[column]).map(|(a, b)| a * b).sum()
+            });
+            for (index, source) in shared.iter().enumerate() {
+                precision[(index, index)] += 1.0 / (SHARED_DELAY * SHARED_DELAY * variances[*source]);
+            }
+            scatter.common = precision.try_inverse().map(|kernel| Common { weighted, kernel });
+        }
+        scatter
+    }
+
+    /// W v with the scatter of the single strokes alone.
+    fn weighted(&self, vector: &[f64]) -> Vec<f64> {
+        let mut result = vector.to_vec();
+        for unit in &self.units {
+            let Some(amount) = unit.project(vector).and_then(|p| unit.weigh(&p)) else { continue };
+            let part = &unit.directions * amount;
+            for (value, part) in result[unit.start..unit.end].iter_mut().zip(part.iter()) {
+                *value -= part;
+            }
+        }
+        result
+    }
+
+    fn common_projection(&self, vector: &[f64]) -> Option<(DVector<f64>, &DMatrix<f64>)> {
+        let common = self.common.as_ref()?;
+        let products = common.weighted.iter().map(|column| column.iter().zip(vector).map(|(a, b)| a * b).sum());
+        Some((DVector::from_iterator(common.weighted.len(), products), &common.kernel))
     }
 
     /// The scatter of the same campaign with only some of its units.
@@ -152,7 +199,11 @@ impl Scatter {
         let plain: f64 = a.iter().zip(b).map(|(a, b)| a * b).sum();
         let taken: f64 =
             self.units.iter().filter_map(|unit| Some(unit.project(a)?.dot(&unit.weigh(&unit.project(b)?)?))).sum();
-        plain - taken
+        let shared = match (self.common_projection(a), self.common_projection(b)) {
+            (Some((a, kernel)), Some((b, _))) => a.dot(&(kernel * b)),
+            _ => 0.0,
+        };
+        plain - taken - shared
     }
 
     /// J'WJ and J'Wr for the columns of J.
@@ -180,20 +231,31 @@ impl Scatter {
                 vector[i] -= weighted.dot(&target);
             }
         }
+        let shared: Vec<_> = columns.iter().filter_map(|column| self.common_projection(column)).collect();
+        if let Some((target, _)) = self.common_projection(residual) {
+            for i in 0..n {
+                let weighted = shared[i].1 * &shared[i].0;
+                for j in 0..n {
+                    matrix[(i, j)] -= weighted.dot(&shared[j].0);
+                }
+                vector[i] -= weighted.dot(&target);
+            }
+        }
         (matrix, vector)
     }
 
     /// The residuals with the most likely scatter of each stroke taken out.
     pub fn without_scatter(&self, residual: &[f64]) -> Vec<f64> {
-        let mut clean = residual.to_vec();
-        for unit in &self.units {
-            let Some(amount) = unit.project(residual).and_then(|p| unit.weigh(&p)) else { continue };
-            let part = &unit.directions * amount;
-            for (value, part) in clean[unit.start..unit.end].iter_mut().zip(part.iter()) {
-                *value -= part;
-            }
-        }
+        let clean = self.weighted(residual);
+        let (Some((projection, kernel)), Some(common)) = (self.common_projection(residual), &self.common) else {
+            return clean;
+        };
+        let amount = kernel * projection;
         clean
+            .iter()
+            .enumerate()
+            .map(|(i, value)| value - common.weighted.iter().zip(amount.iter()).map(|(w, a)| w[i] * a).sum::<f64>())
+            .collect()
     }
 
     /// How far each source was off in each stroke, most likely, in the units of [`SOURCES`] times their

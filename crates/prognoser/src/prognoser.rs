@@ -12,11 +12,15 @@ use crate::notice::Notice;
 use crate::ols::OlsEstimator;
 use crate::output::{GLITCH_BELOW, blank, from_bayes, from_ols, limits, remark};
 use crate::reading::Reading;
-use crate::record::Prognosis;
+use crate::record::{Prognosis, Status};
 
 /// Rows in rising order below the latest cycle after which the cycle counter
 /// counts as restarted.
 const RESTART_AFTER: usize = 3;
+
+/// Cycles in a row with a stroke beyond its limit that end a valve's life,
+/// whatever the reason; a single one may be a glitch.
+const OVER_FROM: u32 = 2;
 
 /// How the remaining life is estimated.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -63,6 +67,8 @@ struct Valve {
     /// Whether a cycle below the latest is already known: the last ones seen.
     seen: [Option<u64>; 8],
     late: Vec<Reading>,
+    /// Cycles in a row with a stroke beyond its limit.
+    over: u32,
     last: Option<Prognosis>,
 }
 
@@ -96,7 +102,15 @@ impl Valve {
             Method::Bayes(config) => Estimator::Bayes(Box::new(BayesEstimator::new(config))),
             Method::Ols => Estimator::Ols(OlsEstimator::new()),
         };
-        Self { estimator, monitor: Monitor::default(), latest: None, seen: [None; 8], late: Vec::new(), last: None }
+        Self {
+            estimator,
+            monitor: Monitor::default(),
+            latest: None,
+            seen: [None; 8],
+            late: Vec::new(),
+            over: 0,
+            last: None,
+        }
     }
 
     fn push(&mut self, tables: &TableBundle, method: &Method, name: &str, reading: &Reading) -> Prognosis {
@@ -150,6 +164,7 @@ impl Valve {
         self.seen.rotate_right(1);
         self.seen[0] = Some(reading.cycle);
         let over_limit = limits(tables, reading, &mut notices);
+        self.over = if over_limit.contains(&true) { self.over + 1 } else { 0 };
         let mut prognosis = match (&mut self.estimator, method) {
             (Estimator::Bayes(estimator), Method::Bayes(config)) => {
                 let estimate = estimator.update(tables, reading);
@@ -172,6 +187,9 @@ impl Valve {
                 unreachable!("the estimator is made by the method, which never changes")
             }
         };
+        if self.over >= OVER_FROM {
+            prognosis.status = Status::EolReached;
+        }
         prognosis.notices = notices;
         self.last = Some(Prognosis { notices: Vec::new(), ..prognosis.clone() });
         prognosis

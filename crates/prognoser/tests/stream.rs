@@ -11,7 +11,7 @@ use std::time::Duration;
 
 use common::{log, notices, row, run, tables};
 use leak_table::Fault;
-use prognoser::{FollowedFile, Method, Prognoser, Prognosis, Reading, TimingLog};
+use prognoser::{FollowedFile, Method, Prognoser, Prognosis, Reading, Status, TimingLog};
 
 fn supply_log(seed: u64) -> Vec<Reading> {
     log(&tables(), Fault::Supply, 25, 0.01, seed, |k| k / 30.0)
@@ -70,6 +70,22 @@ fn a_counter_that_starts_again_starts_the_estimate_anew() {
     assert!(notices(&prognoses).contains(&(2, "counter-restarted")), "{:?}", notices(&prognoses));
     let last = prognoses.last().expect("rows");
     assert!((last.eol_cycle.expect("an end") - 30.0).abs() < 1.0, "{last:?}");
+}
+
+#[test]
+fn a_valve_that_does_not_stroke_at_all_is_at_its_end_and_gives_finite_numbers() {
+    let dead = |cycle| Reading { cycle, close_time_s: None, open_time_s: None };
+    let absurd = |cycle| Reading { cycle, close_time_s: Some(1e300), open_time_s: Some(0.0) };
+    for method in [Method::default(), Method::Ols] {
+        for make in [&dead as &dyn Fn(u64) -> Reading, &absurd] {
+            let readings: Vec<Reading> = (0..30).map(make).collect();
+            let prognoses = run(method, &readings);
+            assert_eq!(prognoses[1].status, Status::EolReached);
+            let text = serde_json::to_string(&prognoses[29]).expect("is JSON");
+            let finite = [prognoses[29].eol_cycle, prognoses[29].rul_p95, prognoses[29].leak_area_mm2];
+            assert!(finite.iter().flatten().all(|value| value.is_finite()), "{text}");
+        }
+    }
 }
 
 #[test]

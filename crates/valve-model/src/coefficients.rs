@@ -3,7 +3,7 @@
 use crate::conditions::Conditions;
 use crate::custom::CustomEffect;
 use crate::effects::{Effect, EffectKind};
-use crate::integrator::Pace;
+use crate::integrator::{MOST_SUBSTEPS, Pace};
 use crate::orifice::{BLEND_SLOPE, Blend, OrificeLaw};
 use crate::params::{Parameters, STANDARD_GRAVITY_M_PER_S2, Valve};
 use crate::real::Real;
@@ -323,7 +323,12 @@ impl Equations {
             let root = rate * step_s / limit;
             (root * root).max(NARROWEST_BLEND)
         };
-        Pace { step_s, port_blend: blend(port, PORT_RATE), blend: blend(solenoid, SOLENOID_RATE) }
+        Pace {
+            step_s,
+            port_blend: blend(port, PORT_RATE),
+            blend: blend(solenoid, SOLENOID_RATE),
+            most_substeps: MOST_SUBSTEPS,
+        }
     }
 }
 
@@ -390,7 +395,8 @@ fn add_effect(
         EffectKind::SupplyDroop => {
             terms.line = true;
             c.line_conductance = 1.0 / values[0];
-            c.line_gain = c.zrt / values[1];
+            // A line that settles faster than anything else only shows its resistance.
+            c.line_gain = (c.zrt / values[1]).min(FASTEST_PER_S * values[0]);
         }
         EffectKind::VentRestriction => c.vent *= values[0],
         EffectKind::BackPressure => c.exhaust += values[0],

@@ -11,39 +11,73 @@ use crate::rhs::State;
 /// How many runs advance together.
 pub const LANES: usize = 8;
 
-/// The name of the instruction set in use, for reports and benches.
-pub fn instruction_set() -> &'static str {
-    #[cfg(target_arch = "x86_64")]
-    {
-        if is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq") {
-            return "AVX-512";
-        }
-        if is_x86_feature_detected!("avx2") {
-            return "AVX2";
-        }
-    }
-    "baseline"
+/// Instructions that the lanes may be compiled for, the widest last.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum InstructionSet {
+    /// What every machine of the target has.
+    Baseline,
+    /// Registers of four numbers (x86-64).
+    Avx2,
+    /// Registers of eight numbers (x86-64).
+    Avx512,
 }
 
-/// Integrates up to [`LANES`] runs side by side.
+impl InstructionSet {
+    /// All of them, whether the machine has them or not.
+    pub const ALL: [Self; 3] = [Self::Baseline, Self::Avx2, Self::Avx512];
+
+    /// Whether the machine has them.
+    #[must_use]
+    pub fn is_available(self) -> bool {
+        match self {
+            Self::Baseline => true,
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => is_x86_feature_detected!("avx2"),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 => is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq"),
+            #[cfg(not(target_arch = "x86_64"))]
+            Self::Avx2 | Self::Avx512 => false,
+        }
+    }
+
+    /// The widest that the machine has.
+    #[must_use]
+    pub fn widest() -> Self {
+        Self::ALL.into_iter().rev().find(|set| set.is_available()).unwrap_or(Self::Baseline)
+    }
+
+    /// Their name, for reports and benches.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Baseline => "baseline",
+            Self::Avx2 => "AVX2",
+            Self::Avx512 => "AVX-512",
+        }
+    }
+}
+
+/// Integrates up to [`LANES`] runs side by side, with the baseline where the machine lacks `set`.
 #[cfg_attr(target_arch = "x86_64", expect(unsafe_code, reason = "each call follows a test for its instructions"))]
 pub(crate) fn integrate_lanes(
+    set: InstructionSet,
     base: bool,
     runs: &[LaneRun<'_>],
     recorder: &mut Recorder<Lanes<LANES>>,
 ) -> Vec<State<f64>> {
-    #[cfg(target_arch = "x86_64")]
-    {
-        if is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq") {
+    match set {
+        #[cfg(target_arch = "x86_64")]
+        InstructionSet::Avx512 if set.is_available() => {
             // SAFETY: the machine has AVX-512 F and DQ.
-            return unsafe { with_avx512(base, runs, recorder) };
+            unsafe { with_avx512(base, runs, recorder) }
         }
-        if is_x86_feature_detected!("avx2") {
+        #[cfg(target_arch = "x86_64")]
+        InstructionSet::Avx2 if set.is_available() => {
             // SAFETY: the machine has AVX2.
-            return unsafe { with_avx2(base, runs, recorder) };
+            unsafe { with_avx2(base, runs, recorder) }
         }
+        _ => either(base, runs, recorder),
     }
-    either(base, runs, recorder)
 }
 
 #[inline(always)]

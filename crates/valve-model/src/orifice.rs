@@ -134,23 +134,52 @@ impl<R: Real> OrificeLaw<R> {
     /// sqrt((1 - r) q(r)) for a pressure ratio r <= 1, choked below the critical ratio.
     #[inline(always)]
     pub fn shape(&self, ratio: R, blend: Blend<R>) -> R {
-        let r = ratio.max(self.critical);
-        let t = (r - self.centre) * self.scale;
+        self.shape_at(R::splat(1.0) - ratio, blend)
+    }
+
+    /// The same over the gap 1 - r, which is exact where the pressures are nearly equal.
+    #[inline(always)]
+    fn shape_at(&self, gap: R, blend: Blend<R>) -> R {
+        let one = R::splat(1.0);
+        let gap = gap.min(one - self.critical);
+        let t = ((one - gap) - self.centre) * self.scale;
         let q = polynomial(&self.q, t);
-        let gap = R::splat(1.0) - r;
         let s = gap * blend.inverse;
         let root = (gap.max(blend.width) * q).sqrt();
         let odd = s * (R::splat(BLEND_SLOPE) - s * s * R::splat(0.25));
-        root * gap.select_lt(blend.width, odd, R::splat(1.0))
+        root * gap.select_lt(blend.width, odd, one)
     }
 
     /// Mass flow from `p1` to `p2`, kg/s, for a coefficient C A / sqrt(Z R T); negative where it runs back.
     #[inline(always)]
     pub fn flow(&self, p1: R, p2: R, coefficient: R, blend: Blend<R>) -> R {
-        let high = p1.max(p2);
-        let low = p1.min(p2);
-        let magnitude = coefficient * high * self.shape(low / high, blend);
+        self.flow_between(Pressure::of(p1), Pressure::of(p2), coefficient, blend)
+    }
+
+    /// The same between pressures whose inverses are known: quotients are what a step spends its time on.
+    #[inline(always)]
+    pub fn flow_between(&self, from: Pressure<R>, to: Pressure<R>, coefficient: R, blend: Blend<R>) -> R {
+        let (p1, p2) = (from.pa, to.pa);
+        let gap = (p1 - p2).abs() * p1.select_lt(p2, to.inverse, from.inverse);
+        let magnitude = coefficient * p1.max(p2) * self.shape_at(gap, blend);
         p1.select_lt(p2, -magnitude, magnitude)
+    }
+}
+
+/// A pressure and its inverse.
+#[derive(Debug, Clone, Copy)]
+pub struct Pressure<R> {
+    /// The pressure, Pa.
+    pub pa: R,
+    /// Its inverse, 1/Pa.
+    pub inverse: R,
+}
+
+impl<R: Real> Pressure<R> {
+    /// A pressure with its inverse.
+    #[inline(always)]
+    pub fn of(pa: R) -> Self {
+        Self { pa, inverse: R::splat(1.0) / pa }
     }
 }
 

@@ -311,6 +311,21 @@ fn check_parameters(parameters: &Parameters) -> Result<(), ParameterError> {
             ),
         });
     }
+    // Vented, the spring and the weight press the piston into the open stop, out of the dead volume.
+    let weight = STANDARD_GRAVITY_M_PER_S2 * parameters.moving_mass_kg * parameters.orientation.closing_share();
+    let force = parameters.spring_stiffness_n_per_m * parameters.preload_compression_m - weight;
+    let beyond_m = force / (parameters.spring_stiffness_n_per_m + parameters.contact_stiffness_n_per_m);
+    if parameters.dead_volume_m3 <= 2.0 * parameters.piston_area_m2 * beyond_m {
+        return Err(ParameterError::Inconsistent {
+            key: ParameterId::DeadVolume.key().into(),
+            found: format!("{} m3", parameters.dead_volume_m3),
+            expected: format!(
+                "more than {:.3e} m3: the spring presses the open stop in by {beyond_m:.3e} m (or a stiffer stop, see {})",
+                2.0 * parameters.piston_area_m2 * beyond_m,
+                ParameterId::ContactStiffness.key()
+            ),
+        });
+    }
     Ok(())
 }
 

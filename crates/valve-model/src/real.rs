@@ -274,7 +274,7 @@ mod tests {
             let x = f64::from(i) * 6e-4;
             assert!((Real::ln(x) - libm::log(x)).abs() <= 1e-15 + 4e-15 * libm::log(x).abs(), "ln {x}");
             let z = f64::from(i) * 0.0195;
-            assert!((z.exp_of_negative() / libm::exp(-z) - 1.0).abs() < 1e-12, "exp -{z}");
+            assert!((z.exp_of_negative() / libm::exp(-z) - 1.0).abs() < 2e-12, "exp -{z}");
             assert!((x.power(1.7) - libm::pow(x, 1.7)).abs() < 1e-13, "{x}^1.7");
         }
         assert_eq!(1e-300.power(2.0), 0.0);

@@ -5,7 +5,7 @@
 
 use crate::coefficients::{Coefficients, FASTEST_PER_S, LEAST_FRICTION_N, Terms};
 use crate::custom::{CustomEffect, CustomTarget, Variables};
-use crate::orifice::Blend;
+use crate::orifice::{Blend, Pressure};
 use crate::real::Real;
 
 /// The state of a valve.
@@ -142,6 +142,12 @@ pub struct System<'a, R> {
     pub custom: &'a [CustomEffect],
     /// The parameters of each custom effect, lane by lane.
     pub custom_parameters: Vec<Vec<R>>,
+    supply: Pressure<R>,
+    ambient: Pressure<R>,
+    exhaust: Pressure<R>,
+    /// Whether any lane leaks in, or out; a leak without area adds 0 and can be left out.
+    leaks_in: bool,
+    leaks_out: bool,
 }
 
 /// Contributions of the custom effects.
@@ -152,7 +158,29 @@ struct Custom<R> {
     chamber_flow: R,
 }
 
-impl<R: Real> System<'_, R> {
+impl<'a, R: Real> System<'a, R> {
+    /// The equations with these numbers.
+    pub fn new(
+        coefficients: Coefficients<R>,
+        terms: Terms,
+        custom: &'a [CustomEffect],
+        custom_parameters: Vec<Vec<R>>,
+    ) -> Self {
+        let c = &coefficients;
+        let any = |leak: &R| (0..R::LANES).any(|lane| leak.lane(lane) != 0.0);
+        Self {
+            supply: Pressure::of(c.supply),
+            ambient: Pressure::of(c.ambient),
+            exhaust: Pressure::of(c.exhaust),
+            leaks_in: any(&c.leak_in),
+            leaks_out: any(&c.leak_out),
+            coefficients,
+            terms,
+            custom,
+            custom_parameters,
+        }
+    }
+
     /// Pressure in the chamber and in the pipe, Pa.
     #[inline(always)]
     pub fn pressures<const BASE: bool>(&self, state: &State<R>, inputs: &Inputs<R>) -> (R, R) {
@@ -181,13 +209,31 @@ impl<R: Real> System<'_, R> {
         }
     }
 
+    /// The same with their inverses; the base model takes one quotient for all.
+    #[inline(always)]
+    fn gas<const BASE: bool>(&self, state: &State<R>, inputs: &Inputs<R>) -> (Pressure<R>, Pressure<R>) {
+        let c = &self.coefficients;
+        if !BASE {
+            let (chamber, pipe) = self.pressures::<BASE>(state, inputs);
+            return (Pressure::of(chamber), Pressure::of(pipe));
+        }
+        let volume = c.closed_volume - c.piston_area * state.x;
+        let energy = state.chamber_mass * c.zrt;
+        let pipe = state.pipe_mass * c.pipe_gain;
+        let (energy_pipe, volume_pipe, volume_energy) = (energy * pipe, volume * pipe, volume * energy);
+        let quotient = R::splat(1.0) / (volume_energy * pipe);
+        let chamber = Pressure { pa: energy * energy_pipe * quotient, inverse: volume * volume_pipe * quotient };
+        (chamber, Pressure { pa: pipe, inverse: volume_energy * quotient })
+    }
+
     /// The rates of change at a state.
     #[inline(always)]
     pub fn rates<const BASE: bool>(&self, state: &State<R>, inputs: &Inputs<R>) -> State<R> {
         let c = &self.coefficients;
         let zero = R::splat(0.0);
         let half = R::splat(0.5);
-        let (chamber, pipe) = self.pressures::<BASE>(state, inputs);
+        let (chamber_gas, pipe_gas) = self.gas::<BASE>(state, inputs);
+        let (chamber, pipe) = (chamber_gas.pa, pipe_gas.pa);
 
         // Forces on the piston, positive opens.
         let beyond_open = (state.x - c.stroke).max(zero);
@@ -201,18 +247,20 @@ impl<R: Real> System<'_, R> {
         let mut net = spring - gas - c.viscous * state.v - c.weight - contact;
 
         // Flows.
-        let source = if !BASE && self.terms.line { state.line_pressure } else { c.supply };
+        let source = if !BASE && self.terms.line { Pressure::of(state.line_pressure) } else { self.supply };
+        let (run, pipe_t) = (c.temperature, state.pipe_temperature);
         let (filled, vented);
         if !BASE && self.terms.spool {
-            filled =
-                self.flow::<BASE>(source, pipe, c.fill * inputs.spool, c.temperature, state.pipe_temperature, c.blend);
+            filled = self.flow::<BASE>(source, pipe_gas, c.fill * inputs.spool, run, pipe_t, c.blend);
             let closed = R::splat(1.0) - inputs.spool;
-            vented =
-                self.flow::<BASE>(c.exhaust, pipe, c.vent * closed, c.temperature, state.pipe_temperature, c.blend);
+            vented = self.flow::<BASE>(self.exhaust, pipe_gas, c.vent * closed, run, pipe_t, c.blend);
         } else {
-            let upstream = half.select_lt(inputs.spool, source, c.exhaust);
+            let upstream = Pressure {
+                pa: half.select_lt(inputs.spool, source.pa, self.exhaust.pa),
+                inverse: half.select_lt(inputs.spool, source.inverse, self.exhaust.inverse),
+            };
             let coefficient = half.select_lt(inputs.spool, c.fill, c.vent);
-            let flow = self.flow::<BASE>(upstream, pipe, coefficient, c.temperature, state.pipe_temperature, c.blend);
+            let flow = self.flow::<BASE>(upstream, pipe_gas, coefficient, run, pipe_t, c.blend);
             if BASE || !self.terms.line {
                 (filled, vented) = (zero, flow);
             } else {
@@ -220,10 +268,15 @@ impl<R: Real> System<'_, R> {
                 vented = half.select_lt(inputs.spool, zero, flow);
             }
         }
-        let leaked_in = self.flow::<BASE>(source, pipe, c.leak_in, c.temperature, state.pipe_temperature, c.blend);
-        let leaked_out = self.flow::<BASE>(pipe, c.ambient, c.leak_out, state.pipe_temperature, c.temperature, c.blend);
+        let (mut leaked_in, mut leaked_out) = (zero, zero);
+        if self.leaks_in {
+            leaked_in = self.flow::<BASE>(source, pipe_gas, c.leak_in, run, pipe_t, c.blend);
+        }
+        if self.leaks_out {
+            leaked_out = self.flow::<BASE>(pipe_gas, self.ambient, c.leak_out, pipe_t, run, c.blend);
+        }
         let through_port =
-            self.flow::<BASE>(pipe, chamber, c.port, state.pipe_temperature, state.chamber_temperature, c.port_blend);
+            self.flow::<BASE>(pipe_gas, chamber_gas, c.port, pipe_t, state.chamber_temperature, c.port_blend);
 
         let mut bristle_rate = zero;
         let mut inverse_mass = c.inverse_mass;
@@ -278,14 +331,22 @@ impl<R: Real> System<'_, R> {
         rate
     }
 
-    /// Flow from `p1` to `p2`; gas that is not at the run's temperature flows as sqrt(T_run/T upstream).
+    /// Flow from one pressure to another; gas that is not at the run's temperature flows as sqrt(T_run/T upstream).
     #[inline(always)]
-    fn flow<const BASE: bool>(&self, p1: R, p2: R, coefficient: R, t1: R, t2: R, blend: Blend<R>) -> R {
-        let flow = self.coefficients.law.flow(p1, p2, coefficient, blend);
+    fn flow<const BASE: bool>(
+        &self,
+        from: Pressure<R>,
+        to: Pressure<R>,
+        coefficient: R,
+        t1: R,
+        t2: R,
+        blend: Blend<R>,
+    ) -> R {
+        let flow = self.coefficients.law.flow_between(from, to, coefficient, blend);
         if BASE || !self.terms.heating {
             flow
         } else {
-            let upstream = p1.select_lt(p2, t2, t1);
+            let upstream = from.pa.select_lt(to.pa, t2, t1);
             flow * (self.coefficients.temperature / upstream).sqrt()
         }
     }

@@ -1,13 +1,15 @@
 //! Runs in, nodes out: the entry to the integrator, for one run or for many.
 
+use std::cell::Cell;
+
 use crate::coefficients::Equations;
 use crate::command::{CommandEdge, Segment, Solenoid, segments};
 use crate::conditions::Conditions;
-use crate::dispatch::{LANES, integrate_lanes};
+use crate::dispatch::{InstructionSet, LANES, integrate_lanes};
 use crate::driven::Driven;
 use crate::integrator::{LaneRun, Pace, Recorder, integrate};
 use crate::params::Valve;
-use crate::real::Real;
+use crate::real::{Lanes, Real};
 use crate::rest::vented_rest;
 use crate::rhs::State;
 
@@ -49,6 +51,14 @@ impl Prepared {
         let initial = vented_rest(&equations);
         let pace = equations.pace(step_s);
         Self { equations, segments, initial, pace, driven: run.driven.clone() }
+    }
+
+    /// Takes at most this many substeps where pipe and chamber are nearly at one pressure. Few are
+    /// enough for a fit; stroke times close to the leak that stalls the valve want all of them.
+    #[must_use]
+    pub fn with_most_substeps(mut self, most: u32) -> Self {
+        self.pace.most_substeps = most.max(1);
+        self
     }
 
     /// Starts from another state, such as the end of an earlier run.
@@ -107,9 +117,19 @@ pub struct Nodes {
 
 /// Simulates runs side by side, as many at a time as fit, and hands the nodes and the final state of
 /// each to `consume` with its index. Runs with the same groups of terms should stand together.
-pub fn simulate(runs: &[Prepared], pressures: bool, mut consume: impl FnMut(usize, &Nodes, &State<f64>)) {
-    let mut nodes = Nodes::default();
-    let mut recorder = Recorder::new(pressures);
+pub fn simulate(runs: &[Prepared], pressures: bool, consume: impl FnMut(usize, &Nodes, &State<f64>)) {
+    simulate_with(InstructionSet::widest(), runs, pressures, consume);
+}
+
+/// As [`simulate`], with chosen instructions; the results are the same with any.
+pub fn simulate_with(
+    set: InstructionSet,
+    runs: &[Prepared],
+    pressures: bool,
+    mut consume: impl FnMut(usize, &Nodes, &State<f64>),
+) {
+    let mut memory = SPARE.take().unwrap_or_default();
+    let Memory { nodes, recorder } = &mut memory;
     let mut next = 0;
     while next < runs.len() {
         let mates = runs[next..].iter().take(LANES).take_while(|run| run.fits_beside(&runs[next])).count();
@@ -117,29 +137,52 @@ pub fn simulate(runs: &[Prepared], pressures: bool, mut consume: impl FnMut(usiz
         if mates == 1 {
             let mut single = Recorder::new(pressures);
             let state = scalar(&batch, &mut single);
-            nodes.copy_lane(&single, 0);
-            consume(next, &nodes, &state);
+            copy_lanes(&single, &mut nodes[..1]);
+            consume(next, &nodes[0], &state);
         } else {
             recorder.clear(pressures);
             let base = batch[0].equations.terms.is_base();
-            let states = integrate_lanes(base, &batch, &mut recorder);
+            let states = integrate_lanes(set, base, &batch, recorder);
+            copy_lanes(recorder, &mut nodes[..mates]);
             for (lane, state) in states.iter().enumerate() {
-                nodes.copy_lane(&recorder, lane);
-                consume(next + lane, &nodes, state);
+                consume(next + lane, &nodes[lane], state);
             }
         }
         next += mates;
     }
+    if memory.recorder.time.capacity() <= MOST_SPARE_NODES {
+        SPARE.set(Some(memory));
+    }
+}
+
+/// What a batch writes to; kept for the next one of the thread, since fresh memory costs more than
+/// what is written to it.
+struct Memory {
+    nodes: Vec<Nodes>,
+    recorder: Recorder<Lanes<LANES>>,
+}
+
+impl Default for Memory {
+    fn default() -> Self {
+        Self { nodes: vec![Nodes::default(); LANES], recorder: Recorder::new(false) }
+    }
+}
+
+/// Memory for more nodes than this is given back (some 50 MB with pressures).
+const MOST_SPARE_NODES: usize = 1 << 17;
+
+thread_local! {
+    static SPARE: Cell<Option<Memory>> = const { Cell::new(None) };
 }
 
 /// Simulates runs one at a time on the scalar path; the definition that the lanes must meet.
 pub fn simulate_scalar(runs: &[Prepared], pressures: bool, mut consume: impl FnMut(usize, &Nodes, &State<f64>)) {
-    let mut nodes = Nodes::default();
+    let mut nodes = [Nodes::default()];
     for (index, run) in runs.iter().enumerate() {
         let mut recorder = Recorder::new(pressures);
         let state = scalar(&[run.lane_run()], &mut recorder);
-        nodes.copy_lane(&recorder, 0);
-        consume(index, &nodes, &state);
+        copy_lanes(&recorder, &mut nodes);
+        consume(index, &nodes[0], &state);
     }
 }
 
@@ -152,17 +195,38 @@ fn scalar(run: &[LaneRun<'_>], recorder: &mut Recorder<f64>) -> State<f64> {
     states[0]
 }
 
+/// Hands each lane of a recorder to nodes of its own.
+fn copy_lanes<R: Real>(recorder: &Recorder<R>, nodes: &mut [Nodes]) {
+    for (lane, nodes) in nodes.iter_mut().enumerate() {
+        for (_, to) in nodes.channels(recorder) {
+            to.clear();
+            to.reserve(recorder.lane_length(lane));
+        }
+    }
+    // All lanes of a block while it is in the cache.
+    for start in (0..recorder.time.len()).step_by(COPY_BLOCK) {
+        for (lane, nodes) in nodes.iter_mut().enumerate() {
+            let end = recorder.lane_length(lane).min(start + COPY_BLOCK);
+            for (from, to) in nodes.channels(recorder) {
+                let block = from.get(start.min(from.len())..end.min(from.len())).unwrap_or_default();
+                to.extend(block.iter().map(|pack| pack.lane(lane)));
+            }
+        }
+    }
+}
+
+/// Nodes copied at a time.
+const COPY_BLOCK: usize = 64;
+
 impl Nodes {
-    fn copy_lane<R: Real>(&mut self, recorder: &Recorder<R>, lane: usize) {
-        let length = recorder.lane_length(lane);
-        let copy = |into: &mut Vec<f64>, from: &[R]| {
-            into.clear();
-            into.extend(from.iter().take(length).map(|pack| pack.lane(lane)));
-        };
-        copy(&mut self.time_s, &recorder.time);
-        copy(&mut self.position_m, &recorder.position);
-        copy(&mut self.velocity_m_per_s, &recorder.velocity);
-        copy(&mut self.chamber_pressure_pa, &recorder.chamber_pressure);
-        copy(&mut self.pipe_pressure_pa, &recorder.pipe_pressure);
+    /// Each channel of a recorder with the list that takes it.
+    fn channels<'a, R: Real>(&'a mut self, recorder: &'a Recorder<R>) -> [(&'a Vec<R>, &'a mut Vec<f64>); 5] {
+        [
+            (&recorder.time, &mut self.time_s),
+            (&recorder.position, &mut self.position_m),
+            (&recorder.velocity, &mut self.velocity_m_per_s),
+            (&recorder.chamber_pressure, &mut self.chamber_pressure_pa),
+            (&recorder.pipe_pressure, &mut self.pipe_pressure_pa),
+        ]
     }
 }

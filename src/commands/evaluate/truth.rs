@@ -12,10 +12,13 @@ use valve_model::simulate::DEFAULT_STEP_S;
 /// Cycles after which a valve repeats itself at the latest.
 const MOST_CYCLES: usize = 40;
 
+/// Closing and opening time, s.
+type Times = [Option<f64>; 2];
+
 /// The valve, and what was simulated already: many lives pass the same leaks.
 pub struct Truth<'a> {
     file: &'a ValveFile,
-    known: Mutex<HashMap<(Fault, u64), [Option<f64>; 2]>>,
+    known: Mutex<HashMap<(Fault, u64), Times>>,
 }
 
 impl<'a> Truth<'a> {
@@ -25,7 +28,7 @@ impl<'a> Truth<'a> {
     }
 
     /// Closing and opening time in a cycle that repeats itself, s.
-    pub fn times_s(&self, fault: Fault, area_m2: f64) -> [Option<f64>; 2] {
+    pub fn times_s(&self, fault: Fault, area_m2: f64) -> Times {
         let key = (fault, area_m2.to_bits());
         // The map is whole after every step, also where a thread stopped.
         let known = || self.known.lock().unwrap_or_else(PoisonError::into_inner);

@@ -36,20 +36,19 @@ pub struct Ends {
 impl Ends {
     /// Takes in the latest state of a valve.
     pub fn add(&mut self, prognosis: &Prognosis) {
-        let place = match self.places.get(&prognosis.valve) {
-            Some(place) => *place,
-            None => {
-                self.places.insert(prognosis.valve.clone(), self.ends.len());
-                self.ends.push(End {
-                    valve: prognosis.valve.clone(),
-                    cycle: 0,
-                    fault: FaultCall::Undecided,
-                    rul_cycles: None,
-                    leak_area_mm2: None,
-                    status: Status::Healthy,
-                });
-                self.ends.len() - 1
-            }
+        let place = if let Some(place) = self.places.get(&prognosis.valve) {
+            *place
+        } else {
+            self.places.insert(prognosis.valve.clone(), self.ends.len());
+            self.ends.push(End {
+                valve: prognosis.valve.clone(),
+                cycle: 0,
+                fault: FaultCall::Undecided,
+                rul_cycles: None,
+                leak_area_mm2: None,
+                status: Status::Healthy,
+            });
+            self.ends.len() - 1
         };
         let end = &mut self.ends[place];
         end.cycle = prognosis.cycle;

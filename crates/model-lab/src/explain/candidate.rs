@@ -54,13 +54,13 @@ pub fn refit(data: &Dataset, scatter: &Scatter, base: &Fit, space: &Space, effor
         .collect();
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
     let starts = spread(&ranked, effort.starts, base.u.len());
-    let first = FitOptions { steps: effort.first_steps, ..FitOptions::default() };
+    let first = FitOptions { steps: effort.first_steps, tolerance: 0.5, stall: 0.0 };
     let fits = starts.iter().filter_map(|start| fit(data, scatter, space, start, first));
     let best = fits.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
     if best.converged {
         return Some(best);
     }
-    fit(data, scatter, space, &best.u, FitOptions { steps: effort.steps, ..FitOptions::default() })
+    fit(data, scatter, space, &best.u, FitOptions { steps: effort.steps, tolerance: 0.1, stall: 0.01 })
 }
 
 /// The best points, but no two of the same shape and sign next to each other.
@@ -194,4 +194,29 @@ fn scaled(shape: &[f64], sizes: &[f64], space: &Space, old: usize) -> Probe {
         point.iter().zip(&space.coordinates[old..]).map(|(u, c)| u.clamp(c.lower, c.upper)).collect()
     };
     Probe { small: at(0.02), sizes: sizes.iter().map(|size| (at(*size), size / 0.02)).collect() }
+}
+
+/// The fall of chi-squared that an effect promises to first order on top of a fit, the largest over its
+/// shapes. Orders work and tells whether looking further is worth it; it is no judge.
+pub fn promised_gain(data: &Dataset, scatter: &Scatter, base: &Fit, kind: EffectKind) -> f64 {
+    let space = base.space.with_effect(kind);
+    let old = base.u.len();
+    let Some(cholesky) =
+        with_priors(scatter.normal_equations(&base.jacobian, &base.residual).0, &base.space).cholesky()
+    else {
+        return 0.0;
+    };
+    let small: Vec<Valve> =
+        probes(&space, old).iter().filter_map(|probe| space.valve(&full(base, &probe.small))).collect();
+    residuals(data, &small)
+        .iter()
+        .map(|changed| {
+            let change: Vec<f64> = changed.iter().zip(&base.residual).map(|(a, b)| a - b).collect();
+            let projection = DVector::from_iterator(old, base.jacobian.iter().map(|c| scatter.dot(c, &change)));
+            let absorbed = projection.dot(&cholesky.solve(&projection));
+            let visible = scatter.dot(&change, &change) - absorbed;
+            let score = scatter.dot(&change, &base.residual);
+            if visible > 1e-9 { score * score / visible } else { 0.0 }
+        })
+        .fold(0.0, f64::max)
 }

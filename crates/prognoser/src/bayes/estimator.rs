@@ -15,6 +15,8 @@ use super::track::Priors;
 use super::view::{GrowthPrior, NoisePrior, View};
 use crate::reading::Reading;
 
+/// Smallest noise that can be stated, in s; a log is rounded more coarsely.
+const SMALLEST_NOISE_S: f64 = 1e-6;
 /// Numbers of readings at which all of them are fitted together, from scratch;
 /// between and after them the estimate is recursive.
 const REFIT_AT: [u64; 6] = [1, 2, 3, 4, 6, RECENT as u64];
@@ -46,7 +48,7 @@ impl BayesEstimator {
             Noise::Estimated { prior_readings, .. } => 0.5 * prior_readings,
         };
         let (Noise::Known { sd_s } | Noise::Estimated { prior_sd_s: sd_s, .. }) = config.noise;
-        let noise = NoisePrior { a, b: a * sd_s * sd_s };
+        let noise = NoisePrior::new(a, a * sd_s.max(SMALLEST_NOISE_S).powi(2));
         let growth = GrowthPrior::new(-config.life_median_cycles.ln(), config.life_ln_sd);
         let healthy = |weight: f64| {
             let view = |share: f64, sd| View { ln_weight: (weight * share).ln(), mean: 0.0, sd };

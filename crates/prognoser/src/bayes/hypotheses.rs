@@ -89,7 +89,7 @@ impl Hypotheses {
             Track::fit(&models[i], readings, &phi, views, priors, guess)
         });
         let mut all = Self { tracks, none: NoneTrack::fit(models, readings, priors), ..self.clone() };
-        all.weigh(starts, priors);
+        all.weigh(all.none.ln_evidence(&starts.none, priors), priors);
         all
     }
 
@@ -123,7 +123,7 @@ impl Hypotheses {
         });
         let none = NoneTrack::fit(models, readings, priors);
         let mut all = Self { origin, shape, tracks, healthy, none, ln: [0.0; 3] };
-        all.weigh(starts, priors);
+        all.weigh(all.none.ln_evidence(&starts.none, priors), priors);
         all
     }
 
@@ -131,7 +131,8 @@ impl Hypotheses {
     pub(crate) fn update(&mut self, models: &[FaultModel; 2], reading: &Reading, starts: &StartViews, priors: &Priors) {
         let phi = self.phi(reading.cycle);
         self.none.update(models, reading, priors);
-        let mut best = priors.ln_none - priors.ln_fault + self.none.ln_evidence(&starts.none, priors);
+        let none = self.none.ln_evidence(&starts.none, priors);
+        let mut best = priors.ln_none - priors.ln_fault + none;
         // The leading fault first: it may make the other one not worth much.
         let leading = self.leading();
         let other = Fault::ALL.into_iter().find(|fault| *fault != leading);
@@ -142,17 +143,18 @@ impl Hypotheses {
             self.tracks[i].update(&models[i], reading, phi, views, priors, floor);
             best = best.max(self.tracks[i].state.ln_evidence);
         }
-        self.weigh(starts, priors);
+        self.weigh(none, priors);
     }
 
     fn views<'v>(&self, fault: Fault, starts: &'v StartViews) -> &'v [View] {
         if self.healthy[fault as usize] { &starts.healthy } else { &starts.unknown }
     }
 
-    fn weigh(&mut self, starts: &StartViews, priors: &Priors) {
+    /// Weighs the hypotheses, given the evidence of no fault.
+    fn weigh(&mut self, none: f64, priors: &Priors) {
         let [atmosphere, supply] = &self.tracks;
         self.ln = [
-            priors.ln_none + self.none.ln_evidence(&starts.none, priors),
+            priors.ln_none + none,
             priors.ln_fault + atmosphere.state.ln_evidence,
             priors.ln_fault + supply.state.ln_evidence,
         ];

@@ -7,7 +7,7 @@ use super::model::FaultModel;
 use super::posterior::ln_evidence_without_growth;
 use super::sums::{Linearised, Sums};
 use super::track::Priors;
-use super::view::{View, ln_sum};
+use super::view::View;
 use crate::reading::Reading;
 
 /// Rounds of reweighting when the first readings are fitted together.
@@ -90,12 +90,9 @@ impl NoneTrack {
         self.sigma2 = (priors.noise.b + 0.5 * sums.c) / (priors.noise.a + 0.5 * sums.n);
     }
 
-    /// Logarithm of the probability of the data. A small constant leak may be
-    /// of either kind, half of the probability each; without a leak the two
-    /// are the same.
+    /// Logarithm of the probability of the data, which may hold a small
+    /// constant leak.
     pub(crate) fn ln_evidence(&self, views: &[View], priors: &Priors) -> f64 {
-        let one =
-            |sums: &Sums| ln_evidence_without_growth(sums, views, &priors.noise, self.sigma2) - std::f64::consts::LN_2;
-        ln_sum([one(&self.sums[0]), one(&self.sums[1])].into_iter())
+        ln_evidence_without_growth(&self.sums, views, &priors.noise, self.sigma2)
     }
 }

@@ -47,9 +47,16 @@ pub(crate) struct Posterior {
 
 /// Logarithm of the probability of the data if the leak stays what it is at
 /// the start.
-pub(crate) fn ln_evidence_without_growth(sums: &Sums, views: &[View], noise: &NoisePrior, sigma2: f64) -> f64 {
-    let common = Common::new(sums, noise);
-    ln_sum(views.iter().map(|view| ViewFit::new(sums, view, noise, sigma2, &common).ln_at(0.0)))
+///
+/// The sums are of the same timings with the slopes of either fault, each of
+/// which may be the kind of the leak with half of the probability.
+pub(crate) fn ln_evidence_without_growth(sums: &[Sums; 2], views: &[View], noise: &NoisePrior, sigma2: f64) -> f64 {
+    let common = Common::new(&sums[0], noise);
+    let terms = sums.iter().flat_map(|sums| {
+        let common = &common;
+        views.iter().map(move |view| ViewFit::new(sums, view, noise, sigma2, common).ln_at(0.0))
+    });
+    ln_sum(terms) - std::f64::consts::LN_2
 }
 
 /// The posterior of a growing leak. If its evidence is certainly below `floor`

@@ -66,7 +66,7 @@ pub(crate) fn quick_ln(x: f64) -> f64 {
 /// in the lowest bits.
 const ROUNDER: f64 = 6_755_399_441_055_744.0;
 
-/// Exponential of a number of at most zero, zero below -700. Relative error
+/// Exponential of a number below 700, next to zero below -700. Relative error
 /// below 1e-9.
 #[inline]
 pub(crate) fn quick_exp(x: f64) -> f64 {

@@ -50,6 +50,14 @@ pub(crate) struct NoisePrior {
     pub a: f64,
     /// Scale in s2.
     pub b: f64,
+    /// Logarithm of its norm, b^a / gamma(a).
+    ln_norm: f64,
+}
+
+impl NoisePrior {
+    pub(crate) fn new(a: f64, b: f64) -> Self {
+        Self { a, b, ln_norm: a * quick_ln(b) - ln_gamma(a) }
+    }
 }
 
 /// The growth's likelihood under one view:
@@ -86,8 +94,7 @@ impl Common {
         let ln_gamma_a = ln_gamma(a);
         Self {
             a,
-            ln_rest: sums.ln_extra + ln_gamma_a - ln_gamma(noise.a) + noise.a * quick_ln(noise.b)
-                - 0.5 * sums.n * LN_TAU,
+            ln_rest: sums.ln_extra + ln_gamma_a + noise.ln_norm - 0.5 * sums.n * LN_TAU,
             ln_gamma_step: ln_gamma(a - 0.5) - ln_gamma_a,
         }
     }

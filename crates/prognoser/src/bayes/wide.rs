@@ -77,7 +77,7 @@ pub(super) fn summed(fits: &[ViewFit], prior: &GrowthPrior, phi: f64) -> Posteri
                 let into = if weights[i] > 0.0 { (share * total - below) / weights[i] } else { 0.5 };
                 let j = if into < 0.5 { (i + 1).min(NODES - 1) } else { i.saturating_sub(1) };
                 let t = (into - 0.5).abs();
-                return lives[i] * (lives[j] / lives[i]).powf(t);
+                return lives[i] * quick_exp(t * quick_ln(lives[j] / lives[i]));
             }
             below = next;
         }

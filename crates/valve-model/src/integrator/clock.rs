@@ -18,6 +18,8 @@ pub struct Pace {
     pub port_blend: f64,
     /// The same for the solenoid and the leaks.
     pub blend: f64,
+    /// Substeps that a lane may take.
+    pub most_substeps: u32,
 }
 
 /// Steps after which a lane looks again whether it needs substeps.
@@ -25,7 +27,7 @@ const BLOCK: u32 = 8;
 
 /// Substeps that a lane may take: the blend shrinks with their square, down to a relative pressure
 /// difference of some 1e-5, where no stroke time feels it any more.
-const MOST_SUBSTEPS: u32 = 16;
+pub(crate) const MOST_SUBSTEPS: u32 = 16;
 
 /// On a stop, pipe and chamber closer than this (relative) are at one pressure for all purposes.
 const REST_GAP: f64 = 1e-4;
@@ -117,7 +119,7 @@ impl Clock {
             front.since_command.set_lane(lane, (segment.start_s - segment.last_command_s).min(1e9));
         }
         self.beyond -= block;
-        let substeps = substeps(lane, front, coefficients, self.pace.port_blend);
+        let substeps = substeps(lane, front, coefficients, self.pace);
         self.left = block * substeps;
         let share = 1.0 / f64::from(substeps);
         front.step.set_lane(lane, step * share);
@@ -129,7 +131,7 @@ impl Clock {
 /// The substeps that keep the blend away from the pressure difference at hand. On a stop, where
 /// nothing depends on it, one is enough.
 #[inline(always)]
-fn substeps<R: Real>(lane: usize, front: &Front<R>, coefficients: &Coefficients<R>, blend: f64) -> u32 {
+fn substeps<R: Real>(lane: usize, front: &Front<R>, coefficients: &Coefficients<R>, pace: Pace) -> u32 {
     let state = front.state.lane(lane);
     let stroke = coefficients.stroke.lane(lane);
     let zr = coefficients.zr.lane(lane);
@@ -142,7 +144,7 @@ fn substeps<R: Real>(lane: usize, front: &Front<R>, coefficients: &Coefficients<
         return 1;
     }
     let mut count = 1;
-    while count < MOST_SUBSTEPS && blend > 0.8 * gap * f64::from(count * count) {
+    while count < pace.most_substeps && pace.port_blend > 0.8 * gap * f64::from(count * count) {
         count *= 2;
     }
     count

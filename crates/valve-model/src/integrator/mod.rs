@@ -8,7 +8,7 @@
 mod clock;
 mod recorder;
 
-pub(crate) use clock::{Clock, Pace};
+pub(crate) use clock::{Clock, MOST_SUBSTEPS, Pace};
 pub(crate) use recorder::Recorder;
 
 use crate::coefficients::{Coefficients, Equations};
@@ -73,8 +73,7 @@ fn pack<'a, R: Real>(runs: &[LaneRun<'a>]) -> (System<'a, R>, Front<R>) {
             }
         }
     }
-    let system =
-        System { coefficients, terms: first.equations.terms, custom: &first.equations.custom, custom_parameters };
+    let system = System::new(coefficients, first.equations.terms, &first.equations.custom, custom_parameters);
     let zero = R::splat(0.0);
     let front = Front { state, time: zero, step: zero, wait: zero, spool: zero, spool_rate: zero, since_command: zero };
     (system, front)

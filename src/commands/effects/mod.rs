@@ -1,22 +1,24 @@
 //! `valve effects`: the catalogue, and one effect explained.
 
+mod document;
+
 use std::fmt::Write;
 
 use quantity::format_number;
 use report::figures::EffectFigure;
-use serde::Serialize;
 use valve_file::ValveFile;
 use valve_model::effects::{ActsOn, DefaultValue};
 use valve_model::simulate::DEFAULT_STEP_S;
 use valve_model::{Conditions, Effect, EffectKind, Valve};
 
+use self::document::{Catalogue, document};
 use super::strokes::{Cycles, instants};
 use crate::cli::{EffectsArgs, Format};
 use crate::failure::{Answer, Hinted};
 use crate::output::{self, Align, PlotFile, TextTable};
 
 /// The valve on which an effect is shown unless another is given.
-const REFERENCE_VALVE: &str = include_str!("../../models/testbed.toml");
+const REFERENCE_VALVE: &str = include_str!("../../../models/testbed.toml");
 
 /// Lists the catalogue or explains one effect.
 pub fn run(args: &EffectsArgs) -> anyhow::Result<Answer> {
@@ -51,7 +53,7 @@ fn reference_valve() -> anyhow::Result<ValveFile> {
 
 fn list(format: Format) -> anyhow::Result<Answer> {
     if format == Format::Json {
-        output::print_json(&Catalogue { effects: EffectKind::ALL.iter().map(|kind| description(*kind)).collect() })?;
+        output::print_json(&Catalogue::whole())?;
         return Ok(Answer::Fine);
     }
     let mut table = TextTable::new(&[("id", Align::Left), ("acts on", Align::Left), ("what it is", Align::Left)]);
@@ -79,6 +81,7 @@ fn acts_on(part: ActsOn) -> &'static str {
 /// A cycle of a valve without and with an effect of typical size.
 struct Shown {
     effect: Effect,
+    valves: [Valve; 2],
     without: Cycles,
     with: Cycles,
 }
@@ -107,7 +110,7 @@ impl Shown {
         let cycle = |valve: &Valve| {
             Cycles::simulate(valve, Conditions::nominal(parameters), &file.schedule(), 1, DEFAULT_STEP_S)
         };
-        Ok(Self { effect, without: cycle(&without), with: cycle(&with) })
+        Ok(Self { effect, without: cycle(&without), with: cycle(&with), valves: [without, with] })
     }
 
     fn sizes(&self) -> String {
@@ -122,23 +125,24 @@ impl Shown {
         texts.join(", ")
     }
 
-    fn figure(&self, kind: EffectKind, file: &ValveFile) -> EffectFigure {
-        // The rest after both strokes shows nothing.
+    /// Time, s, and recorded position, mm, without and with the effect, until the
+    /// slower of both is open again: the rest shows nothing.
+    fn paths(&self, file: &ValveFile) -> [Vec<[f64; 2]>; 2] {
         let opened_s = [&self.without, &self.with].map(|cycles| cycles.times_s[0][1].unwrap_or(f64::INFINITY));
         let schedule = file.schedule();
         let end_s = (schedule.open_at_s + 1.4 * opened_s[0].max(opened_s[1])).min(schedule.end_s);
         let times = instants(end_s, DEFAULT_STEP_S);
-        let path = |cycles: &Cycles| {
-            let mut position = Vec::new();
-            cycles.nodes.positions_at(&times, &mut position);
+        let path = |valve: &Valve, cycles: &Cycles| {
+            let position = cycles.record(valve, &times).position_m;
             times.iter().zip(position).map(|(time, x)| [*time, 1e3 * x]).collect()
         };
-        EffectFigure {
-            title: format!("{}: {}", kind.id(), kind.info().summary),
-            subtitle: self.sizes(),
-            without: path(&self.without),
-            with: path(&self.with),
-        }
+        [path(&self.valves[0], &self.without), path(&self.valves[1], &self.with)]
+    }
+
+    fn figure(&self, kind: EffectKind, file: &ValveFile) -> EffectFigure {
+        let [without, with] = self.paths(file);
+        let title = format!("{}: {}", kind.id(), kind.info().summary);
+        EffectFigure { title, subtitle: self.sizes(), without, with }
     }
 }
 
@@ -184,90 +188,21 @@ fn explain(kind: EffectKind, file: &ValveFile, shown: &Shown) -> String {
         };
         let _ = writeln!(out, "  {name}: {} without, {} with it", text(&shown.without), text(&shown.with));
     }
+    if info.acts_on == ActsOn::Measurement {
+        let _ = writeln!(out, "  The valve moves as before; only what is recorded of it changes.");
+    }
+    let [without, with] = shown.paths(file);
+    let plot = output::sketch(&without, &with, ["s", "mm"]);
+    let _ = writeln!(out, "\nPosition over time; . without, o with it, 8 both:\n\n{plot}");
     let first = &kind.parameters()[0];
     let value = format_number(rounded(shown.effect.values()[0]));
     let quantity = format!("{value} {}", first.si_unit);
     let _ = writeln!(
         out,
-        "\nIn a valve file:\n  [[effect]]\n  kind = \"{}\"\n  {} = \"{}\"",
+        "In a valve file:\n  [[effect]]\n  kind = \"{}\"\n  {} = \"{}\"",
         info.id,
         first.name,
         quantity.trim()
     );
     out
-}
-
-#[derive(Serialize)]
-struct Description {
-    id: &'static str,
-    summary: &'static str,
-    acts_on: &'static str,
-    equation: &'static str,
-    symptom: &'static str,
-    typical_sizes: &'static str,
-    confused_with: &'static [&'static str],
-    source: &'static str,
-    parameters: Vec<ParameterOut>,
-}
-
-#[derive(Serialize)]
-struct ParameterOut {
-    name: &'static str,
-    si_unit: &'static str,
-    meaning: &'static str,
-}
-
-fn description(kind: EffectKind) -> Description {
-    let info = kind.info();
-    let parameters = kind
-        .parameters()
-        .iter()
-        .map(|parameter| ParameterOut { name: parameter.name, si_unit: parameter.si_unit, meaning: parameter.meaning })
-        .collect();
-    Description {
-        id: info.id,
-        summary: info.summary,
-        acts_on: acts_on(info.acts_on),
-        equation: info.equation,
-        symptom: info.symptom,
-        typical_sizes: info.typical_sizes,
-        confused_with: info.confused_with,
-        source: info.source,
-        parameters,
-    }
-}
-
-#[derive(Serialize)]
-struct Document<'a> {
-    #[serde(flatten)]
-    description: Description,
-    example: Example<'a>,
-}
-
-#[derive(Serialize)]
-struct Example<'a> {
-    values_si: &'a [f64],
-    without: Times,
-    with: Times,
-}
-
-#[derive(Serialize)]
-struct Times {
-    close_time_s: Option<f64>,
-    open_time_s: Option<f64>,
-}
-
-fn document(kind: EffectKind, shown: &Shown) -> Document<'_> {
-    let times = |cycles: &Cycles| {
-        let [close_time_s, open_time_s] = cycles.times_s[0];
-        Times { close_time_s, open_time_s }
-    };
-    let example =
-        Example { values_si: shown.effect.values(), without: times(&shown.without), with: times(&shown.with) };
-    Document { description: description(kind), example }
-}
-
-#[derive(Serialize)]
-struct Catalogue {
-    effects: Vec<Description>,
 }

@@ -1,8 +1,6 @@
 //! What the program prints: exit code, stdout and stderr of whole calls.
 
-mod support;
-
-use support::{Sandbox, shown};
+use crate::support::{self, Sandbox, shown};
 
 #[test]
 fn nominal_cycle_as_text() {

@@ -100,7 +100,28 @@ pub fn shown(output: &Output) -> String {
     format!("exit code: {code}\n----- stdout\n{}----- stderr\n{}", text(&output.stdout), text(&output.stderr))
 }
 
+/// The same text with every hash as `<hash>`: any change of the model changes it.
+pub fn without_hashes(text: &str) -> String {
+    let is_hash = |word: &str| word.len() == 64 && word.bytes().all(|byte| byte.is_ascii_hexdigit());
+    let words = text.split_inclusive(|letter: char| !letter.is_ascii_alphanumeric()).map(|piece| {
+        let word = piece.trim_end_matches(|letter: char| !letter.is_ascii_alphanumeric());
+        if is_hash(word) { piece.replace(word, "<hash>") } else { piece.to_owned() }
+    });
+    words.collect()
+}
+
 /// Every verb of the program.
 pub fn verbs() -> Vec<&'static str> {
-    vec!["simulate", "build-tables", "prognose", "evaluate", "demo", "effects", "revert", "completions", "man"]
+    vec![
+        "simulate",
+        "build-tables",
+        "prognose",
+        "evaluate",
+        "demo",
+        "effects",
+        "report",
+        "revert",
+        "completions",
+        "man",
+    ]
 }

@@ -1,0 +1,165 @@
+//! Tables of valves other than the reference valve, and of valves that can have none.
+
+use std::sync::Mutex;
+
+use leak_table::{Fault, Stroke, TimeAt};
+use lut_builder::{BuildError, Built, Notice, Options, Progress, TableModel, build};
+use valve_file::ValveFile;
+use valve_model::Conditions;
+use valve_model::cycle::cycles;
+
+const TESTBED: &str = include_str!("../../../models/testbed.toml");
+
+/// The reference valve's file with some texts replaced.
+fn changed(changes: &[(&str, &str)]) -> ValveFile {
+    let text = changes.iter().fold(TESTBED.to_owned(), |text, (from, to)| {
+        assert!(text.contains(from), "{from} is not in the file");
+        text.replacen(from, to, 1)
+    });
+    ValveFile::parse(&text, "valve.toml").expect("a valve file")
+}
+
+fn tables(file: &ValveFile) -> Result<Built, BuildError> {
+    let model = TableModel {
+        name: file.name(),
+        canonical_text: &file.canonical_model(),
+        valve: file.valve(),
+        schedule: file.schedule(),
+        limits: file.limits(),
+    };
+    build(&model, &Options::default(), &|_| {})
+}
+
+/// Builds and compares with direct simulation between the points.
+fn sound(file: &ValveFile) -> Built {
+    let built = tables(file).expect("this valve has tables");
+    for fault in Fault::ALL {
+        let table = built.bundle.table(fault);
+        let limit_m2 = built.bundle.limit_area_m2(fault);
+        let last_m2 = [Stroke::Close, Stroke::Open].map(|stroke| table.curve(stroke).range_m2().1);
+        let last_m2 = last_m2[0].min(last_m2[1]);
+        let areas: Vec<f64> = (1..24).map(|i| (f64::from(i) * 0.618_034).fract() * last_m2).collect();
+        let conditions = areas.iter().map(|area| {
+            let mut conditions = Conditions::nominal(file.valve().parameters());
+            match fault {
+                Fault::Atmosphere => conditions.leak_to_atmosphere_m2 = *area,
+                Fault::Supply => conditions.leak_from_supply_m2 = *area,
+            }
+            (file.valve(), conditions)
+        });
+        let runs: Vec<_> = conditions.collect();
+        for (area, times) in areas.iter().zip(cycles(&runs, &file.schedule(), 40, 1e-3)) {
+            let tolerance_s = if *area <= limit_m2 { 0.2e-3 } else { 2e-3 };
+            let times = times.last().expect("at least one cycle");
+            for (stroke, simulated) in [(Stroke::Close, times.close_time_s), (Stroke::Open, times.open_time_s)] {
+                let simulated = simulated.expect("finished below the stall");
+                let TimeAt::Within(found) = table.curve(stroke).time_at(*area) else {
+                    panic!("{fault}: no {stroke} time at {area}")
+                };
+                assert!((found - simulated).abs() < tolerance_s, "{fault} {stroke} at {area}: {found}, {simulated}");
+            }
+        }
+    }
+    built
+}
+
+#[test]
+fn valves_of_other_sizes_and_physics() {
+    let small = [("\"31.17 cm2\"", "\"8 cm2\""), ("\"16 kN/m\"", "\"4 kN/m\""), ("\"0.5 mm2\"", "\"0.1 mm2\"")];
+    sound(&changed(&small));
+    sound(&changed(&[("\"600 N s/m\"", "\"6000 N s/m\"")]));
+    sound(&changed(&[("compressibility = 1.0", "compressibility = 1.0\n[switches]\nclosed_at = 0.05\nopen_at = 0.9")]));
+    let with = |effect: &str| changed(&[("[tolerance]", &format!("[[effect]]\n{effect}\n[tolerance]"))]);
+    sound(&with("kind = \"dry-friction\"\ncoulomb_force = \"30 N\""));
+    sound(&with("kind = \"gas-heating\"\nwall_conductance = \"0.5 W/K\""));
+    sound(&with("kind = \"supply-droop\"\nresistance = \"100000000 Pa s/kg\""));
+    sound(&with("kind = \"leak-to-atmosphere\"\narea = \"0.1 mm2\""));
+}
+
+#[test]
+fn a_valve_that_does_not_close_is_refused() {
+    let error = tables(&changed(&[("\"75 psig\"", "\"30 psig\"")])).expect_err("too little pressure to close");
+    assert!(matches!(error, BuildError::HealthyNotFinished { stroke: Stroke::Close, .. }), "{error}");
+}
+
+#[test]
+fn a_valve_beyond_its_limit_is_refused() {
+    let error =
+        tables(&changed(&[("close_within = \"3 s\"", "close_within = \"1 s\"")])).expect_err("closes in 1.04 s");
+    assert!(matches!(error, BuildError::HealthyBeyondLimit { stroke: Stroke::Close, .. }), "{error}");
+    assert!(error.to_string().contains("1.0422"), "{error}");
+}
+
+#[test]
+fn a_limit_beyond_the_cycle_ends_life_at_the_stall() {
+    let built = sound(&changed(&[("close_within = \"3 s\"", "close_within = \"9 s\"")]));
+    let expected =
+        Notice::LimitBeyondCycle { fault: Fault::Atmosphere, stroke: Stroke::Close, limit_s: 9.0, window_s: 4.0 };
+    assert_eq!(built.notices, [expected]);
+    let info = built.bundle.manifest().fault(Fault::Atmosphere).close;
+    let (limit, stall) = (info.limit_area_m2.expect("the stall"), info.stall_area_m2.expect("it stalls"));
+    assert!(limit < stall && stall - limit < 1e-5 * stall);
+}
+
+#[test]
+fn impossible_options_are_refused() {
+    let file = changed(&[]);
+    let text = file.canonical_model();
+    let model = TableModel {
+        name: file.name(),
+        canonical_text: &text,
+        valve: file.valve(),
+        schedule: file.schedule(),
+        limits: file.limits(),
+    };
+    for options in [
+        Options { step_s: 0.0, ..Options::default() },
+        Options { tolerance_beyond_s: f64::NAN, ..Options::default() },
+        Options { most_cycles: 1, ..Options::default() },
+    ] {
+        let error = build(&model, &options, &|_| {}).expect_err("impossible");
+        assert!(matches!(error, BuildError::Option { .. }), "{error}");
+    }
+}
+
+#[test]
+fn a_tighter_tolerance_is_met_with_more_points() {
+    let file = changed(&[]);
+    let text = file.canonical_model();
+    let model = TableModel {
+        name: file.name(),
+        canonical_text: &text,
+        valve: file.valve(),
+        schedule: file.schedule(),
+        limits: file.limits(),
+    };
+    let usual = build(&model, &Options::default(), &|_| {}).expect("tables");
+    let options = Options { tolerance_up_to_limit_s: 2e-5, tolerance_beyond_s: 2e-4, ..Options::default() };
+    let seen = Mutex::new(Vec::new());
+    let tight = build(&model, &options, &|report| seen.lock().expect("no panic").push(report)).expect("tables");
+    for fault in Fault::ALL {
+        assert!(tight.bundle.table(fault).points().len() > usual.bundle.table(fault).points().len());
+        assert!(tight.bundle.manifest().fault(fault).interpolation_error.up_to_limit_s <= 1e-5);
+    }
+    let seen = seen.into_inner().expect("no panic");
+    for fault in Fault::ALL {
+        let reports: Vec<&Progress> = seen.iter().filter(|report| report.fault == fault).collect();
+        let rises = |a: &&Progress, b: &&Progress| {
+            a.stage <= b.stage && a.share <= b.share && a.simulated_areas <= b.simulated_areas
+        };
+        assert!(reports.is_sorted_by(rises), "{reports:?}");
+        assert_eq!(reports.last().map(|report| report.share), Some(1.0));
+    }
+}
+
+#[test]
+fn a_stroke_time_that_jumps_is_refused() {
+    // A push that comes and goes with the time since the command: the piston swings as it arrives, so
+    // that a little more leak makes it miss a whole swing.
+    let effect = "[[effect]]\nkind = \"custom\"\nname = \"swing\"\nacts_on = \"force\"\n\
+                  formula = \"push * sin(9 * t_since_command)\"\n[effect.parameters]\n\
+                  push = { start = 60, lower = 0, upper = 100, unit = \"N\" }\n[tolerance]";
+    let error = tables(&changed(&[("[tolerance]", effect)])).expect_err("its stroke times jump");
+    let jumps = matches!(error, BuildError::Jump { .. } | BuildError::NotMonotone { .. });
+    assert!(jumps && error.to_string().contains("jumps"), "{error}");
+}

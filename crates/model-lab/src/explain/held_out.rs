@@ -1,0 +1,45 @@
+//! Error on runs that a fit has not seen: whole conditions are left out, one after the other.
+
+use rayon::prelude::*;
+
+use crate::data::Dataset;
+use crate::fit::{Fit, FitOptions, fit};
+use crate::forward::residuals;
+use crate::scatter::Scatter;
+
+/// Root mean square of the residuals of each condition, predicted by a fit to all the others, in units
+/// of the noise with the scatter of strokes taken out; nothing with fewer than two conditions.
+pub fn held_out_rms(data: &Dataset, scatter: &Scatter, full: &Fit) -> Option<f64> {
+    let groups = condition_groups(data);
+    if groups.len() < 2 {
+        return None;
+    }
+    let valve = full.valve();
+    let sums: Vec<(f64, f64)> = groups
+        .par_iter()
+        .filter_map(|group| {
+            let seen = data.only(|unit| !group.contains(&unit));
+            let unseen = data.only(|unit| group.contains(&unit));
+            let options = FitOptions { steps: 4, tolerance: 0.1, stall: 0.01 };
+            let refitted = fit(&seen, &scatter.for_data(&seen, &valve), &full.space, &full.u, options)?;
+            let residual = residuals(&unseen, &[refitted.valve()]).remove(0);
+            let clean = scatter.for_data(&unseen, &valve).without_scatter(&residual);
+            Some((clean.iter().map(|value| value * value).sum::<f64>(), clean.len() as f64))
+        })
+        .collect();
+    let (sum, count) = sums.into_iter().fold((0.0, 0.0), |total, part| (total.0 + part.0, total.1 + part.1));
+    (count > 0.0).then(|| (sum / count).sqrt())
+}
+
+/// Units by condition: every supply pressure, temperature and opened leak is one group.
+fn condition_groups(data: &Dataset) -> Vec<Vec<usize>> {
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    for unit in 0..data.unit_count() {
+        let same = |group: &&mut Vec<usize>| data.unit_conditions(group[0]) == data.unit_conditions(unit);
+        match groups.iter_mut().find(same) {
+            Some(group) => group.push(unit),
+            None => groups.push(vec![unit]),
+        }
+    }
+    groups
+}

@@ -1,0 +1,65 @@
+//! Sections about the valve file and its tables.
+
+use leak_table::{Fault, TableBundle};
+use report::figures::TableFigure;
+use report::html::{Block, Section, Table};
+use valve_file::ValveFile;
+use valve_model::Conditions;
+use valve_model::simulate::DEFAULT_STEP_S;
+
+use crate::commands::simulate::picture;
+use crate::commands::strokes::Cycles;
+use crate::commands::{build_tables, tables as pictures};
+
+/// A healthy cycle.
+pub fn strokes(file: &ValveFile) -> Section {
+    let conditions = Conditions::nominal(file.valve().parameters());
+    let path = Cycles::simulate(file.valve(), conditions, &file.schedule(), 1, DEFAULT_STEP_S);
+    let [close, open] = path.times_s[0];
+    let text = |time: Option<f64>| time.map_or_else(|| "not at all".to_owned(), |time| format!("in {time:.4} s"));
+    let limits = file.limits();
+    let sentence = format!(
+        "Simulated without a leak, the valve closes {} and opens {}. Its life ends where a closing takes more \
+         than {} s or an opening more than {} s.",
+        text(close),
+        text(open),
+        limits.close_within_s,
+        limits.open_within_s
+    );
+    let figure = picture(file, &conditions, &path).figure();
+    Section { title: "Strokes".to_owned(), blocks: vec![Block::Text(sentence), Block::Figure(Box::new(figure))] }
+}
+
+/// The tables of both kinds of leak.
+pub fn tables(bundle: &TableBundle) -> Section {
+    let table = Table {
+        columns: build_tables::SUMMARY_COLUMNS.map(str::to_owned).into(),
+        rows: build_tables::summary_rows(bundle),
+    };
+    let figures = Fault::ALL.map(|fault| pictures::figure(bundle, fault));
+    let figure =
+        TableFigure::side_by_side("Stroke times over the leak area", "periodic cycles, as simulated", &figures);
+    Section { title: "Leaks".to_owned(), blocks: vec![Block::Table(table), Block::Figure(Box::new(figure))] }
+}
+
+/// The valve file itself, and what changed it.
+pub fn model(file: &ValveFile) -> Section {
+    let mut blocks = Vec::new();
+    if !file.history().is_empty() {
+        let row = |entry: &valve_file::HistoryEntry| {
+            vec![
+                entry.action.clone(),
+                entry.campaign.clone(),
+                format!("{:.3}", entry.error_before),
+                format!("{:.3}", entry.error_after),
+            ]
+        };
+        blocks.push(Block::Text("Steps that changed the model; errors in units of the noise:".to_owned()));
+        blocks.push(Block::Table(Table {
+            columns: ["step", "campaign", "error before", "error after"].map(str::to_owned).into(),
+            rows: file.history().iter().map(row).collect(),
+        }));
+    }
+    blocks.push(Block::Code(file.text().to_owned()));
+    Section { title: "Valve file".to_owned(), blocks }
+}

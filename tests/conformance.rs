@@ -1,0 +1,159 @@
+//! Lanes and scalar path are one model, with every effect; effects that are not there change nothing.
+
+mod reference_valve;
+
+use reference_valve::{CYCLE, base_valve, periodic, testbed, typical, with_effect};
+use valve_model::cycle::cycle_commands;
+use valve_model::dispatch::InstructionSet;
+use valve_model::params::Switches;
+use valve_model::rhs::State;
+use valve_model::simulate::{DEFAULT_STEP_S, simulate_scalar, simulate_with};
+use valve_model::{Conditions, Effect, EffectKind, Nodes, Prepared, Run, Valve, simulate};
+
+/// Halving the step changes no stroke time by more, with any effect, s.
+const STEP_S: f64 = 0.1e-3;
+
+/// Six runs of a valve that differ in everything that may differ from lane to lane.
+fn runs(valve: &Valve) -> Vec<Prepared> {
+    let nominal = Conditions::nominal(valve.parameters());
+    let mut conditions = vec![nominal; 6];
+    conditions[1].leak_to_atmosphere_m2 = 0.3e-6;
+    conditions[2].leak_to_atmosphere_m2 = 0.64e-6;
+    conditions[3].leak_from_supply_m2 = 0.1e-6;
+    conditions[4].leak_from_supply_m2 = 0.21e-6;
+    conditions[5].supply_pressure_pa *= 0.8;
+    conditions[5].temperature_k = 270.0;
+    let run = |(index, conditions): (usize, Conditions)| {
+        let mut commands = cycle_commands(&CYCLE);
+        commands[1].time_s += 0.1237 * index as f64;
+        let run = Run { conditions, commands, end_s: CYCLE.end_s - 0.5 * index as f64, driven: None };
+        Prepared::new(valve, &run, DEFAULT_STEP_S)
+    };
+    conditions.into_iter().enumerate().map(run).collect()
+}
+
+/// Every number of a run, as bits.
+fn bits(nodes: &Nodes, end: &State<f64>) -> Vec<u64> {
+    let channels = [
+        &nodes.time_s,
+        &nodes.position_m,
+        &nodes.velocity_m_per_s,
+        &nodes.chamber_pressure_pa,
+        &nodes.pipe_pressure_pa,
+    ];
+    let mut all: Vec<f64> = channels.into_iter().flatten().copied().collect();
+    all.extend([end.x, end.v, end.chamber_mass, end.pipe_mass, end.chamber_temperature, end.pipe_temperature]);
+    all.extend([end.line_pressure, end.bristle]);
+    all.into_iter().map(f64::to_bits).collect()
+}
+
+fn with_lanes(runs: &[Prepared]) -> Vec<Vec<u64>> {
+    let mut all = vec![Vec::new(); runs.len()];
+    simulate(runs, true, |index, nodes, end| all[index] = bits(nodes, end));
+    all
+}
+
+fn with_set(set: InstructionSet, runs: &[Prepared]) -> Vec<Vec<u64>> {
+    let mut all = vec![Vec::new(); runs.len()];
+    simulate_with(set, runs, true, |index, nodes, end| all[index] = bits(nodes, end));
+    all
+}
+
+fn one_by_one(runs: &[Prepared]) -> Vec<Vec<u64>> {
+    let mut all = vec![Vec::new(); runs.len()];
+    simulate_scalar(runs, true, |index, nodes, end| all[index] = bits(nodes, end));
+    all
+}
+
+/// The base valve and the valve with each effect at its typical size.
+fn all_valves() -> Vec<(String, Valve)> {
+    let base = ("base".to_owned(), base_valve(testbed()));
+    let effects = EffectKind::ALL.iter().map(|kind| (kind.id().to_owned(), with_effect(typical(*kind))));
+    std::iter::once(base).chain(effects).collect()
+}
+
+#[test]
+fn lanes_give_the_bits_of_the_scalar_path() {
+    for (name, valve) in all_valves() {
+        let runs = runs(&valve);
+        let (lanes, scalar) = (with_lanes(&runs), one_by_one(&runs));
+        assert!(scalar.iter().all(|run| run.len() > 10_000), "{name}: a run has thousands of nodes");
+        assert!(lanes == scalar, "{name}: lanes differ from the scalar path");
+        for set in InstructionSet::ALL.into_iter().filter(|set| set.is_available()) {
+            assert!(with_set(set, &runs) == scalar, "{name}: lanes with {} differ", set.name());
+        }
+    }
+}
+
+#[test]
+fn lanes_do_not_depend_on_their_neighbours() {
+    let valve = base_valve(testbed());
+    let runs = runs(&valve);
+    let together = with_lanes(&runs);
+    let mut reversed: Vec<Prepared> = runs.iter().rev().cloned().collect();
+    reversed.extend(runs.iter().cloned());
+    let mut other = with_lanes(&reversed);
+    let again = other.split_off(runs.len());
+    other.reverse();
+    assert!(together == other && together == again);
+}
+
+#[test]
+fn every_effect_acts_at_its_typical_size() {
+    let base = with_lanes(&runs(&base_valve(testbed())));
+    for (name, valve) in all_valves().into_iter().skip(1) {
+        let kind = EffectKind::from_id(&name).expect("from the catalogue");
+        // These two change the record of a run, not the run.
+        let measurement = matches!(kind, EffectKind::SensorLag | EffectKind::ClockOffset);
+        assert_eq!(with_lanes(&runs(&valve)) == base, measurement, "{name}");
+    }
+}
+
+#[test]
+fn neutral_effects_change_nothing() {
+    let base = with_lanes(&runs(&base_valve(testbed())));
+    let mut neutral = Vec::new();
+    for &kind in EffectKind::ALL {
+        let mut values: Vec<_> = typical(kind).values().iter().map(|value| Some(*value)).collect();
+        values[0] = Some(kind.info().neutral);
+        if kind == EffectKind::SolenoidLag {
+            values.fill(Some(0.0));
+        }
+        if kind == EffectKind::DryFriction {
+            values[1] = Some(0.0);
+        }
+        // The orifice law is off by being absent: no critical ratio is neutral.
+        let Ok(effect) = Effect::new(kind, &values) else {
+            assert_eq!(kind, EffectKind::OrificeLaw);
+            continue;
+        };
+        assert!(with_lanes(&runs(&with_effect(effect))) == base, "{}", kind.id());
+        neutral.push(effect);
+    }
+    let all = Valve::new(testbed(), Switches::default(), neutral, Vec::new()).expect("possible");
+    assert!(with_lanes(&runs(&all)) == base, "all of them together");
+}
+
+#[test]
+fn halving_the_step_changes_little_with_any_effect() {
+    let mut worst = Vec::new();
+    for (name, valve) in all_valves() {
+        let nominal = Conditions::nominal(valve.parameters());
+        let mut conditions = [nominal; 4];
+        conditions[1].leak_to_atmosphere_m2 = 0.3e-6;
+        conditions[2].leak_from_supply_m2 = 0.1e-6;
+        conditions[3].supply_pressure_pa *= 0.85;
+        let valves: Vec<_> = conditions.iter().map(|conditions| (&valve, *conditions)).collect();
+        let whole = periodic(&valves, &CYCLE, DEFAULT_STEP_S);
+        let half = periodic(&valves, &CYCLE, 0.5 * DEFAULT_STEP_S);
+        for (index, (whole, half)) in whole.iter().zip(&half).enumerate() {
+            for (a, b) in [(whole.close_time_s, half.close_time_s), (whole.open_time_s, half.open_time_s)] {
+                assert_eq!(a.is_some(), b.is_some(), "{name}, run {index}");
+                let change = a.zip(b).map_or(0.0, |(a, b)| (a - b).abs());
+                worst.push((change, format!("{name}, run {index}: {a:?} s and {b:?} s")));
+            }
+        }
+    }
+    let beyond: Vec<_> = worst.iter().filter(|(change, _)| *change >= STEP_S).collect();
+    assert!(beyond.is_empty(), "{beyond:#?}");
+}

@@ -1,0 +1,6 @@
+//! The program from outside: what it prints, the whole chain, the documents.
+
+mod chain;
+mod cli;
+mod docs;
+mod support;
