@@ -200,15 +200,25 @@ fn best_fit(space: &Space, data: &Dataset, valve: &Valve, options: CalibrateOpti
     let mut fits = followed(space, data, &scatter, &starts(space, data, &scatter, options), options);
     let start_costs = fits.iter().map(|fit| fit.cost).collect();
     let mut straight = data.clone();
+    let plain = Scatter::none();
+    if scatter.is_known && fits[0].chi2 > HOPELESS * data.residual_count() as f64 && !data.runs.is_empty() {
+        // Where physics is missing, a fit that may call misfit scatter follows neither.
+        fits = followed(space, data, &plain, &starts(space, data, &plain, options), options);
+        scatter = plain;
+    }
     if scatter.is_known {
         for _ in 0..SCATTER_ROUNDS {
-            let best = fits.swap_remove(0);
-            let before = best.cost;
-            straight = relinearised(data, &straight, &scatter, &best.valve());
-            scatter = Scatter::estimate(&straight, &best.valve());
-            let again = fit(&straight, &scatter, space, &best.u, FitOptions { steps: 8, tolerance: 0.2 }).unwrap_or(best);
-            let settled = (before - again.cost).abs() < SCATTER_SETTLED;
-            fits = vec![again];
+            let best = &fits[0];
+            let next = relinearised(data, &straight, &scatter, &best.valve());
+            let estimated = Scatter::estimate(&next, &best.valve());
+            let options = FitOptions { steps: 8, tolerance: 0.2, ..FitOptions::default() };
+            let Some(again) = fit(&next, &estimated, space, &best.u, options) else { break };
+            // A model that is far from the data takes their misfit for scatter; that gets worse, not better.
+            if again.cost > best.cost {
+                break;
+            }
+            let settled = best.cost - again.cost < SCATTER_SETTLED;
+            (fits, scatter, straight) = (vec![again], estimated, next);
             if settled {
                 break;
             }
@@ -220,15 +230,20 @@ fn best_fit(space: &Space, data: &Dataset, valve: &Valve, options: CalibrateOpti
 /// Times that the scatter of single strokes is made linear about what it most likely is.
 const SCATTER_ROUNDS: usize = 6;
 
+/// chi-squared per reading beyond which scatter between strokes is not what is wrong, even before it
+/// was made linear.
+const HOPELESS: f64 = 6.0;
+
 /// Change of the cost below which they are linear enough.
 const SCATTER_SETTLED: f64 = 10.0;
 
 /// Fits from several starts, best first: roughly at first, the best of them to its end.
 fn followed(space: &Space, data: &Dataset, scatter: &Scatter, starts: &[Vec<f64>], options: CalibrateOptions) -> Vec<Fit> {
-    let rough = FitOptions { steps: options.rough_steps, tolerance: 5.0 };
+    let rough = FitOptions { steps: options.rough_steps, tolerance: 5.0, ..FitOptions::default() };
     let mut fits: Vec<Fit> = starts.iter().filter_map(|start| fit(data, scatter, space, start, rough)).collect();
     fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-    if let Some(best) = fits.first().and_then(|best| fit(data, scatter, space, &best.u, FitOptions { steps: 20, tolerance: 0.1 })) {
+    let whole = FitOptions { steps: 20, tolerance: 0.1, ..FitOptions::default() };
+    if let Some(best) = fits.first().and_then(|best| fit(data, scatter, space, &best.u, whole)) {
         fits[0] = best;
     }
     fits

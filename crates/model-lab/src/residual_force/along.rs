@@ -100,12 +100,7 @@ pub fn follow(valve: &Valve, run: &RunData, smoothed: &Smoothed) -> Option<Along
     let mut coefficients = equations.coefficients;
     coefficients.port_blend = Blend::new(pace.port_blend);
     coefficients.blend = Blend::new(pace.blend);
-    let system = System {
-        coefficients,
-        terms: equations.terms,
-        custom: &equations.custom,
-        custom_parameters: equations.custom_values(),
-    };
+    let system = System::new(coefficients, equations.terms, &equations.custom, equations.custom_values());
     let follower = Follower { system, motion: Motion { smoothed }, pipe, chamber };
     let mut state = *Prepared::new(valve, &run.run, STEP_S).initial();
     let mut along = Along::default();
@@ -180,13 +175,10 @@ impl Follower<'_> {
 
     /// Acceleration per force; a cushion makes the piston seem heavier to the model.
     fn effective_inverse_mass(&self, state: &State<f64>, inputs: &Inputs<f64>, chamber: f64) -> f64 {
-        let mut probe = System {
-            coefficients: self.system.coefficients,
-            terms: self.system.terms,
-            custom: self.system.custom,
-            custom_parameters: self.system.custom_parameters.clone(),
-        };
-        probe.terms.driven_chamber = true;
+        let mut terms = self.system.terms;
+        terms.driven_chamber = true;
+        let parameters = self.system.custom_parameters.clone();
+        let probe = System::new(self.system.coefficients, terms, self.system.custom, parameters);
         let at = |pressure: f64| probe.rates::<false>(state, &Inputs { chamber_pressure: pressure, ..*inputs }).v;
         let difference = at(chamber) - at(chamber + PROBE_PA);
         let found = difference / (PROBE_PA * self.system.coefficients.piston_area);

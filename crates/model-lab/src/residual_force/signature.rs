@@ -17,6 +17,8 @@ pub struct Signature {
     pub closing: Vec<[f64; 2]>,
     /// The same while opening.
     pub opening: Vec<[f64; 2]>,
+    /// The middle line between both, from open to closed.
+    pub spring: [[f64; 2]; 2],
     /// Stiffness of the spring from the slope of the middle line, N/m.
     pub spring_rate_n_per_m: f64,
     /// Gauge pressures at which the middle line leaves open and reaches closed, Pa.
@@ -76,12 +78,14 @@ pub fn signature(
     }
     let line = matrix.try_inverse()? * vector;
     let points = |line: &[Option<[f64; 3]>]| line.iter().flatten().map(|point| [point[0], point[1]]).collect();
+    let bench_set_pa = [line[0], line[0] + line[1] * stroke_m];
     Some(Signature {
         is_measured,
+        spring: [[0.0, bench_set_pa[0]], [stroke_m, bench_set_pa[1]]],
         closing: points(&closing),
         opening: points(&opening),
         spring_rate_n_per_m: line[1] * with.area_m2,
-        bench_set_pa: [line[0], line[0] + line[1] * stroke_m],
+        bench_set_pa,
         friction_band_pa: band,
         friction_n: band * with.area_m2,
         viscous_n: viscous,
