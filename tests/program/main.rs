@@ -1,6 +1,9 @@
 //! The program from outside: what it prints, the whole chain, the documents.
 
+mod calibrate;
+mod campaign;
 mod chain;
 mod cli;
+mod compare;
 mod docs;
 mod support;
