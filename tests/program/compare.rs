@@ -69,7 +69,7 @@ fn an_error_that_grows_with_supply_pressure_is_said_to() {
 #[test]
 fn fail_above_decides_the_exit_code_and_against_stands_beside() {
     let sandbox = Sandbox::new();
-    let other = VALVE.replace("600 N s/m", "700 N s/m");
+    let other = VALVE.replace("600 N s/m", "900 N s/m");
     sandbox.write("other.toml", &other);
     Recording::default().write(&sandbox, &other);
     let call = ["compare", "valve.toml", "campaign.toml", "--fail-above", "1.5"];
