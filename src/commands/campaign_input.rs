@@ -48,8 +48,11 @@ impl CampaignInput {
     /// Where the noise figure came from.
     pub fn noise_source(&self) -> &'static str {
         let sensors = &self.campaign.sensors;
-        let stated =
-            if self.data.runs.is_empty() { sensors.timing_noise_s.is_some() } else { sensors.position_noise_m.is_some() };
+        let stated = if self.data.runs.is_empty() {
+            sensors.timing_noise_s.is_some()
+        } else {
+            sensors.position_noise_m.is_some()
+        };
         if stated { "stated" } else { "estimated" }
     }
 }

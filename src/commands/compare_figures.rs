@@ -20,12 +20,10 @@ fn run_name(run: &RunComparison) -> String {
 
 /// Conditions as a short label.
 pub fn conditions_words(conditions: &Conditions) -> String {
-    let mut words =
-        format!("{:.0} kPa, {:.0} K", conditions.supply_pressure_pa / 1e3, conditions.temperature_k);
-    for (area, name) in [
-        (conditions.leak_to_atmosphere_m2, "leak to atmosphere"),
-        (conditions.leak_from_supply_m2, "leak from supply"),
-    ] {
+    let mut words = format!("{:.0} kPa, {:.0} K", conditions.supply_pressure_pa / 1e3, conditions.temperature_k);
+    for (area, name) in
+        [(conditions.leak_to_atmosphere_m2, "leak to atmosphere"), (conditions.leak_from_supply_m2, "leak from supply")]
+    {
         if area > 0.0 {
             words.push_str(&format!(", {name} {:.3} mm²", area * 1e6));
         }

@@ -165,7 +165,8 @@ fn phase_error_value(error: &PhaseError) -> Value {
         .trends
         .iter()
         .map(|trend| {
-            let value = json!({ "change_over_range_s": trend.change, "standard_error_s": finite(trend.standard_error) });
+            let value =
+                json!({ "change_over_range_s": trend.change, "standard_error_s": finite(trend.standard_error) });
             (trend.condition.id().to_owned(), value)
         })
         .collect();

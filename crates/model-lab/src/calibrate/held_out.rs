@@ -54,7 +54,8 @@ pub fn held_out(
         let kept = straight.only(|unit| part_of(unit) != part);
         let left_out = data.only(|unit| part_of(unit) == part);
         let scatter = scatter.for_data(&kept, &best.valve());
-        let fitted = fit(&kept, &scatter, space, &best.u, FitOptions { steps: 12, tolerance: 0.5, ..FitOptions::default() })?;
+        let fitted =
+            fit(&kept, &scatter, space, &best.u, FitOptions { steps: 12, tolerance: 0.5, ..FitOptions::default() })?;
         let score = Comparison::new(&left_out, &fitted.valve()).overall;
         sum += score.normalised_rms.powi(2) * score.readings;
         readings += score.readings;

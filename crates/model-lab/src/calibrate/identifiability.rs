@@ -37,9 +37,7 @@ pub fn singular_directions(space: &Space, information: &DMatrix<f64>) -> Vec<Sin
                 .zip(vector.iter())
                 .filter(|(_, component)| component.abs() > NAMED * largest)
                 .filter_map(|(coordinate, component)| match coordinate.target {
-                    Target::Base(id) => {
-                        Some((id, (coordinate.value(*component) / coordinate.value(0.0)).ln()))
-                    }
+                    Target::Base(id) => Some((id, (coordinate.value(*component) / coordinate.value(0.0)).ln())),
                     _ => None,
                 })
                 .collect();

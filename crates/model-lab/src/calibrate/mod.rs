@@ -151,7 +151,8 @@ impl Calibration {
         let before = Comparison::new(data, valve);
         let after = Comparison::new(data, &fit.valve());
         let parameters = parameters(space, &fit, &covariance);
-        let held_out = if options.hold_out { held_out(space, (data, &straight), &fit, &scatter, &before) } else { None };
+        let held_out =
+            if options.hold_out { held_out(space, (data, &straight), &fit, &scatter, &before) } else { None };
         let repeatability = Repeatability::of(data, &scatter);
         let (verdict, reasons) = verdict::judge(&parameters, &lack_of_fit, &after, repeatability.as_ref());
         Self {
@@ -240,7 +241,13 @@ const HOPELESS: f64 = 6.0;
 const SCATTER_SETTLED: f64 = 10.0;
 
 /// Fits from several starts, best first: roughly at first, the best of them to its end.
-fn followed(space: &Space, data: &Dataset, scatter: &Scatter, starts: &[Vec<f64>], options: CalibrateOptions) -> Vec<Fit> {
+fn followed(
+    space: &Space,
+    data: &Dataset,
+    scatter: &Scatter,
+    starts: &[Vec<f64>],
+    options: CalibrateOptions,
+) -> Vec<Fit> {
     let rough = FitOptions { steps: options.rough_steps, tolerance: 5.0, ..FitOptions::default() };
     let mut fits: Vec<Fit> = starts.iter().filter_map(|start| fit(data, scatter, space, start, rough)).collect();
     fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
@@ -255,7 +262,9 @@ fn followed(space: &Space, data: &Dataset, scatter: &Scatter, starts: &[Vec<f64>
 fn starts(space: &Space, data: &Dataset, scatter: &Scatter, options: CalibrateOptions) -> Vec<Vec<f64>> {
     let zero = space.start();
     let spread: Vec<Vec<f64>> = (1..options.candidates)
-        .map(|point| space.clamped(&(0..zero.len()).map(|axis| zero[axis] + spread_point(point, axis)).collect::<Vec<f64>>()))
+        .map(|point| {
+            space.clamped(&(0..zero.len()).map(|axis| zero[axis] + spread_point(point, axis)).collect::<Vec<f64>>())
+        })
         .collect();
     let possible: Vec<(Vec<f64>, Valve)> =
         spread.into_iter().filter_map(|u| space.valve(&u).map(|valve| (u, valve))).collect();

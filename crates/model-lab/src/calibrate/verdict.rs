@@ -2,8 +2,8 @@
 
 use super::CalibratedParameter;
 use super::repeatability::Repeatability;
-use crate::compare::averages::{LongAverage, long_averages};
 use crate::compare::Comparison;
+use crate::compare::averages::{LongAverage, long_averages};
 use crate::data::{Dataset, RunData};
 use crate::fit::Fit;
 use crate::scatter::Scatter;
@@ -99,11 +99,7 @@ pub(super) fn judge(
 ) -> (Verdict, Vec<String>) {
     let mut reasons = Vec::new();
     for parameter in parameters.iter().filter(|parameter| parameter.shift.abs() > FAR_SHIFT) {
-        reasons.push(format!(
-            "{} would have to be {:.1} tolerances off",
-            parameter.id.key(),
-            parameter.shift
-        ));
+        reasons.push(format!("{} would have to be {:.1} tolerances off", parameter.id.key(), parameter.shift));
     }
     let together: f64 = parameters.iter().map(|parameter| parameter.shift.powi(2)).sum();
     let count = parameters.len() as f64;
@@ -128,8 +124,10 @@ pub(super) fn judge(
     }
     let reason = match repeatability {
         Some(_) => "calibration and repeatability explain everything",
-        None => "calibration within the tolerances explains everything; without repeated strokes, \
-                 scatter from stroke to stroke is unknown",
+        None => {
+            "calibration within the tolerances explains everything; without repeated strokes, \
+                 scatter from stroke to stroke is unknown"
+        }
     };
     (Verdict::Explained, vec![reason.to_owned()])
 }

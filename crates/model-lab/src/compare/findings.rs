@@ -46,9 +46,9 @@ impl PhaseError {
 
     /// The trends that stand out.
     pub fn clear_trends(&self) -> impl Iterator<Item = &Trend> {
-        self.trends.iter().filter(|trend| {
-            trend.change.abs() > (2.5 * trend.standard_error).max(0.3 * self.rms_s).max(LEAST_ERROR_S)
-        })
+        self.trends
+            .iter()
+            .filter(|trend| trend.change.abs() > (2.5 * trend.standard_error).max(0.3 * self.rms_s).max(LEAST_ERROR_S))
     }
 }
 
@@ -227,7 +227,8 @@ fn place_in_travel(runs: &[RunComparison], direction: Direction, stroke_m: f64) 
     let mut steps = [0.0_f64; 8];
     for stroke in runs.iter().flat_map(|run| &run.strokes).filter(|stroke| stroke.window.direction == direction) {
         for (step, sum) in steps.iter_mut().enumerate() {
-            if let (Some(before), Some(after)) = (stroke.levels[step + 2].error_s(), stroke.levels[step + 3].error_s()) {
+            if let (Some(before), Some(after)) = (stroke.levels[step + 2].error_s(), stroke.levels[step + 3].error_s())
+            {
                 *sum += (after - before).powi(2);
             }
         }

@@ -79,8 +79,7 @@ impl Comparison {
 
 /// What a recorder would have written down of every run of a dataset.
 pub fn simulated_records(data: &Dataset, valve: &Valve) -> Vec<Predicted> {
-    let prepared: Vec<Prepared> =
-        data.runs.iter().map(|run| Prepared::new(valve, &run.run, DEFAULT_STEP_S)).collect();
+    let prepared: Vec<Prepared> = data.runs.iter().map(|run| Prepared::new(valve, &run.run, DEFAULT_STEP_S)).collect();
     let pressures = data.runs.iter().any(|run| run.channels.len() > 1);
     let mut records = vec![Predicted::default(); data.runs.len()];
     simulate(&prepared, pressures, |index, nodes, _| {

@@ -4,9 +4,7 @@ use valve_model::{Conditions, Valve};
 
 use super::averages::{LongAverage, long_averages, neighbour_correlation};
 use super::crossing::Smoothed;
-use super::phases::{
-    Direction, LevelTimes, Phase, StrokeWindow, boundaries, level_times, phase_at, phase_time_error,
-};
+use super::phases::{Direction, LevelTimes, Phase, StrokeWindow, boundaries, level_times, phase_at, phase_time_error};
 use super::score::{Score, Squares};
 use crate::data::{Channel, RunData};
 use crate::forward::Predicted;

@@ -67,8 +67,7 @@ pub struct Trend {
 pub fn trends(errors: &[(Conditions, f64, f64)]) -> Vec<Trend> {
     let range = |condition: Condition| {
         let values = errors.iter().map(|(conditions, _, _)| condition.of(conditions));
-        let (low, high) =
-            values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
+        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
         (low, high - low)
     };
     let varying: Vec<Condition> = Condition::ALL

@@ -73,7 +73,13 @@ const BINS: usize = 25;
 
 /// The profile of one direction along an axis. `shifted` are the windows of a valve with one parameter
 /// moved by its tolerance each, window by window.
-pub fn profile(windows: &[Missing], shifted: &[Vec<Missing>], axis: Axis, direction: Direction, stroke_m: f64) -> Profile {
+pub fn profile(
+    windows: &[Missing],
+    shifted: &[Vec<Missing>],
+    axis: Axis,
+    direction: Direction,
+    stroke_m: f64,
+) -> Profile {
     let chosen: Vec<usize> = (0..windows.len()).filter(|index| windows[*index].direction == direction).collect();
     let places = || chosen.iter().map(|index| axis.of(&windows[*index]));
     let (low, high) = match axis {
@@ -120,11 +126,10 @@ fn bin_of(windows: &[Missing], shifted: &[Vec<Missing>], axis: Axis, inside: &[u
     } else {
         0.0
     };
-    let mean_of = |value: &dyn Fn(usize) -> f64| inside.iter().map(|index| value(*index)).sum::<f64>() / inside.len() as f64;
-    let tolerance: f64 = shifted
-        .iter()
-        .map(|moved| mean_of(&|index| moved[index].force_n - windows[index].force_n).powi(2))
-        .sum();
+    let mean_of =
+        |value: &dyn Fn(usize) -> f64| inside.iter().map(|index| value(*index)).sum::<f64>() / inside.len() as f64;
+    let tolerance: f64 =
+        shifted.iter().map(|moved| mean_of(&|index| moved[index].force_n - windows[index].force_n).powi(2)).sum();
     let flows: Vec<f64> = inside.iter().filter_map(|index| windows[*index].flow_kg_per_s).collect();
     Some(Bin {
         at: mean_of(&|index| axis.of(&windows[index])),

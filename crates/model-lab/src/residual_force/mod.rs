@@ -80,8 +80,7 @@ impl ResidualForce {
             .into_iter()
             .flat_map(|axis| Direction::ALL.map(|direction| bins::profile(first, shifted, axis, direction, stroke_m)))
             .collect();
-        let pressure_is_measured =
-            data.runs.iter().all(|run| along::measured(run, Channel::ChamberPressure).is_some());
+        let pressure_is_measured = data.runs.iter().all(|run| along::measured(run, Channel::ChamberPressure).is_some());
         Some(Self {
             signature: usual_signature(data, valve, first, pressure_is_measured),
             windows: first.clone(),
@@ -154,7 +153,8 @@ fn of_run(run: &RunData, (smoothed, spans): &(Smoothed, Vec<Span>), valve: &Valv
 fn mechanics(run: &RunData, valve: &Valve, noise_m: f64) -> Mechanics {
     let c = Equations::new(valve, &run.run.conditions).coefficients;
     let measured = |channel| along::measured(run, channel).is_some();
-    let noise = run.channels.iter().find(|data| data.channel == Channel::ChamberPressure).map_or(0.0, |data| data.noise);
+    let noise =
+        run.channels.iter().find(|data| data.channel == Channel::ChamberPressure).map_or(0.0, |data| data.noise);
     Mechanics {
         mass_kg: valve.parameters().moving_mass_kg,
         viscous: c.viscous,
