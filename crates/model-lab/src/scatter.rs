@@ -258,6 +258,15 @@ impl Scatter {
             .collect()
     }
 
+    /// Whether another estimate differs enough to matter.
+    pub fn differs_from(&self, other: &Self) -> bool {
+        self.sizes()
+            .iter()
+            .zip(other.sizes())
+            .zip(SOURCES)
+            .any(|((a, b), (_, size))| (a - b).abs() > 0.3 * b.max(0.3 * size))
+    }
+
     /// One standard deviation of each source, in the units of [`SOURCES`] times their size (s, or a share).
     pub fn sizes(&self) -> [f64; SOURCES.len()] {
         core::array::from_fn(|source| self.variances[source].sqrt() * SOURCES[source].1)

@@ -172,7 +172,8 @@ impl Space {
                 lower: (parameter.lower - parameter.value) / scale,
                 upper: (parameter.upper - parameter.value) / scale,
                 start: 0.0,
-                prior: None,
+                // Wide beside the range; only keeps a parameter that the data do not feel in place.
+                prior: Some((0.0, 10.0)),
                 step: 0.02,
             });
         }

@@ -1,13 +1,24 @@
-//! Which physical effect is missing.
+//! Which physical effect is missing, how large it is, how sure that is, and what would decide.
 
 pub mod candidate;
+pub mod experiment;
 pub mod held_out;
 pub mod lack;
+pub mod outside;
+pub mod report;
 pub mod search;
+pub mod twins;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use valve_model::EffectKind;
+
+use crate::data::Dataset;
+use crate::fit::{Fit, FitOptions, fit};
+use crate::scatter::Scatter;
+use crate::space::Space;
+
+pub use report::{Explanation, Verdict};
 
 /// What a search tells while it runs.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,11 +60,60 @@ pub struct Watch<'a> {
 }
 
 impl Watch<'_> {
-    fn tell(&self, progress: Progress) {
+    pub(crate) fn tell(&self, progress: Progress) {
         (self.report)(progress);
     }
 
-    fn is_stopped(&self) -> bool {
+    pub(crate) fn is_stopped(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
     }
+}
+
+/// The model calibrated within its tolerances, and the scatter of strokes that the repeats show.
+#[derive(Debug, Clone)]
+pub struct Calibrated {
+    /// The residuals of the datasheet's values, in units of the noise.
+    pub datasheet_rms: f64,
+    /// The calibrated model.
+    pub fit: Fit,
+    /// The scatter from stroke to stroke.
+    pub scatter: Scatter,
+}
+
+/// Calibrates a space on a dataset: several starts, scatter estimated where strokes are repeated.
+pub fn calibrated(data: &Dataset, space: &Space) -> Option<Calibrated> {
+    let none = Scatter::none();
+    let start = space.start();
+    let shifted = |by: f64| -> Vec<f64> { start.iter().map(|u| u + by).collect() };
+    let quick = FitOptions { steps: 6, tolerance: 0.5, stall: 0.0 };
+    let datasheet = fit(data, &none, space, &start, FitOptions { steps: 0, ..FitOptions::default() })?;
+    let best = [start.clone(), shifted(0.7), shifted(-0.7)]
+        .iter()
+        .filter_map(|start| fit(data, &none, space, start, quick))
+        .min_by(|a, b| a.cost.total_cmp(&b.cost))?;
+    let mut best = fit(data, &none, space, &best.u, FitOptions::default())?;
+    let scatter = Scatter::estimate(data, &best.valve());
+    if scatter.is_known {
+        best = fit(data, &scatter, space, &best.u, FitOptions::default())?;
+    }
+    Some(Calibrated { datasheet_rms: datasheet.normalised_rms(&scatter), fit: best, scatter })
+}
+
+/// Explains what a model lacks on a dataset; nothing if not even the valve file's own values can be
+/// simulated.
+pub fn explain(data: &Dataset, space: &Space, watch: &Watch<'_>) -> Option<Explanation> {
+    let Calibrated { datasheet_rms, fit: base, mut scatter } = calibrated(data, space)?;
+    watch.tell(Progress::Calibrated { normalised_rms: base.normalised_rms(&scatter) });
+    let mut found = search::search(data, &scatter, base.clone(), watch);
+    // Scatter seen through a model that does not fit is seen wrongly: look again with the one that does.
+    if scatter.is_known && found.steps.len() > 1 && !watch.is_stopped() {
+        let better = Scatter::estimate(data, &found.steps[found.steps.len() - 1].fit.valve());
+        if better.differs_from(&scatter) {
+            watch.tell(Progress::Doing("looking again with the scatter of strokes seen by the better model"));
+            scatter = better;
+            let base = fit(data, &scatter, space, &base.u, FitOptions::default()).unwrap_or(base);
+            found = search::search(data, &scatter, base, watch);
+        }
+    }
+    Some(report::assemble(data, &scatter, datasheet_rms, &found, watch))
 }

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 use valve_model::EffectKind;
+use valve_model::effects::ActsOn;
 
 use super::candidate::{Effort, add_effect};
 use super::lack::lack_of_fit;
@@ -24,11 +25,26 @@ const PENALTY: f64 = 6.0;
 /// Lack of fit, in standard deviations of noise, below which nothing more is looked for.
 pub const FITS: f64 = 5.0;
 
+/// The same where strokes scatter: what the scatter's few directions leave is not quite noise.
+const FITS_SCATTERED: f64 = 12.0;
+
+/// Lack of fit below which nothing more is looked for.
+pub fn fits(scatter: &Scatter) -> f64 {
+    if scatter.is_known { FITS_SCATTERED } else { FITS }
+}
+
 /// Most effects that are ever combined.
 const DEEPEST: usize = 3;
 
-/// How many fits of one depth are carried on to the next.
-const BEAM: usize = 3;
+/// How many fits of one depth are carried on to the next, by depth.
+const BEAM: [usize; DEEPEST] = [2, 1, 1];
+
+/// The least size of an effect that is of any use, in typical sizes.
+const LEAST_SIZE: f64 = 0.01;
+
+/// The same for effects that only shift a stroke in time: half a millisecond or so, below which the
+/// model's own accuracy ends.
+const LEAST_DELAY: f64 = 0.035;
 
 /// A set of effects and the fit with them.
 #[derive(Debug, Clone)]
@@ -44,6 +60,17 @@ impl Model {
     pub fn score(&self) -> f64 {
         self.fit.cost + penalty(&self.fit)
     }
+}
+
+/// Whether every effect of a model is large enough to be of use.
+fn is_practical(model: &Model) -> bool {
+    model.kinds.iter().all(|kind| {
+        let timing = matches!(kind.info().acts_on, ActsOn::Solenoid | ActsOn::Measurement);
+        let coordinates = model.fit.space.effect_coordinates(*kind);
+        let sizes = if *kind == EffectKind::SolenoidLag { &coordinates[..] } else { &coordinates[..1] };
+        let size = sizes.iter().map(|index| model.fit.u[*index].abs()).fold(0.0, f64::max);
+        *kind == EffectKind::OrificeLaw || size > if timing { LEAST_DELAY } else { LEAST_SIZE }
+    })
 }
 
 /// The penalty for the parameters of the effects in a fit.
@@ -88,7 +115,7 @@ pub fn search(data: &Dataset, scatter: &Scatter, base: Fit, watch: &Watch<'_>) -
     let mut alternatives = Vec::new();
     let mut beam = vec![base];
     let mut interrupted = false;
-    for depth in 0..DEEPEST {
+    for (depth, carried) in BEAM.into_iter().enumerate() {
         let effort = if depth == 0 { Effort::THOROUGH } else { Effort::QUICK };
         let jobs: Vec<(usize, EffectKind)> = (0..beam.len())
             .flat_map(|model| kinds.iter().map(move |kind| (model, *kind)))
@@ -114,7 +141,7 @@ pub fn search(data: &Dataset, scatter: &Scatter, base: Fit, watch: &Watch<'_>) -
             singles.clone_from(&tried);
         }
         let current = &steps[steps.len() - 1];
-        let Some(mut best) = tried.first().cloned() else { break };
+        let Some(mut best) = tried.iter().find(|model| is_practical(model)).cloned() else { break };
         let gain = current.score() - best.score();
         if gain < if depth == 0 { ACCEPT } else { ACCEPT_FURTHER } {
             alternatives.clone_from(&tried);
@@ -128,10 +155,10 @@ pub fn search(data: &Dataset, scatter: &Scatter, base: Fit, watch: &Watch<'_>) -
         alternatives.clone_from(&tried);
         steps.retain(|step| step.kinds.len() < best.kinds.len());
         steps.push(best.clone());
-        if interrupted || lack < FITS && !hints_at_more(data, scatter, &best, &kinds) {
+        if interrupted || lack < fits(scatter) && !hints_at_more(data, scatter, &best, &kinds) {
             break;
         }
-        let width = if lack < FITS { 1 } else { BEAM };
+        let width = if lack < fits(scatter) { 1 } else { carried };
         beam = std::iter::once(best.clone())
             .chain(tried.into_iter().filter(|model| model.kinds != best.kinds))
             .take(width)

@@ -1,5 +1,5 @@
-//! A small formula language: numbers, names, + - * / ^, parentheses and the
-//! usual functions, with the precedence of mathematics (-2^2 is -4, 2^3^2 is
+//! A small formula language: numbers, names, + - * / ^, parentheses, the usual
+//! functions and table(z, from, to, k0, k1, ...) for straight lines between knots, with the precedence of mathematics (-2^2 is -4, 2^3^2 is
 //! 2^(3^2)) and numbers such as 1e-3.
 //!
 //! A formula is parsed once into a postfix program that runs on any [`Real`].
@@ -66,6 +66,8 @@ enum Op {
     Divide,
     Power,
     Call(Function),
+    /// Straight lines between this many knots.
+    Table(usize),
 }
 
 /// A formula that was refused, and where.
@@ -94,7 +96,9 @@ impl Formula {
     pub fn parse(source: &str, parameters: &[&str]) -> Result<Self, FormulaError> {
         let mut parser = Parser { source, rest: 0, parameters, program: Vec::new(), depth: 0 };
         for (index, name) in parameters.iter().enumerate() {
-            let clash = VARIABLE_NAMES.contains(name) || FUNCTIONS.iter().any(|(function, _)| function == name);
+            let clash = *name == "table"
+                || VARIABLE_NAMES.contains(name)
+                || FUNCTIONS.iter().any(|(function, _)| function == name);
             if clash || parameters[..index].contains(name) {
                 return Err(parser.error(0, format!("a parameter named {name}"), "a name that is not yet taken"));
             }
@@ -125,6 +129,10 @@ impl Formula {
                 Op::Parameter(index) => push(&mut stack, &mut top, parameters[index]),
                 Op::Negate => stack[top - 1] = -stack[top - 1],
                 Op::Call(function) if function.arity() == 1 => stack[top - 1] = call(function, stack[top - 1]),
+                Op::Table(knots) => {
+                    top -= knots + 2;
+                    stack[top - 1] = look_up(&stack[top - 1..top + knots + 2]);
+                }
                 _ => {
                     top -= 1;
                     stack[top - 1] = combine(*op, stack[top - 1], stack[top]);
@@ -133,6 +141,22 @@ impl Formula {
         }
         stack[0]
     }
+}
+
+/// The value of table(z, from, to, k0, k1, ...): even knots from `from` to `to`, held beyond them.
+fn look_up<R: Real>(arguments: &[R]) -> R {
+    let knots = &arguments[3..];
+    let last = knots.len() - 1;
+    let mut result = R::splat(0.0);
+    for lane in 0..R::LANES {
+        let (z, from, to) = (arguments[0].lane(lane), arguments[1].lane(lane), arguments[2].lane(lane));
+        let at = ((z - from) / (to - from)).clamp(0.0, 1.0) * last as f64;
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 0 and the last knot")]
+        let left = (at as usize).min(last - 1);
+        let (k0, k1) = (knots[left].lane(lane), knots[left + 1].lane(lane));
+        result.set_lane(lane, k0 + (at - left as f64) * (k1 - k0));
+    }
+    result
 }
 
 fn push<R: Real>(stack: &mut [R; MAX_DEPTH], top: &mut usize, value: R) {
@@ -271,6 +295,9 @@ impl Parser<'_> {
         if let Some(index) = VARIABLE_NAMES.iter().position(|variable| *variable == name) {
             return self.emit(Op::Variable(index));
         }
+        if name == "table" {
+            return self.table();
+        }
         if let Some((_, function)) = FUNCTIONS.iter().find(|(known, _)| *known == name) {
             self.expect('(')?;
             self.rest -= 1;
@@ -284,6 +311,21 @@ impl Parser<'_> {
         }
         let known: Vec<&str> = VARIABLE_NAMES.iter().chain(self.parameters).copied().collect();
         Err(self.error(start, format!("\"{name}\""), &format!("a function or one of {}", known.join(", "))))
+    }
+
+    /// table := "table" "(" sum "," sum "," sum "," sum ("," sum)+ ")"
+    fn table(&mut self) -> Result<(), FormulaError> {
+        self.expect('(')?;
+        self.rest -= 1;
+        self.nested(Self::sum)?;
+        let mut arguments = 1;
+        while self.peek() == Some(',') || arguments < 5 {
+            self.expect(',')?;
+            self.sum()?;
+            arguments += 1;
+        }
+        self.expect(')')?;
+        self.emit(Op::Table(arguments - 3))
     }
 
     /// Steps over one character, then parses one level deeper.
@@ -306,6 +348,7 @@ impl Parser<'_> {
                 Op::Number(_) | Op::Variable(_) | Op::Parameter(_) => height + 1,
                 Op::Negate => height,
                 Op::Call(function) => height + 1 - function.arity(),
+                Op::Table(knots) => height - knots - 2,
                 _ => height - 1,
             };
             if height > MAX_DEPTH {
@@ -375,6 +418,9 @@ mod tests {
             ("sign(v) * abs(v) + sqrt(4)", 1.75),
             ("p_s - p_p - p_atm", 0.0),
             ("1/2", 0.5),
+            ("table(x, 0, 1, 10, 20, 40)", 20.0),
+            ("1 + table(0.75, 0, 1, 10, 20, 40) * 2", 61.0),
+            ("table(v, 0, 1, a, b)", 3.0),
         ] {
             assert!((value(formula) - expected).abs() < 1e-12, "{formula} gave {}", value(formula));
         }
@@ -382,9 +428,17 @@ mod tests {
 
     #[test]
     fn a_wrong_formula_is_refused_with_the_position() {
-        for (formula, position) in
-            [("2 +", 4), ("(x", 3), ("2 * y", 5), ("3 3", 3), ("1e", 1), ("max(x)", 6), ("", 1), ("x $ 2", 3)]
-        {
+        for (formula, position) in [
+            ("2 +", 4),
+            ("(x", 3),
+            ("2 * y", 5),
+            ("3 3", 3),
+            ("1e", 1),
+            ("max(x)", 6),
+            ("", 1),
+            ("x $ 2", 3),
+            ("table(x, 0, 1, 2)", 17),
+        ] {
             let error = Formula::parse(formula, &[]).unwrap_err();
             assert_eq!(error.position, position, "{formula}: {error}");
         }
