@@ -1,6 +1,7 @@
 //! The command line: one definition for the parser, `--help`, the man page and
 //! the completions.
 
+mod measurement;
 mod model;
 mod prognosis;
 mod quantities;
@@ -9,6 +10,7 @@ use std::path::PathBuf;
 
 use clap::{Parser, Subcommand, ValueEnum};
 
+pub use measurement::{CalibrateArgs, CompareArgs};
 pub use model::{EffectsArgs, ReportArgs, RevertArgs, SimulateArgs};
 pub use prognosis::{
     BuildTablesArgs, DemoArgs, EvaluateArgs, GrowthName, MethodName, PrognoseArgs, StartName, StreamFormat,
@@ -46,6 +48,10 @@ pub enum Verb {
     Evaluate(EvaluateArgs),
     /// Show the whole chain on data that the program carries: nothing to set up
     Demo(DemoArgs),
+    /// Compare a model with recorded strokes: how large the error is and where it sits
+    Compare(CompareArgs),
+    /// Fit the parameters that have a tolerance to recorded strokes
+    Calibrate(CalibrateArgs),
     /// List the physical effects that can be added to a valve file, or explain one
     Effects(EffectsArgs),
     /// Write all that is known of a valve into one HTML page

@@ -1,6 +1,11 @@
 //! One file a verb: read, call the crates, print.
 
 mod build_tables;
+mod calibrate;
+mod campaign_input;
+mod compare;
+mod compare_figures;
+mod compare_json;
 mod demo;
 mod effects;
 mod evaluate;
@@ -23,6 +28,8 @@ pub fn run(verb: &Verb) -> anyhow::Result<Answer> {
         Verb::Prognose(args) => prognose::run(args),
         Verb::Evaluate(args) => evaluate::run(args),
         Verb::Demo(args) => demo::run(args),
+        Verb::Compare(args) => compare::run(args),
+        Verb::Calibrate(args) => calibrate::run(args),
         Verb::Effects(args) => effects::run(args),
         Verb::Report(args) => report::run(args),
         Verb::Revert(args) => revert::run(args),

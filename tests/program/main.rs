@@ -1,7 +1,10 @@
 //! The program from outside: what it prints, the whole chain, the documents.
 
 mod architecture;
+mod calibrate;
+mod campaign;
 mod chain;
 mod cli;
+mod compare;
 mod docs;
 mod support;

@@ -3,10 +3,13 @@
 //! Everything here is judged by the forward simulation: a [`Space`] says which parameters may move,
 //! a [`Dataset`] holds what was recorded in units of its noise, [`fit()`] brings both together.
 
+pub mod calibrate;
+pub mod compare;
 pub mod data;
 pub mod explain;
 pub mod fit;
 pub mod forward;
+pub mod residual_force;
 pub mod scatter;
 pub mod space;
 

@@ -267,6 +267,25 @@ impl Scatter {
             .any(|((a, b), (_, size))| (a - b).abs() > 0.3 * b.max(0.3 * size))
     }
 
+    /// How far each source was off in each stroke, most likely, in the units of [`SOURCES`] times their
+    /// size (s, or a share); empty where there is no scatter.
+    pub fn strokes(&self, residual: &[f64]) -> Vec<[f64; SOURCES.len()]> {
+        let active: Vec<usize> = (0..SOURCES.len()).filter(|source| self.variances[*source] > 0.0).collect();
+        self.units
+            .iter()
+            .map(|unit| {
+                let mut off = [0.0; SOURCES.len()];
+                if let Some(amount) = unit.project(residual).and_then(|p| unit.weigh(&p)) {
+                    // A residual is data minus model: the data are off the other way.
+                    for (value, source) in amount.iter().zip(&active) {
+                        off[*source] = -value * SOURCES[*source].1;
+                    }
+                }
+                off
+            })
+            .collect()
+    }
+
     /// One standard deviation of each source, in the units of [`SOURCES`] times their size (s, or a share).
     pub fn sizes(&self) -> [f64; SOURCES.len()] {
         core::array::from_fn(|source| self.variances[source].sqrt() * SOURCES[source].1)

@@ -1,0 +1,64 @@
+//! How well a calibration predicts conditions that it has not seen.
+
+use valve_model::Conditions;
+
+use crate::compare::Comparison;
+use crate::data::Dataset;
+use crate::fit::{Fit, FitOptions, fit};
+use crate::scatter::Scatter;
+use crate::space::Space;
+
+/// Parts into which the conditions are dealt at most.
+const PARTS: usize = 3;
+
+/// The error on runs that a fit has not seen; whole conditions are left out in turn.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HeldOut {
+    /// Normalised error of the model before, on all runs.
+    pub before: f64,
+    /// Normalised error of fits to the other conditions, on the runs left out.
+    pub after: f64,
+    /// How many parts were left out in turn.
+    pub parts: usize,
+}
+
+/// Leaves out the conditions of a dataset in turn and fits the rest, beginning at `best`; nothing with
+/// fewer than two conditions, or where a fit fails.
+///
+/// `straight` are the data with the scatter of single strokes made linear, to be fitted; the error is
+/// that on the data themselves.
+pub fn held_out(
+    space: &Space,
+    (data, straight): (&Dataset, &Dataset),
+    best: &Fit,
+    scatter: &Scatter,
+    before: &Comparison,
+) -> Option<HeldOut> {
+    let mut distinct: Vec<Conditions> = Vec::new();
+    for unit in 0..data.unit_count() {
+        let conditions = *data.unit_conditions(unit);
+        if !distinct.contains(&conditions) {
+            distinct.push(conditions);
+        }
+    }
+    let parts = PARTS.min(distinct.len());
+    if parts < 2 {
+        return None;
+    }
+    let part_of = |unit: usize| {
+        let conditions = data.unit_conditions(unit);
+        distinct.iter().position(|other| other == conditions).map_or(0, |index| index % parts)
+    };
+    let (mut sum, mut readings) = (0.0, 0.0);
+    for part in 0..parts {
+        let kept = straight.only(|unit| part_of(unit) != part);
+        let left_out = data.only(|unit| part_of(unit) == part);
+        let scatter = scatter.for_data(&kept, &best.valve());
+        let fitted =
+            fit(&kept, &scatter, space, &best.u, FitOptions { steps: 12, tolerance: 0.5, ..FitOptions::default() })?;
+        let score = Comparison::new(&left_out, &fitted.valve()).overall;
+        sum += score.normalised_rms.powi(2) * score.readings;
+        readings += score.readings;
+    }
+    Some(HeldOut { before: before.overall.normalised_rms, after: (sum / readings).sqrt(), parts })
+}

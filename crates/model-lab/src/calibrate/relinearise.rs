@@ -1,0 +1,62 @@
+//! Scatter between strokes beyond first order.
+//!
+//! A stroke that comes a few milliseconds late meets its stop a few milliseconds late: the corner of
+//! its trace moves, which a direction that is taken at the mean stroke does not show. So each stroke is
+//! simulated once with its own most likely scatter; what it leaves there, and the direction from there
+//! back to no scatter, take the place of its residual. The scatter is then linear again.
+
+use valve_model::Valve;
+
+use crate::data::Dataset;
+use crate::forward::residuals;
+use crate::scatter::{SOURCES, Scatter, Source};
+
+/// The dataset with the scatter of single strokes made linear about what it most likely is. `data` are
+/// the data as recorded, `straight` those of the last time (or the same). Stroke times stay as they are.
+pub fn relinearised(data: &Dataset, straight: &Dataset, scatter: &Scatter, valve: &Valve) -> Dataset {
+    let own = core::slice::from_ref(valve);
+    let now = residuals(straight, own).remove(0);
+    let plain = residuals(data, own).remove(0);
+    let clean = scatter.without_scatter(&now);
+    let strokes = scatter.strokes(&now);
+    let mut result = straight.clone();
+    let mut start = 0;
+    for (index, run) in data.runs.iter().enumerate() {
+        let end = start + run.block_count();
+        let Some((shifted, scattered)) = strokes.get(index).and_then(|off| stroke(data, index, valve, off)) else {
+            start = end;
+            continue;
+        };
+        let left = residuals(&shifted, core::slice::from_ref(&scattered)).remove(0);
+        let blocks = result.runs[index].channels.iter_mut().flat_map(|channel| &mut channel.blocks);
+        let recorded = run.channels.iter().flat_map(|channel| &channel.blocks);
+        for (offset, (block, recorded)) in blocks.zip(recorded).enumerate() {
+            let at = start + offset;
+            let linear = left[offset] + now[at] - clean[at] - plain[at];
+            block.mean = recorded.mean + linear / recorded.inverse_sigma;
+        }
+        start = end;
+    }
+    result
+}
+
+/// A run alone with the scatter of its stroke in its commands and supply, and the valve with the rest.
+fn stroke(data: &Dataset, index: usize, valve: &Valve, off: &[f64; SOURCES.len()]) -> Option<(Dataset, Valve)> {
+    let mut alone = data.only(|unit| unit == index);
+    let run = &mut alone.runs[0].run;
+    let mut parameters = valve.parameters().clone();
+    for ((source, _), amount) in SOURCES.iter().zip(off) {
+        match source {
+            Source::CloseDelay | Source::OpenDelay => {
+                let close = *source == Source::CloseDelay;
+                for edge in run.commands.iter_mut().filter(|edge| edge.close == close) {
+                    edge.time_s += amount;
+                }
+            }
+            Source::Parameter(id) => parameters.set(*id, parameters.get(*id) * (1.0 + amount)),
+            Source::Supply => run.conditions.supply_pressure_pa *= 1.0 + amount,
+        }
+    }
+    let valve = Valve::new(parameters, valve.switches(), valve.effects().to_vec(), valve.custom().to_vec()).ok()?;
+    Some((alone, valve))
+}

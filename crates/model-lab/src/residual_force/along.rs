@@ -1,0 +1,200 @@
+//! The model along a prescribed motion: pressures and forces where the piston really was.
+
+use valve_model::coefficients::Equations;
+use valve_model::command::{Segment, Solenoid, segments};
+use valve_model::orifice::Blend;
+use valve_model::rhs::{Inputs, State, System};
+use valve_model::{Prepared, Valve};
+
+use crate::compare::crossing::Smoothed;
+use crate::data::{Channel, RunData};
+
+/// Longest step along the motion, s.
+const STEP_S: f64 = 1e-3;
+
+/// Pressure step with which the effective mass is found, Pa.
+const PROBE_PA: f64 = 1e3;
+
+/// What the model says along a recorded motion, at rising times.
+#[derive(Debug, Clone, Default)]
+pub struct Along {
+    /// Time, s.
+    pub time_s: Vec<f64>,
+    /// Chamber pressure, Pa: measured where it was, else simulated.
+    pub chamber_pressure_pa: Vec<f64>,
+    /// Force of the model but inertia and viscous friction, N, + opens.
+    pub force_n: Vec<f64>,
+    /// Gas in pipe and chamber together, kg.
+    pub gas_kg: Vec<f64>,
+    /// What the model lets flow into both together, kg/s.
+    pub inflow_kg_per_s: Vec<f64>,
+}
+
+/// Whether pressures along a run were measured.
+pub fn measured(run: &RunData, channel: Channel) -> Option<(Vec<f64>, Vec<f64>)> {
+    let drives = run.run.driven.as_ref().and_then(|driven| {
+        let values = match channel {
+            Channel::ChamberPressure => driven.chamber_pressure_pa.as_ref(),
+            Channel::PipePressure => driven.pipe_pressure_pa.as_ref(),
+            Channel::Position => None,
+        };
+        values.map(|values| (driven.time_s.clone(), values.clone()))
+    });
+    drives.or_else(|| {
+        let samples = &run.channels.iter().find(|data| data.channel == channel)?.samples;
+        let valid: Vec<usize> = (0..samples.len()).filter(|index| samples[*index].is_finite()).collect();
+        let times = valid.iter().map(|index| run.times_s[*index]).collect();
+        Some((times, valid.iter().map(|index| samples[*index]).collect()))
+    })
+}
+
+/// A value between samples at rising times, held beyond the ends.
+pub fn between(times: &[f64], values: &[f64], time_s: f64) -> f64 {
+    let right = times.partition_point(|time| *time <= time_s);
+    match (right.checked_sub(1), right < times.len()) {
+        (None, true) => values[0],
+        (Some(left), true) => {
+            let share = (time_s - times[left]) / (times[right] - times[left]);
+            values[left] + share * (values[right] - values[left])
+        }
+        (Some(left), false) => values[left],
+        (None, false) => 0.0,
+    }
+}
+
+/// The motion that is prescribed.
+struct Motion<'a> {
+    smoothed: &'a Smoothed,
+}
+
+impl Motion<'_> {
+    /// Position and velocity at a time; `left` remembers where the last call was.
+    fn at(&self, time_s: f64, left: &mut usize) -> (f64, f64) {
+        let (times, x) = (&self.smoothed.time_s, &self.smoothed.position_m);
+        let last = times.len() - 1;
+        while *left + 1 < last && times[*left + 1] <= time_s {
+            *left += 1;
+        }
+        if time_s <= times[0] || last == 0 || time_s >= times[last] {
+            return (if time_s <= times[0] { x[0] } else { x[last] }, 0.0);
+        }
+        let slope = (x[*left + 1] - x[*left]) / (times[*left + 1] - times[*left]);
+        let (from, to) = (left.saturating_sub(4), (*left + 5).min(last));
+        let velocity = (x[to] - x[from]) / (times[to] - times[from]);
+        (x[*left] + slope * (time_s - times[*left]), velocity)
+    }
+}
+
+/// Follows the pneumatics of a valve along the smoothed motion of a run. Nothing where the run has no
+/// motion to follow.
+pub fn follow(valve: &Valve, run: &RunData, smoothed: &Smoothed) -> Option<Along> {
+    if smoothed.time_s.len() < 10 {
+        return None;
+    }
+    let mut equations = Equations::new(valve, &run.run.conditions);
+    let pipe = measured(run, Channel::PipePressure);
+    let chamber = measured(run, Channel::ChamberPressure);
+    equations.terms.driven_pipe = pipe.is_some();
+    equations.terms.driven_chamber = chamber.is_some();
+    let pace = equations.pace(STEP_S);
+    let mut coefficients = equations.coefficients;
+    coefficients.port_blend = Blend::new(pace.port_blend);
+    coefficients.blend = Blend::new(pace.blend);
+    let system = System::new(coefficients, equations.terms, &equations.custom, equations.custom_values());
+    let follower = Follower { system, motion: Motion { smoothed }, pipe, chamber };
+    let mut state = *Prepared::new(valve, &run.run, STEP_S).initial();
+    let mut along = Along::default();
+    let mut left = 0;
+    for segment in segments(&run.run.commands, &Solenoid::from_effects(valve.effects()), run.run.end_s) {
+        let length = segment.end_s - segment.start_s;
+        let steps = (length / pace.step_s.min(STEP_S)).ceil().max(1.0);
+        let h = length / steps;
+        // A count of steps of a record; far below what a u32 holds.
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count of steps")]
+        let count = steps as u32;
+        for step in 0..count {
+            let time_s = segment.start_s + f64::from(step) * h;
+            follower.note(&state, &segment, time_s, &mut left, &mut along);
+            state = follower.step(&state, &segment, time_s, h, &mut left);
+        }
+    }
+    Some(along)
+}
+
+struct Follower<'a> {
+    system: System<'a, f64>,
+    motion: Motion<'a>,
+    pipe: Option<(Vec<f64>, Vec<f64>)>,
+    chamber: Option<(Vec<f64>, Vec<f64>)>,
+}
+
+impl Follower<'_> {
+    fn inputs(&self, segment: &Segment, time_s: f64) -> Inputs<f64> {
+        let value = |channel: &Option<(Vec<f64>, Vec<f64>)>| {
+            channel.as_ref().map_or(0.0, |(times, values)| between(times, values, time_s))
+        };
+        Inputs {
+            spool: segment.spool + segment.spool_rate * (time_s - segment.start_s),
+            since_command: time_s - segment.last_command_s,
+            pipe_pressure: value(&self.pipe),
+            chamber_pressure: value(&self.chamber),
+        }
+    }
+
+    fn placed(&self, state: &State<f64>, time_s: f64, left: &mut usize) -> State<f64> {
+        let (x, v) = self.motion.at(time_s, left);
+        State { x, v, ..*state }
+    }
+
+    /// One step of Heun's method for all states but the motion, which is prescribed.
+    fn step(&self, state: &State<f64>, segment: &Segment, time_s: f64, h: f64, left: &mut usize) -> State<f64> {
+        let first = self.system.rates::<false>(&self.placed(state, time_s, left), &self.inputs(segment, time_s));
+        let guess = self.placed(&moved(state, &first, h), time_s + h, &mut left.clone());
+        let second = self.system.rates::<false>(&guess, &self.inputs(segment, time_s + h));
+        moved(&moved(state, &first, 0.5 * h), &second, 0.5 * h)
+    }
+
+    fn note(&self, state: &State<f64>, segment: &Segment, time_s: f64, left: &mut usize, along: &mut Along) {
+        let c = &self.system.coefficients;
+        let here = self.placed(state, time_s, left);
+        let inputs = self.inputs(segment, time_s);
+        let rates = self.system.rates::<false>(&here, &inputs);
+        let (chamber, pipe) = self.system.pressures::<false>(&here, &inputs);
+        let inverse_mass = if self.system.terms.forces {
+            self.effective_inverse_mass(&here, &inputs, chamber)
+        } else {
+            c.inverse_mass
+        };
+        along.time_s.push(time_s);
+        along.chamber_pressure_pa.push(chamber);
+        along.force_n.push(rates.v / inverse_mass + c.viscous * here.v);
+        let volume = c.closed_volume - c.piston_area * here.x;
+        along.gas_kg.push(chamber * volume / c.zrt + pipe / c.pipe_gain);
+        along.inflow_kg_per_s.push(rates.pipe_mass + rates.chamber_mass);
+    }
+
+    /// Acceleration per force; a cushion makes the piston seem heavier to the model.
+    fn effective_inverse_mass(&self, state: &State<f64>, inputs: &Inputs<f64>, chamber: f64) -> f64 {
+        let mut terms = self.system.terms;
+        terms.driven_chamber = true;
+        let parameters = self.system.custom_parameters.clone();
+        let probe = System::new(self.system.coefficients, terms, self.system.custom, parameters);
+        let at = |pressure: f64| probe.rates::<false>(state, &Inputs { chamber_pressure: pressure, ..*inputs }).v;
+        let difference = at(chamber) - at(chamber + PROBE_PA);
+        let found = difference / (PROBE_PA * self.system.coefficients.piston_area);
+        if found > 0.0 { found } else { self.system.coefficients.inverse_mass }
+    }
+}
+
+/// A state some time later, its motion left to the caller.
+fn moved(state: &State<f64>, rate: &State<f64>, h: f64) -> State<f64> {
+    State {
+        chamber_mass: (state.chamber_mass + h * rate.chamber_mass).max(1e-9),
+        pipe_mass: (state.pipe_mass + h * rate.pipe_mass).max(1e-9),
+        chamber_temperature: state.chamber_temperature + h * rate.chamber_temperature,
+        pipe_temperature: state.pipe_temperature + h * rate.pipe_temperature,
+        line_pressure: state.line_pressure + h * rate.line_pressure,
+        bristle: state.bristle + h * rate.bristle,
+        ..*state
+    }
+}

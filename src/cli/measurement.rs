@@ -1,0 +1,86 @@
+//! Verbs about a valve file and a campaign: `compare`, `calibrate`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::Format;
+
+/// Options of `compare`.
+#[derive(Debug, Args)]
+#[command(after_long_help = "\
+Errors of times are simulated minus measured: a model that is late has a positive
+one. The normalised error is in units of the sensor's noise: at 1 the noise
+explains it.
+
+Examples:
+  valve compare valve.toml campaign.toml
+  valve compare valve.toml campaign.toml --against calibrated.toml
+  valve compare valve.toml campaign.toml --plot overlay.svg --plot-force force.svg
+  valve compare valve.toml campaign.toml --fail-above 1.1")]
+pub struct CompareArgs {
+    /// The valve file
+    pub valve: PathBuf,
+    /// The campaign file
+    pub campaign: PathBuf,
+    /// Another valve file, to be shown beside the first
+    #[arg(long, value_name = "FILE")]
+    pub against: Option<PathBuf>,
+    /// End with exit code 1 if the normalised error is above this
+    #[arg(long, value_name = "ERROR", value_parser = positive)]
+    pub fail_above: Option<f64>,
+    /// Tell the force and the flow that the model lacks along the recorded motion
+    #[arg(long)]
+    pub residual_force: bool,
+    /// Draw measured and simulated strokes with their difference to an .svg or .png file
+    #[arg(long, value_name = "FILE")]
+    pub plot: Option<PathBuf>,
+    /// Draw the difference of all strokes as strips of colour to an .svg or .png file
+    #[arg(long, value_name = "FILE")]
+    pub plot_strips: Option<PathBuf>,
+    /// Draw the force that the model lacks to an .svg or .png file
+    #[arg(long, value_name = "FILE")]
+    pub plot_force: Option<PathBuf>,
+    /// Draw pressure against travel (the valve signature) to an .svg or .png file
+    #[arg(long, value_name = "FILE")]
+    pub plot_signature: Option<PathBuf>,
+    /// How the result is printed
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    pub format: Format,
+}
+
+/// Options of `calibrate`.
+#[derive(Debug, Args)]
+#[command(after_long_help = "\
+The parameters named in [tolerance] are fitted, each with its tolerance as what is
+known beforehand. A fit that needs a parameter far beyond its tolerance, or leaves
+more than noise and scatter, is reported as a sign of missing physics.
+
+Examples:
+  valve calibrate valve.toml campaign.toml --out calibrated.toml
+  valve calibrate valve.toml campaign.toml --plot parameters.svg   # writes no valve file")]
+pub struct CalibrateArgs {
+    /// The valve file
+    pub valve: PathBuf,
+    /// The campaign file
+    pub campaign: PathBuf,
+    /// Where the calibrated valve file goes; without it, none is written
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// Replace the output if it exists
+    #[arg(long)]
+    pub force: bool,
+    /// Draw how far each parameter moved to an .svg or .png file
+    #[arg(long, value_name = "FILE")]
+    pub plot: Option<PathBuf>,
+    /// How the result is printed
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    pub format: Format,
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
+        _ => Err("a number above 0 is needed, such as 1.1".to_owned()),
+    }
+}

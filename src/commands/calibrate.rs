@@ -1,0 +1,260 @@
+//! `valve calibrate`: the tolerated parameters fitted to a campaign.
+
+use std::fmt::Write;
+
+use model_lab::calibrate::{CalibrateOptions, Calibration, Verdict};
+use report::figures::{ParameterShift, ParametersFigure};
+use serde_json::{Map, Value, json};
+
+use super::campaign_input::CampaignInput;
+use super::compare_json::comparison_value;
+use crate::cli::{CalibrateArgs, Format};
+use crate::failure::{Answer, Hinted};
+use crate::output::{self, Align, PlotFile, TextTable};
+
+/// Calibrates, prints and writes.
+pub fn run(args: &CalibrateArgs) -> anyhow::Result<Answer> {
+    let input = CampaignInput::read(&args.valve, &args.campaign)?;
+    if let Some(out) = args.out.as_deref().filter(|out| !args.force && out.exists()) {
+        return Err(Hinted::error(
+            format!("{}: exists already", out.display()),
+            "choose another name, or replace it with --force",
+        ));
+    }
+    let plot = PlotFile::create(args.plot.as_deref())?;
+    let calibration = Calibration::new(&input.file, &input.campaign, CalibrateOptions::default())?;
+    if let Some(out) = &args.out {
+        calibration.adopted(&input.file, &input.campaign.name)?.write(out, args.force)?;
+    }
+    match args.format {
+        Format::Text => {
+            let mut text = text(&input, &calibration);
+            if let Some(out) = &args.out {
+                let _ = writeln!(text, "\nwritten: {}", out.display());
+            }
+            output::print_text(&text)?;
+        }
+        Format::Json => output::print_json(&document(&input, &calibration))?,
+    }
+    if let Some(plot) = plot {
+        plot.write(&picture(&input, &calibration).figure())?;
+    }
+    Ok(Answer::Fine)
+}
+
+fn verdict_words(calibration: &Calibration) -> &'static str {
+    match (calibration.verdict, calibration.repeatability.is_some()) {
+        (Verdict::Explained, true) => "calibration and repeatability explain everything",
+        (Verdict::Explained, false) => "calibration within the tolerances explains everything",
+        (Verdict::BeyondTolerance, _) => "something beyond the tolerances is there: physics is missing from the model",
+    }
+}
+
+fn text(input: &CampaignInput, calibration: &Calibration) -> String {
+    let mut text = format!("{}: {}\n\n", input.file.file_name(), input.campaign.name);
+    let _ = writeln!(text, "{}", verdict_words(calibration));
+    for reason in calibration.reasons.iter().filter(|reason| *reason != verdict_words(calibration)) {
+        let _ = writeln!(text, "  {reason}");
+    }
+    if calibration.verdict == Verdict::BeyondTolerance {
+        for words in calibration.before.words() {
+            let _ = writeln!(text, "  before calibration, {words}");
+        }
+        text.push_str("  `valve explain` looks for the effect that is missing\n");
+    }
+    text.push('\n');
+    text.push_str(&parameter_table(calibration).render());
+    text.push('\n');
+    text.push_str(&error_words(calibration));
+    for direction in &calibration.singular {
+        let _ = writeln!(text, "not fixed by these data: {}", direction.words);
+    }
+    for (first, second, correlation) in strong_correlations(calibration) {
+        let _ = writeln!(text, "errors go together: {first} and {second} ({correlation:+.3})");
+    }
+    text
+}
+
+fn parameter_table(calibration: &Calibration) -> TextTable {
+    let mut table = TextTable::new(&[
+        ("parameter", Align::Left),
+        ("before", Align::Right),
+        ("after", Align::Right),
+        ("standard error", Align::Right),
+        ("tolerances off", Align::Right),
+    ]);
+    for parameter in &calibration.parameters {
+        // All these units only scale, so that a standard error converts like a value.
+        let name = handy_unit(parameter.id.si_unit());
+        let unit = quantity::Unit::parse(name).ok();
+        let show = |si: f64, digits: usize| match &unit {
+            Some(unit) => format!("{} {name}", significant(unit.from_si(si), digits)).trim_end().to_owned(),
+            None => significant(si, digits),
+        };
+        table.row(vec![
+            parameter.id.key().to_owned(),
+            show(parameter.before, 5),
+            show(parameter.after, 5),
+            show(parameter.standard_error, 2),
+            format!("{:+.2}", parameter.shift),
+        ]);
+    }
+    table
+}
+
+fn handy_unit(si_unit: &str) -> &str {
+    match si_unit {
+        "m" => "mm",
+        "m2" => "mm2",
+        "m3" => "cm3",
+        "Pa" => "kPa",
+        other => other,
+    }
+}
+
+fn significant(value: f64, digits: usize) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return format!("{value}");
+    }
+    // The decades of physical values are few.
+    #[expect(clippy::cast_possible_truncation, reason = "a small whole number")]
+    let decade = value.abs().log10().floor() as i32;
+    let places = i32::try_from(digits).unwrap_or(5) - 1 - decade;
+    let places = usize::try_from(places.max(0)).unwrap_or(0);
+    format!("{value:.places$}")
+}
+
+fn error_words(calibration: &Calibration) -> String {
+    let mut text = String::new();
+    let (before, after) = (&calibration.before.overall, &calibration.after.overall);
+    let _ = writeln!(
+        text,
+        "error in units of the noise: {:.3} before, {:.3} after",
+        before.normalised_rms, after.normalised_rms
+    );
+    if let (Some(before), Some(after)) = (before.rmse_m, after.rmse_m) {
+        let _ = writeln!(text, "error: {:.4} mm before, {:.4} mm after", before * 1e3, after * 1e3);
+    }
+    match &calibration.held_out {
+        Some(held_out) => {
+            let _ = writeln!(
+                text,
+                "error on conditions held out of the fit: {:.3} before, {:.3} after",
+                held_out.before, held_out.after
+            );
+        }
+        None => text.push_str("too few conditions to hold any out\n"),
+    }
+    if let Some(repeatability) = &calibration.repeatability {
+        let _ = writeln!(
+            text,
+            "repeatability: the strokes themselves differ by {:.3} times the noise",
+            repeatability.normalised
+        );
+        for (source, size) in &repeatability.sources {
+            let _ = writeln!(text, "  {source}: {size:.4}");
+        }
+    } else {
+        text.push_str("repeatability: unknown, no stroke was repeated\n");
+    }
+    if calibration.inflation > 1.0 {
+        let _ = writeln!(
+            text,
+            "what is left is not white: standard errors are {:.1} times those of white noise",
+            calibration.inflation.sqrt()
+        );
+    }
+    text
+}
+
+fn strong_correlations(calibration: &Calibration) -> Vec<(&'static str, &'static str, f64)> {
+    let mut found = Vec::new();
+    for (row, first) in calibration.parameters.iter().enumerate() {
+        for (column, second) in calibration.parameters.iter().enumerate().take(row) {
+            let correlation = calibration.correlations[(row, column)];
+            if correlation.abs() > 0.95 {
+                found.push((second.id.key(), first.id.key(), correlation));
+            }
+        }
+    }
+    found
+}
+
+fn document(input: &CampaignInput, calibration: &Calibration) -> Value {
+    let parameters: Vec<Value> = calibration
+        .parameters
+        .iter()
+        .map(|parameter| {
+            json!({
+                "parameter": parameter.id.key(),
+                "unit": parameter.id.si_unit(),
+                "tolerance": parameter.tolerance,
+                "before": parameter.before,
+                "after": parameter.after,
+                "standard_error": parameter.standard_error,
+                "interval_90": parameter.interval_90,
+                "shift_tolerances": parameter.shift,
+                "shift_standard_error": parameter.shift_error,
+            })
+        })
+        .collect();
+    let names: Vec<&str> = calibration.parameters.iter().map(|parameter| parameter.id.key()).collect();
+    let count = names.len();
+    let correlations: Vec<Vec<f64>> =
+        (0..count).map(|row| (0..count).map(|column| calibration.correlations[(row, column)]).collect()).collect();
+    let singular: Vec<Value> = calibration
+        .singular
+        .iter()
+        .map(|direction| {
+            let changes: Map<String, Value> =
+                direction.changes.iter().map(|(id, change)| (id.key().to_owned(), json!(change))).collect();
+            json!({ "information": direction.information, "changes": changes, "words": direction.words })
+        })
+        .collect();
+    let held_out = calibration.held_out.as_ref();
+    let repeatability = calibration.repeatability.as_ref().map(|found| {
+        let sources: Map<String, Value> =
+            found.sources.iter().map(|(source, size)| ((*source).to_owned(), json!(size))).collect();
+        json!({ "normalised_rms": found.normalised, "position_m": found.position_m,
+                "stroke_time_s": found.stroke_time_s, "one_sigma": sources })
+    });
+    json!({
+        "valve": input.file.file_name(),
+        "campaign": input.campaign.name,
+        "verdict": calibration.verdict.id(),
+        "verdict_words": verdict_words(calibration),
+        "reasons": calibration.reasons,
+        "parameters": parameters,
+        "correlations": { "parameters": names, "matrix": correlations },
+        "not_fixed": singular,
+        "normalised_rms": {
+            "before": calibration.before.overall.normalised_rms,
+            "after": calibration.after.overall.normalised_rms,
+        },
+        "held_out_normalised_rms": held_out.map(|held_out| {
+            json!({ "before": held_out.before, "after": held_out.after, "parts": held_out.parts })
+        }),
+        "repeatability": repeatability,
+        "chi2_per_reading": calibration.lack_of_fit.chi2_per_reading,
+        "inflation": calibration.inflation,
+        "before": comparison_value(input, &calibration.before),
+        "after": comparison_value(input, &calibration.after),
+    })
+}
+
+fn picture(input: &CampaignInput, calibration: &Calibration) -> ParametersFigure {
+    ParametersFigure {
+        title: format!("{} calibrated on {}", input.file.name(), input.campaign.name),
+        subtitle: verdict_words(calibration).to_owned(),
+        parameters: calibration
+            .parameters
+            .iter()
+            .map(|parameter| ParameterShift {
+                name: parameter.id.key().to_owned(),
+                calibrated: parameter.shift,
+                calibrated_error: parameter.shift_error,
+                repaired: None,
+            })
+            .collect(),
+    }
+}

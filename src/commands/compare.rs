@@ -1,0 +1,256 @@
+//! `valve compare`: the model beside the record.
+
+use std::fmt::Write;
+
+use model_lab::compare::{Comparison, Direction, Phase, PhaseScore};
+use model_lab::residual_force::ResidualForce;
+use valve_file::ValveFile;
+
+use super::campaign_input::CampaignInput;
+use super::{compare_figures as figures, compare_json as json};
+use crate::cli::{CompareArgs, Format};
+use crate::failure::{Answer, Hinted};
+use crate::output::{self, Align, PlotFile, TextTable};
+
+/// Compares and prints.
+pub fn run(args: &CompareArgs) -> anyhow::Result<Answer> {
+    let input = CampaignInput::read(&args.valve, &args.campaign)?;
+    let other = args.against.as_deref().map(ValveFile::read).transpose()?;
+    let traces_needed = args.plot.is_some() || args.plot_strips.is_some() || wants_force(args);
+    if traces_needed && input.data.runs.is_empty() {
+        return Err(Hinted::error(
+            format!("campaign {}: stroke times alone show no motion to draw", input.campaign.name),
+            "leave --residual-force and the plots out, or record traces",
+        ));
+    }
+    let plots = Plots::create(args)?;
+    let comparison = Comparison::new(&input.data, input.file.valve());
+    let against = other.as_ref().map(|file| (file, Comparison::new(&input.data, file.valve())));
+    let force = if wants_force(args) {
+        ResidualForce::new(&input.data, input.file.valve(), input.file.tolerances())
+    } else {
+        None
+    };
+    match args.format {
+        Format::Text => output::print_text(&text(&input, &comparison, against.as_ref(), force.as_ref()))?,
+        Format::Json => {
+            output::print_json(&json::document(&input, &comparison, against.as_ref(), force.as_ref()))?;
+        }
+    }
+    plots.draw(&input, &comparison, against.as_ref(), force.as_ref())?;
+    let bad = args.fail_above.is_some_and(|limit| comparison.overall.normalised_rms > limit);
+    Ok(if bad { Answer::BadNews } else { Answer::Fine })
+}
+
+fn wants_force(args: &CompareArgs) -> bool {
+    args.residual_force || args.plot_force.is_some() || args.plot_signature.is_some()
+}
+
+/// The pictures asked for, opened before the work.
+struct Plots {
+    overlay: Option<PlotFile>,
+    strips: Option<PlotFile>,
+    force: Option<PlotFile>,
+    signature: Option<PlotFile>,
+}
+
+impl Plots {
+    fn create(args: &CompareArgs) -> anyhow::Result<Self> {
+        Ok(Self {
+            overlay: PlotFile::create(args.plot.as_deref())?,
+            strips: PlotFile::create(args.plot_strips.as_deref())?,
+            force: PlotFile::create(args.plot_force.as_deref())?,
+            signature: PlotFile::create(args.plot_signature.as_deref())?,
+        })
+    }
+
+    fn draw(
+        self,
+        input: &CampaignInput,
+        comparison: &Comparison,
+        against: Option<&(&ValveFile, Comparison)>,
+        force: Option<&ResidualForce>,
+    ) -> anyhow::Result<()> {
+        if let Some(plot) = self.overlay {
+            plot.write(&figures::overlay(input, comparison).figure())?;
+        }
+        if let Some(plot) = self.strips {
+            plot.write(&figures::strips(input, comparison, against).figure())?;
+        }
+        let missing = || {
+            Hinted::error(
+                "the recorded strokes are too short to tell a missing force",
+                "strokes that leave their stops and move for at least 50 ms are needed",
+            )
+        };
+        if let Some(plot) = self.force {
+            plot.write(&figures::missing_force(force.ok_or_else(missing)?).figure())?;
+        }
+        if let Some(plot) = self.signature {
+            let signature = force.and_then(|force| force.signature.as_ref()).ok_or_else(missing)?;
+            plot.write(&figures::signature(input.file.name(), signature).figure())?;
+        }
+        Ok(())
+    }
+}
+
+fn text(
+    input: &CampaignInput,
+    comparison: &Comparison,
+    against: Option<&(&ValveFile, Comparison)>,
+    force: Option<&ResidualForce>,
+) -> String {
+    let mut text = format!("{}: {}\n\n", input.file.file_name(), input.campaign.name);
+    for words in comparison.words() {
+        push(&mut text, &words);
+    }
+    text.push('\n');
+    text.push_str(&run_table(comparison, against.map(|(_, other)| other)).render());
+    if !comparison.overall.phases.is_empty() {
+        text.push('\n');
+        text.push_str(&phase_table(&comparison.overall.phases).render());
+    }
+    text.push('\n');
+    text.push_str(&noise_words(input, comparison));
+    if let Some((file, other)) = against {
+        push(&mut text, &format!("\n{}:", file.file_name()));
+        for words in other.words() {
+            push(&mut text, &words);
+        }
+    }
+    if let Some(force) = force {
+        text.push('\n');
+        text.push_str(&force_words(force));
+    }
+    text
+}
+
+fn push(text: &mut String, line: &str) {
+    text.push_str(line);
+    text.push('\n');
+}
+
+fn millimetres(metres: Option<f64>) -> String {
+    metres.map_or_else(|| "-".to_owned(), |metres| format!("{:.3}", metres * 1e3))
+}
+
+fn milliseconds(seconds: Option<f64>) -> String {
+    seconds.map_or_else(|| "-".to_owned(), |seconds| format!("{:+.1}", seconds * 1e3))
+}
+
+fn run_table(comparison: &Comparison, against: Option<&Comparison>) -> TextTable {
+    let mut columns = vec![
+        ("run", Align::Left),
+        ("supply (kPa)", Align::Right),
+        ("error (mm)", Align::Right),
+        ("in noise", Align::Right),
+        ("closing (ms)", Align::Right),
+        ("opening (ms)", Align::Right),
+    ];
+    if against.is_some() {
+        columns.push(("other, in noise", Align::Right));
+    }
+    let mut table = TextTable::new(&columns);
+    let others = |index: usize| against.map(|other| other.runs[index].score.normalised_rms);
+    for (index, run) in comparison.runs.iter().enumerate() {
+        let score = &run.score;
+        let mut row = vec![
+            run.file.clone(),
+            format!("{:.0}", run.conditions.supply_pressure_pa / 1e3),
+            millimetres(score.rmse_m),
+            format!("{:.2}", score.normalised_rms),
+            milliseconds(score.close_time_error_s),
+            milliseconds(score.open_time_error_s),
+        ];
+        row.extend(others(index).map(|size| format!("{size:.2}")));
+        table.row(row);
+    }
+    let score = &comparison.overall;
+    let mut row = vec![
+        "all".to_owned(),
+        String::new(),
+        millimetres(score.rmse_m),
+        format!("{:.2}", score.normalised_rms),
+        milliseconds(score.close_time_error_s),
+        milliseconds(score.open_time_error_s),
+    ];
+    row.extend(against.map(|other| format!("{:.2}", other.overall.normalised_rms)));
+    table.row(row);
+    table
+}
+
+fn phase_table(phases: &[PhaseScore]) -> TextTable {
+    let mut table = TextTable::new(&[
+        ("phase", Align::Left),
+        ("closing (mm)", Align::Right),
+        ("share", Align::Right),
+        ("longer by (ms)", Align::Right),
+        ("opening (mm)", Align::Right),
+        ("share", Align::Right),
+        ("longer by (ms)", Align::Right),
+    ]);
+    for phase in Phase::ALL {
+        let mut row = vec![phase.id().replace('_', " ")];
+        for direction in Direction::ALL {
+            let score = phases.iter().find(|score| score.direction == direction && score.phase == phase);
+            row.push(millimetres(score.and_then(|score| score.rmse_m)));
+            let share = score.and_then(|score| score.share);
+            row.push(share.map_or_else(|| "-".to_owned(), |share| format!("{share:.3}")));
+            row.push(milliseconds(score.and_then(|score| score.time_error_s)));
+        }
+        table.row(row);
+    }
+    table
+}
+
+fn noise_words(input: &CampaignInput, comparison: &Comparison) -> String {
+    let mut text = String::new();
+    let source = input.noise_source();
+    if let Some(noise) = comparison.noise_m {
+        let _ = writeln!(text, "noise of the position: {:.4} mm ({source})", noise * 1e3);
+    }
+    if let Some(noise) = comparison.timing_noise_s {
+        let _ = writeln!(text, "noise of stroke times: {:.2} ms ({source})", noise * 1e3);
+    }
+    let longest = comparison.averages.iter().max_by(|a, b| a.excess_sigmas().total_cmp(&b.excess_sigmas()));
+    if let Some(average) = longest.filter(|average| average.excess_sigmas() > 4.0) {
+        let _ = writeln!(
+            text,
+            "the error is not white: averages over {:.0} ms are {:.1} times what noise would leave",
+            average.average_s * 1e3,
+            average.mean_square.sqrt()
+        );
+    }
+    text
+}
+
+fn force_words(force: &ResidualForce) -> String {
+    let mut text = String::new();
+    let places = force.along_stroke();
+    let worst = |value: fn(&model_lab::residual_force::ForceAt) -> f64| {
+        places.iter().max_by(|a, b| value(a).abs().total_cmp(&value(b).abs()))
+    };
+    for (name, value) in [
+        ("friction", (|place| place.friction_n) as fn(&model_lab::residual_force::ForceAt) -> f64),
+        ("push towards open", |place| place.push_n),
+    ] {
+        if let Some(place) = worst(value) {
+            let _ = writeln!(
+                text,
+                "missing {name}: at most {:+.1} N at x = {:.1} mm (standard error {:.1} N)",
+                value(place),
+                place.position_m * 1e3,
+                place.standard_error_n
+            );
+        }
+    }
+    let _ = writeln!(
+        text,
+        "chamber pressure: {}",
+        if force.pressure_is_measured { "measured" } else { "simulated along the measured motion" }
+    );
+    if let Some(signature) = &force.signature {
+        let _ = writeln!(text, "signature: {}", figures::signature_words(signature));
+    }
+    text
+}

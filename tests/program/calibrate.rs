@@ -1,0 +1,95 @@
+//! `valve calibrate` on campaigns whose truth is known.
+
+use serde_json::Value;
+
+use crate::campaign::Recording;
+use crate::support::{Sandbox, shown};
+
+const VALVE: &str = include_str!("../../models/testbed.toml");
+
+const TOLERANCES: &str = "
+[tolerance]  # what is not known exactly
+\"actuator.viscous_friction\" = 0.20
+\"actuator.dead_volume\" = 0.10
+\"spring.preload_compression\" = 0.03
+\"pneumatics.solenoid_orifice_area\" = 0.05
+";
+
+fn sandbox() -> Sandbox {
+    let sandbox = Sandbox::new();
+    let text = match VALVE.find("[tolerance]") {
+        Some(_) => VALVE.to_owned(),
+        None => format!("{VALVE}{TOLERANCES}"),
+    };
+    sandbox.write("valve.toml", &text);
+    sandbox
+}
+
+fn calibrated(sandbox: &Sandbox) -> Value {
+    let output = sandbox.valve(&["calibrate", "valve.toml", "campaign.toml", "--format", "json"]);
+    assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
+    serde_json::from_slice(&output.stdout).expect("JSON")
+}
+
+#[test]
+fn changed_parameters_are_found_and_the_rest_is_noise() {
+    let sandbox = sandbox();
+    let changed = VALVE.replace("600 N s/m", "690 N s/m").replace("\"0.5 mm2\"", "\"0.48 mm2\"");
+    Recording::default().write(&sandbox, &changed);
+    let answer = calibrated(&sandbox);
+    assert_eq!(answer["verdict"], "explained", "{}", answer["reasons"]);
+    assert!(answer["normalised_rms"]["before"].as_f64().unwrap() > 5.0);
+    assert!((answer["normalised_rms"]["after"].as_f64().unwrap() - 1.0).abs() < 0.03);
+    assert!((answer["held_out_normalised_rms"]["after"].as_f64().unwrap() - 1.0).abs() < 0.05);
+    assert!(answer["repeatability"].is_null(), "no stroke was repeated");
+    for (key, truth) in [("actuator.viscous_friction", 690.0), ("pneumatics.solenoid_orifice_area", 0.48e-6)] {
+        let found = answer["parameters"].as_array().unwrap().iter().find(|one| one["parameter"] == key).unwrap();
+        let (after, error) = (found["after"].as_f64().unwrap(), found["standard_error"].as_f64().unwrap());
+        assert!((after - truth).abs() < 3.0 * error, "{found}");
+        assert!(error < 0.05 * truth, "{found}");
+    }
+}
+
+#[test]
+fn missing_physics_is_not_success() {
+    let sandbox = sandbox();
+    let friction = format!("{VALVE}\n[[effect]]\nkind = \"dry-friction\"\ncoulomb_force = \"40 N\"\n");
+    Recording::default().write(&sandbox, &friction);
+    let answer = calibrated(&sandbox);
+    assert_eq!(answer["verdict"], "beyond-tolerance");
+    assert!(answer["inflation"].as_f64().unwrap() > 1.0);
+    let output = sandbox.valve(&["calibrate", "valve.toml", "campaign.toml"]);
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(text.contains("something beyond the tolerances is there"), "{text}");
+}
+
+#[test]
+fn the_new_file_keeps_comments_and_can_be_reverted() {
+    let sandbox = sandbox();
+    let changed = VALVE.replace("600 N s/m", "690 N s/m");
+    Recording { supplies_psig: vec![65.0, 85.0], ..Recording::default() }.write(&sandbox, &changed);
+    let call = ["calibrate", "valve.toml", "campaign.toml", "--out", "new.toml"];
+    assert_eq!(sandbox.valve(&call).status.code(), Some(0));
+    let (old, new) = (sandbox.read("valve.toml"), sandbox.read("new.toml"));
+    assert!(new.contains("[[history]]") && new.contains("campaign = \"recorded\""), "{new}");
+    for comment in old.lines().filter_map(|line| line.split_once('#')).map(|(_, comment)| comment) {
+        assert!(new.contains(comment), "lost: {comment}");
+    }
+    let again = sandbox.valve(&call);
+    assert_eq!(again.status.code(), Some(2), "{}", shown(&again));
+    assert_eq!(sandbox.read("new.toml"), new, "an existing file is not replaced unasked");
+    let back = sandbox.valve(&["revert", "new.toml", "--out", "back.toml"]);
+    assert_eq!(back.status.code(), Some(0), "{}", shown(&back));
+    assert_eq!(sandbox.read("back.toml").trim_end(), old.trim_end());
+}
+
+#[test]
+fn nothing_to_calibrate_is_said() {
+    let sandbox = Sandbox::new();
+    let bare = VALVE.split("[tolerance]").next().unwrap();
+    sandbox.write("valve.toml", bare);
+    Recording { supplies_psig: vec![75.0], ..Recording::default() }.write(&sandbox, VALVE);
+    let output = sandbox.valve(&["calibrate", "valve.toml", "campaign.toml"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("[tolerance]"), "{}", shown(&output));
+}
