@@ -1,6 +1,7 @@
 //! `valve demo`: the whole chain on data that the program carries.
 
 use std::fs;
+use std::io::Write;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -16,7 +17,7 @@ use super::strokes::Cycles;
 use super::{build_tables, tables};
 use crate::cli::DemoArgs;
 use crate::failure::Answer;
-use crate::output::{self, Align, PlotFile, TextTable};
+use crate::output::{self, Align, PlotFile, StagedFile, TextTable};
 
 const VALVE: &str = include_str!("../../models/testbed.toml");
 const LOG: &str = include_str!("../../data/leaking-valve.csv");
@@ -73,8 +74,11 @@ pub fn run(args: &DemoArgs) -> anyhow::Result<Answer> {
     if let Some(dir) = &args.files {
         let context = || format!("{}: cannot be written", dir.display());
         fs::create_dir_all(dir).with_context(context)?;
-        fs::write(dir.join("valve.toml"), VALVE).with_context(context)?;
-        fs::write(dir.join("log.csv"), LOG).with_context(context)?;
+        for (name, text) in [("valve.toml", VALVE), ("log.csv", LOG)] {
+            let mut file = StagedFile::create(&dir.join(name))?;
+            file.write_all(text.as_bytes()).with_context(context)?;
+            file.commit()?;
+        }
         bundle.write(&dir.join("tables"))?;
         output::note(&format!("written: {0}/valve.toml, {0}/log.csv, {0}/tables", dir.display()));
     }

@@ -3,6 +3,7 @@
 use std::io::Write;
 
 use anyhow::Context;
+use leak_table::mm2_from_m2;
 use report::figures::TraceFigure;
 use serde::Serialize;
 use valve_file::ValveFile;
@@ -144,8 +145,8 @@ fn document<'a>(file: &'a ValveFile, conditions: &Conditions, times: &[[Option<f
         conditions: ConditionsOut {
             supply_pressure_pa: conditions.supply_pressure_pa,
             temperature_k: conditions.temperature_k,
-            leak_to_atmosphere_mm2: conditions.leak_to_atmosphere_m2 * 1e6,
-            leak_from_supply_mm2: conditions.leak_from_supply_m2 * 1e6,
+            leak_to_atmosphere_mm2: mm2_from_m2(conditions.leak_to_atmosphere_m2),
+            leak_from_supply_mm2: mm2_from_m2(conditions.leak_from_supply_m2),
         },
         schedule: ScheduleOut { close_at_s, open_at_s, end_s },
         cycles: times.iter().enumerate().map(cycle).collect(),

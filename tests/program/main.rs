@@ -1,5 +1,6 @@
 //! The program from outside: what it prints, the whole chain, the documents.
 
+mod architecture;
 mod calibrate;
 mod campaign;
 mod chain;

@@ -100,7 +100,7 @@ impl Prepared {
     }
 }
 
-/// The nodes of one run: its state after every step, events of friction included.
+/// The nodes of one run: its state at the start and after every step.
 #[derive(Debug, Clone, Default)]
 pub struct Nodes {
     /// Time, s, not falling.

@@ -1,0 +1,103 @@
+//! What ARCHITECTURE.md and DESIGN.md say of the code is so.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+const ARCHITECTURE: &str = include_str!("../../ARCHITECTURE.md");
+const DESIGN: &str = include_str!("../../DESIGN.md");
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The directories of all packages but the root's.
+fn packages() -> Vec<PathBuf> {
+    let crates = fs::read_dir(root().join("crates")).expect("crates");
+    let mut all: Vec<PathBuf> = crates.map(|entry| entry.expect("readable").path()).collect();
+    all.push(root().join("tests/blind"));
+    all
+}
+
+/// Name of a package and what it depends on, tests and benches left out.
+fn manifest(package: &Path) -> (String, Vec<String>) {
+    let text = fs::read_to_string(package.join("Cargo.toml")).expect("a manifest");
+    let (mut name, mut section, mut dependencies) = (String::new(), "", Vec::new());
+    for line in text.lines() {
+        if line.starts_with('[') {
+            section = line;
+        } else if section == "[package]" && line.starts_with("name = ") {
+            line.trim_start_matches("name = ").trim_matches('"').clone_into(&mut name);
+        } else if section == "[dependencies]" && !line.is_empty() {
+            let end = line.find(['.', ' ', '=']).unwrap_or(line.len());
+            dependencies.push(line[..end].to_owned());
+        }
+    }
+    (name, dependencies)
+}
+
+#[test]
+fn packages_depend_on_each_other_as_told() {
+    let manifests: BTreeMap<String, Vec<String>> = packages().iter().map(|package| manifest(package)).collect();
+    let found: BTreeMap<String, Vec<String>> = manifests
+        .iter()
+        .map(|(name, all)| {
+            let mut inside: Vec<String> = all.iter().filter(|name| manifests.contains_key(*name)).cloned().collect();
+            inside.sort();
+            (name.clone(), inside)
+        })
+        .collect();
+    let block = ARCHITECTURE.split("```dependencies\n").nth(1).and_then(|rest| rest.split("```").next());
+    let told: BTreeMap<String, Vec<String>> = block
+        .expect("a list of dependencies")
+        .lines()
+        .map(|line| {
+            let (name, inside) = line.split_once(':').expect("package: what it uses");
+            (name.to_owned(), inside.split_whitespace().map(str::to_owned).collect())
+        })
+        .collect();
+    assert_eq!(told, found);
+}
+
+/// Whether a text in backquotes looks like a path of this repository.
+fn is_path(text: &str) -> bool {
+    let roots = ["crates/", "src/", "tests/", "benches/", "models/", "data/", "docs/", "tables/", ".ci/"];
+    roots.iter().any(|root| text.starts_with(root)) && !text.contains([' ', '<'])
+}
+
+#[test]
+fn paths_in_the_documents_exist() {
+    let mut checked = 0;
+    for document in [ARCHITECTURE, DESIGN] {
+        for text in document.split('`').filter(|text| is_path(text)) {
+            assert!(root().join(text).exists(), "{text}");
+            checked += 1;
+        }
+    }
+    assert!(checked > 20, "{checked}");
+}
+
+#[test]
+fn modules_of_the_code_map_exist() {
+    let parts = ARCHITECTURE.split("### `").skip(1).map(|part| part.split("\n## ").next().unwrap_or(part));
+    let mut checked = 0;
+    for part in parts {
+        let heading = part.lines().next().expect("a heading");
+        let crates: Vec<PathBuf> =
+            heading.split('`').filter(|text| is_path(text)).map(|text| root().join(text)).collect();
+        let files =
+            part.split('`').filter(|text| Path::new(text).extension().is_some_and(|e| e == "rs") && !is_path(text));
+        for file in files.filter(|file| !file.contains("::")) {
+            let mut homes = crates.iter().flat_map(|home| folders(&home.join("src")));
+            assert!(homes.any(|folder| folder.join(file).exists()), "{file} of {heading}");
+            checked += 1;
+        }
+    }
+    assert!(checked > 50, "{checked}");
+}
+
+/// A folder and the folders in it.
+fn folders(folder: &Path) -> Vec<PathBuf> {
+    let inside = fs::read_dir(folder).into_iter().flatten().filter_map(Result::ok).map(|entry| entry.path());
+    std::iter::once(folder.to_owned()).chain(inside.filter(|path| path.is_dir())).collect()
+}
