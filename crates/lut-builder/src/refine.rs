@@ -189,6 +189,7 @@ impl Refinement<'_> {
         let options = self.sweep.options;
         let up_to_limit = self.limits.first().is_some_and(|limit| area <= limit);
         let tolerance_s = if up_to_limit { options.tolerance_up_to_limit_s } else { options.tolerance_beyond_s };
+        let tolerance_s = tolerance_s.max(2.0 * self.sweep.wandering_s());
         let miss = |stroke: Stroke| {
             let time_s = point.time_s(stroke).unwrap_or(f64::NAN);
             let error_s = (curves[stroke as usize].value(point.leak_area_m2) - time_s).abs();

@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 
 use leak_table::{Fault, LeakPoint, Stroke};
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use rayon::prelude::*;
 use valve_model::Conditions;
 use valve_model::cycle::{CycleTimes, cycles};
@@ -13,8 +15,11 @@ use crate::error::BuildError;
 use crate::model::{Options, TableModel};
 use crate::progress::{Progress, Stage};
 
-/// Times that differ by less from one cycle to the next are periodic for all purposes, s.
-const PERIODIC_S: f64 = 1e-6;
+/// Times that wander by no more than this from cycle to cycle are periodic for all purposes, s.
+const WANDERING_S: f64 = 5e-3;
+
+/// Cycles over which times that wander are averaged.
+const WANDERING_CYCLES: usize = 10;
 
 /// The stroke times simulated so far, by leak area.
 pub(crate) struct Sweep<'a> {
@@ -25,6 +30,8 @@ pub(crate) struct Sweep<'a> {
     simulated_areas: usize,
     share: f64,
     progress: &'a (dyn Fn(Progress) + Sync),
+    /// Bits of the widest wandering seen, s; positive numbers order as their bits do.
+    wandering: AtomicU64,
 }
 
 impl<'a> Sweep<'a> {
@@ -34,7 +41,16 @@ impl<'a> Sweep<'a> {
         fault: Fault,
         progress: &'a (dyn Fn(Progress) + Sync),
     ) -> Self {
-        Self { model, options, fault, samples: BTreeMap::new(), simulated_areas: 0, share: 0.0, progress }
+        Self {
+            model,
+            options,
+            fault,
+            samples: BTreeMap::new(),
+            simulated_areas: 0,
+            share: 0.0,
+            progress,
+            wandering: AtomicU64::new(0),
+        }
     }
 
     /// The samples, by area.
@@ -45,6 +61,12 @@ impl<'a> Sweep<'a> {
     /// The sample at an area that was simulated.
     pub(crate) fn at(&self, area: Area) -> &LeakPoint {
         &self.samples[&area]
+    }
+
+    /// By how much the times of one area wander from cycle to cycle, at worst, s. No table can be more
+    /// accurate than that.
+    pub(crate) fn wandering_s(&self) -> f64 {
+        f64::from_bits(self.wandering.load(Ordering::Relaxed))
     }
 
     /// How many areas were simulated.
@@ -88,20 +110,32 @@ impl<'a> Sweep<'a> {
         conditions
     }
 
-    /// The last of the cycles, which must be like the one before it.
+    /// The last of the cycles, which must be like those before it. Sticking and slipping at the stops
+    /// can keep the times of a valve with dry friction wandering by a millisecond or so for
+    /// ever; their mean over the last cycles is then taken.
     fn periodic(&self, area: Area, times: &[CycleTimes]) -> Result<LeakPoint, BuildError> {
         let leak_area_m2 = area::m2(area);
-        let last = times[times.len() - 1];
+        let mut last = times[times.len() - 1];
         if times.len() == self.options.most_cycles {
-            let before = times[times.len() - 2];
-            let near = |a: Option<f64>, b: Option<f64>| match (a, b) {
-                (Some(a), Some(b)) => (a - b).abs() <= PERIODIC_S,
-                (a, b) => a.is_none() && b.is_none(),
+            let tail = &times[times.len().saturating_sub(WANDERING_CYCLES)..];
+            let settle = |of: fn(&CycleTimes) -> Option<f64>| {
+                let reached: Vec<f64> = tail.iter().filter_map(of).collect();
+                let lowest = reached.iter().copied().fold(f64::INFINITY, f64::min);
+                let highest = reached.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+                let mean = reached.iter().sum::<f64>() / reached.len().max(1) as f64;
+                if highest > lowest {
+                    self.wandering.fetch_max((highest - lowest).to_bits(), Ordering::Relaxed);
+                }
+                let settled = reached.is_empty() || (reached.len() == tail.len() && highest - lowest <= WANDERING_S);
+                (settled, (!reached.is_empty()).then_some(mean))
             };
-            if !(near(last.close_time_s, before.close_time_s) && near(last.open_time_s, before.open_time_s)) {
+            let (close_settled, close_time_s) = settle(|cycle| cycle.close_time_s);
+            let (open_settled, open_time_s) = settle(|cycle| cycle.open_time_s);
+            if !(close_settled && open_settled) {
                 let cycles = times.len();
                 return Err(BuildError::NotPeriodic { fault: self.fault, area_m2: leak_area_m2, cycles });
             }
+            last = CycleTimes { close_time_s, open_time_s };
         }
         let point = LeakPoint {
             leak_area_m2,
