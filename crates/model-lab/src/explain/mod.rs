@@ -99,12 +99,15 @@ pub fn calibrated(data: &Dataset, space: &Space) -> Option<Calibrated> {
     Some(Calibrated { datasheet_rms: datasheet.normalised_rms(&scatter), fit: best, scatter })
 }
 
+/// Effects of each depth that are looked at again when the scatter of strokes is seen anew.
+const CONTENDERS: usize = 4;
+
 /// Explains what a model lacks on a dataset; nothing if not even the valve file's own values can be
 /// simulated.
 pub fn explain(data: &Dataset, space: &Space, watch: &Watch<'_>) -> Option<Explanation> {
     let Calibrated { datasheet_rms, fit: base, mut scatter } = calibrated(data, space)?;
     watch.tell(Progress::Calibrated { normalised_rms: base.normalised_rms(&scatter) });
-    let mut found = search::search(data, &scatter, base.clone(), watch);
+    let mut found = search::search(data, &scatter, base.clone(), EffectKind::ALL, watch);
     // Scatter seen through a model that does not fit is seen wrongly: look again with the one that does.
     if scatter.is_known && found.steps.len() > 1 && !watch.is_stopped() {
         let better = Scatter::estimate(data, &found.steps[found.steps.len() - 1].fit.valve());
@@ -112,7 +115,8 @@ pub fn explain(data: &Dataset, space: &Space, watch: &Watch<'_>) -> Option<Expla
             watch.tell(Progress::Doing("looking again with the scatter of strokes seen by the better model"));
             scatter = better;
             let base = fit(data, &scatter, space, &base.u, FitOptions::default()).unwrap_or(base);
-            found = search::search(data, &scatter, base, watch);
+            let contenders = found.contenders(CONTENDERS);
+            found = search::search(data, &scatter, base, &contenders, watch);
         }
     }
     Some(report::assemble(data, &scatter, datasheet_rms, &found, watch))

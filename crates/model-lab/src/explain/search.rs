@@ -105,10 +105,23 @@ pub struct Found {
     pub interrupted: bool,
 }
 
-/// Searches for what is missing on top of a calibrated fit.
-pub fn search(data: &Dataset, scatter: &Scatter, base: Fit, watch: &Watch<'_>) -> Found {
+impl Found {
+    /// The effects that came closest: those accepted, and the best of every depth.
+    pub fn contenders(&self, count: usize) -> Vec<EffectKind> {
+        let last = &self.steps[self.steps.len() - 1];
+        let tried = self.singles.iter().take(count).chain(self.alternatives.iter().take(count));
+        let mut kinds: Vec<EffectKind> =
+            last.kinds.iter().chain(tried.flat_map(|model| &model.kinds)).copied().collect();
+        kinds.sort_unstable();
+        kinds.dedup();
+        kinds
+    }
+}
+
+/// Searches for what is missing on top of a calibrated fit, among these effects.
+pub fn search(data: &Dataset, scatter: &Scatter, base: Fit, kinds: &[EffectKind], watch: &Watch<'_>) -> Found {
     let already: Vec<EffectKind> = base.space.effects().iter().map(valve_model::Effect::kind).collect();
-    let kinds: Vec<EffectKind> = EffectKind::ALL.iter().copied().filter(|kind| !already.contains(kind)).collect();
+    let kinds: Vec<EffectKind> = kinds.iter().copied().filter(|kind| !already.contains(kind)).collect();
     let base = Model { kinds: Vec::new(), fit: base };
     let mut steps = vec![base.clone()];
     let mut singles = Vec::new();
