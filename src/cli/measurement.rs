@@ -1,4 +1,4 @@
-//! Verbs about a valve file and a campaign: `compare`, `calibrate`.
+//! Verbs about a valve file and a campaign: `compare`, `calibrate`, `explain`, `adopt`.
 
 use std::path::PathBuf;
 
@@ -71,6 +71,68 @@ pub struct CalibrateArgs {
     #[arg(long)]
     pub force: bool,
     /// Draw how far each parameter moved to an .svg or .png file
+    #[arg(long, value_name = "FILE")]
+    pub plot: Option<PathBuf>,
+    /// How the result is printed
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    pub format: Format,
+}
+
+/// Options of `explain`.
+#[derive(Debug, Args)]
+#[command(after_long_help = "\
+The model is calibrated within its tolerances. Every effect of the catalogue is then
+added and everything refitted; pairs and triples follow until the noise explains what
+is left. An answer names the effect, its size and how sure it is, what else it could
+be, and the run that would tell them apart; or that nothing is missing; or that no
+effect explains the data, with a formula for what is missing. Ctrl-C ends the search
+and prints what is known by then.
+
+Examples:
+  valve explain valve.toml campaign.toml
+  valve explain valve.toml campaign.toml --plot candidates.svg
+  valve adopt valve.toml campaign.toml --effect dry-friction --out better.toml")]
+pub struct ExplainArgs {
+    /// The valve file
+    pub valve: PathBuf,
+    /// The campaign file
+    pub campaign: PathBuf,
+    /// Draw the candidates and what each explains to an .svg or .png file
+    #[arg(long, value_name = "FILE")]
+    pub plot: Option<PathBuf>,
+    /// Draw the error after each step to an .svg or .png file
+    #[arg(long, value_name = "FILE")]
+    pub plot_steps: Option<PathBuf>,
+    /// How the result is printed
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    pub format: Format,
+}
+
+/// Options of `adopt`.
+#[derive(Debug, Args)]
+#[command(after_long_help = "\
+Adds the effects, refits them together with the tolerated parameters and writes a new
+valve file that remembers the step (`valve revert` goes back). An effect of your own,
+a custom [[effect]] of the valve file, is named by its name and refitted.
+
+Examples:
+  valve adopt valve.toml campaign.toml --effect dry-friction --out better.toml
+  valve adopt valve.toml campaign.toml --effect dry-friction --effect supply-droop --out better.toml")]
+pub struct AdoptArgs {
+    /// The valve file
+    pub valve: PathBuf,
+    /// The campaign file
+    pub campaign: PathBuf,
+    /// Id of an effect of the catalogue, or name of a custom effect of the valve file
+    #[arg(long = "effect", value_name = "ID", required = true)]
+    pub effects: Vec<String>,
+    /// Where the new valve file goes
+    #[arg(long, value_name = "FILE")]
+    pub out: PathBuf,
+    /// Replace the output if it exists
+    #[arg(long)]
+    pub force: bool,
+    /// Draw the error after each step to an .svg or .png file
     #[arg(long, value_name = "FILE")]
     pub plot: Option<PathBuf>,
     /// How the result is printed

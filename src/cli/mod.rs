@@ -10,7 +10,7 @@ use std::path::PathBuf;
 
 use clap::{Parser, Subcommand, ValueEnum};
 
-pub use measurement::{CalibrateArgs, CompareArgs};
+pub use measurement::{AdoptArgs, CalibrateArgs, CompareArgs, ExplainArgs};
 pub use model::{EffectsArgs, ReportArgs, RevertArgs, SimulateArgs};
 pub use prognosis::{
     BuildTablesArgs, DemoArgs, EvaluateArgs, GrowthName, MethodName, PrognoseArgs, StartName, StreamFormat,
@@ -52,6 +52,10 @@ pub enum Verb {
     Compare(CompareArgs),
     /// Fit the parameters that have a tolerance to recorded strokes
     Calibrate(CalibrateArgs),
+    /// Find which physical effect a model lacks, how large it is and how sure that is
+    Explain(ExplainArgs),
+    /// Add effects to a valve file, everything refitted
+    Adopt(AdoptArgs),
     /// List the physical effects that can be added to a valve file, or explain one
     Effects(EffectsArgs),
     /// Write all that is known of a valve into one HTML page

@@ -1,5 +1,7 @@
 //! Pictures of a comparison.
 
+use std::fmt::Write;
+
 use model_lab::compare::{Comparison, Direction, RunComparison};
 use model_lab::data::{Channel, RunData};
 use model_lab::residual_force::{Axis, Bin, ResidualForce, Signature};
@@ -25,7 +27,8 @@ pub fn conditions_words(conditions: &Conditions) -> String {
         [(conditions.leak_to_atmosphere_m2, "leak to atmosphere"), (conditions.leak_from_supply_m2, "leak from supply")]
     {
         if area > 0.0 {
-            words.push_str(&format!(", {name} {:.3} mm²", area * 1e6));
+            // Writing to a string cannot fail.
+            let _ = write!(words, ", {name} {:.3} mm²", area * 1e6);
         }
     }
     words

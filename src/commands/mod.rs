@@ -1,5 +1,6 @@
 //! One file a verb: read, call the crates, print.
 
+mod adopt;
 mod build_tables;
 mod calibrate;
 mod campaign_input;
@@ -9,6 +10,9 @@ mod compare_json;
 mod demo;
 mod effects;
 mod evaluate;
+mod explain;
+mod explain_json;
+mod ladder;
 mod manual;
 mod prognose;
 mod report;
@@ -30,6 +34,8 @@ pub fn run(verb: &Verb) -> anyhow::Result<Answer> {
         Verb::Demo(args) => demo::run(args),
         Verb::Compare(args) => compare::run(args),
         Verb::Calibrate(args) => calibrate::run(args),
+        Verb::Explain(args) => explain::run(args),
+        Verb::Adopt(args) => adopt::run(args),
         Verb::Effects(args) => effects::run(args),
         Verb::Report(args) => report::run(args),
         Verb::Revert(args) => revert::run(args),

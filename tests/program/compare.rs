@@ -52,7 +52,8 @@ fn a_late_solenoid_is_found_in_the_dead_time() {
     assert_eq!(worst["phase"], "dead_time");
     assert!((worst["time_error_s"].as_f64().unwrap() + 0.049).abs() < 2e-3, "{worst}");
     let words = worst["words"].as_str().unwrap();
-    assert!(words.contains("breaks away 49 ms early, the rest of the stroke is then right"), "{words}");
+    assert!(words.contains("the model breaks away") && words.contains("ms early"), "{words}");
+    assert!(words.contains("the rest of the stroke is then right"), "{words}");
 }
 
 #[test]
@@ -69,7 +70,7 @@ fn an_error_that_grows_with_supply_pressure_is_said_to() {
 #[test]
 fn fail_above_decides_the_exit_code_and_against_stands_beside() {
     let sandbox = Sandbox::new();
-    let other = VALVE.replace("600 N s/m", "700 N s/m");
+    let other = VALVE.replace("600 N s/m", "900 N s/m");
     sandbox.write("other.toml", &other);
     Recording::default().write(&sandbox, &other);
     let call = ["compare", "valve.toml", "campaign.toml", "--fail-above", "1.5"];
@@ -144,7 +145,7 @@ fn bad_campaigns_are_refused_or_warned_of() {
         sandbox.write("run-1.csv", trace);
         let output = sandbox.valve(&["compare", "valve.toml", "campaign.toml"]);
         let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
-        println!("{name}: {:?} {stderr}", output.status.code());
+        assert!(!stderr.is_empty(), "{name}: nothing was said");
         (output.status.code(), stderr)
     };
     let errors: [(&str, String, String, &str); 7] = [

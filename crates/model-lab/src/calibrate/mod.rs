@@ -6,6 +6,7 @@
 
 mod held_out;
 mod identifiability;
+mod polish;
 mod relinearise;
 mod repeatability;
 mod verdict;
@@ -225,7 +226,8 @@ fn best_fit(space: &Space, data: &Dataset, valve: &Valve, options: CalibrateOpti
             }
         }
     }
-    BestFit { fit: fits.swap_remove(0), scatter, data: straight, start_costs }
+    let fit = polish::polished(&straight, &scatter, fits.swap_remove(0));
+    BestFit { fit, scatter, data: straight, start_costs }
 }
 
 /// Times that the scatter of single strokes is made linear about what it most likely is.

@@ -1,5 +1,7 @@
 //! Where the model fails first, by how much and under which conditions, in numbers and in words.
 
+use std::fmt::Write;
+
 use valve_model::Conditions;
 
 use super::Comparison;
@@ -162,7 +164,8 @@ fn finding(errors: &[&PhaseError], runs: &[RunComparison], stroke_m: f64) -> Opt
     };
     let mut words = format!("{}: {}", first.direction.name(), clause(first, place(first)));
     for error in &named[1..] {
-        words.push_str(&format!(", then {}", clause(error, place(error))));
+        words.push_str(", then ");
+        words.push_str(&clause(error, place(error)));
     }
     let ends_right = named.last().is_some_and(|last| last.phase.is_some_and(|phase| phase != Phase::Seating));
     if ends_right {
@@ -175,7 +178,9 @@ fn finding(errors: &[&PhaseError], runs: &[RunComparison], stroke_m: f64) -> Opt
     for trend in source.clear_trends() {
         let verb = if source.mean_s * trend.change >= 0.0 { "grows" } else { "shrinks" };
         let size = trend.change.abs() * 1e3;
-        words.push_str(&format!("; {verb} with {} (by {size:.0} ms over the range)", trend.condition.words()));
+        let condition = trend.condition.words();
+        // Writing to a string cannot fail.
+        let _ = write!(words, "; {verb} with {condition} (by {size:.0} ms over the range)");
     }
     Some(Finding {
         direction: first.direction,

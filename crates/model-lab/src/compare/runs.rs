@@ -80,11 +80,10 @@ pub(super) fn compare_run(valve: &Valve, data: &RunData, predicted: Predicted, r
         let ends = boundaries(&levels, until_s.min(data.run.end_s) - command.time_s);
         let from = data.times_s.partition_point(|time| *time < command.time_s);
         let to = data.times_s.partition_point(|time| *time < until_s);
-        for sample in from..to {
-            let error = samples[sample] - predicted.position_m[sample];
+        let errors = samples[from..to].iter().zip(&predicted.position_m[from..to]).map(|(a, b)| a - b);
+        for (error, time) in errors.zip(&data.times_s[from..to]) {
             if error.is_finite() {
-                let phase = phase_at(&ends, data.times_s[sample] - command.time_s);
-                squares.add(window.direction, phase, error);
+                squares.add(window.direction, phase_at(&ends, time - command.time_s), error);
             }
         }
         strokes.push(StrokeComparison { window, levels });

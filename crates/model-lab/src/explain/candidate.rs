@@ -30,9 +30,9 @@ pub struct Effort {
 
 impl Effort {
     /// For the first effect.
-    pub const THOROUGH: Self = Self { starts: 3, first_steps: 3, steps: 14 };
+    pub const THOROUGH: Self = Self { starts: 4, first_steps: 3, steps: 20 };
     /// For pairs and triples, which start from a good fit.
-    pub const QUICK: Self = Self { starts: 2, first_steps: 2, steps: 8 };
+    pub const QUICK: Self = Self { starts: 3, first_steps: 2, steps: 12 };
 }
 
 /// Adds an effect to a fitted model and refits everything; nothing if no start could be simulated.
@@ -60,7 +60,7 @@ pub fn refit(data: &Dataset, scatter: &Scatter, base: &Fit, space: &Space, effor
     if best.converged {
         return Some(best);
     }
-    fit(data, scatter, space, &best.u, FitOptions { steps: effort.steps, tolerance: 0.1, stall: 0.01 })
+    fit(data, scatter, space, &best.u, FitOptions { steps: effort.steps, tolerance: 0.1, stall: 3e-3 })
 }
 
 /// The best points, but no two of the same shape and sign next to each other.
@@ -104,6 +104,9 @@ fn profile_points(scatter: &Scatter, base: &Fit, space: &Space, data: &Dataset) 
                 *value += (answer[index] * ratio).clamp(-3.0, 3.0);
             }
             points.push(space.clamped(&u));
+            // A calibration without the effect may have gone far astray: start from the datasheet too.
+            let datasheet: Vec<f64> = base.space.start().into_iter().take(old).chain(large.0.iter().copied()).collect();
+            points.push(space.clamped(&datasheet));
         }
         points.push(small_point(base, probe));
     }

@@ -149,7 +149,11 @@ pub fn search(data: &Dataset, scatter: &Scatter, base: Fit, watch: &Watch<'_>) -
         }
         // Polish, and drop what the new effect has made needless.
         best = polished(data, scatter, &best);
+        let count = best.kinds.len();
         best = without_needless(data, scatter, best, &steps[0]);
+        if best.kinds.len() < count {
+            best = polished(data, scatter, &best);
+        }
         let lack = lack_of_fit(data, &scatter.without_scatter(&best.fit.residual));
         watch.tell(Progress::Accepted { kinds: best.kinds.clone(), lack });
         alternatives.clone_from(&tried);
@@ -170,7 +174,13 @@ pub fn search(data: &Dataset, scatter: &Scatter, base: Fit, watch: &Watch<'_>) -
 }
 
 fn polished(data: &Dataset, scatter: &Scatter, model: &Model) -> Model {
-    let fit = fit(data, scatter, &model.fit.space, &model.fit.u, FitOptions { steps: 12, ..FitOptions::default() });
+    let fit = fit(
+        data,
+        scatter,
+        &model.fit.space,
+        &model.fit.u,
+        FitOptions { steps: 25, stall: 1e-3, ..FitOptions::default() },
+    );
     match fit {
         Some(fit) if fit.cost < model.fit.cost => Model { kinds: model.kinds.clone(), fit },
         _ => model.clone(),

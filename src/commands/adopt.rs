@@ -1,0 +1,213 @@
+//! `valve adopt`: effects added to a valve file, everything refitted.
+
+use std::fmt::Write;
+
+use model_lab::Space;
+use model_lab::explain::candidate::{Effort, add_effect, refit};
+use model_lab::explain::held_out::held_out_rms;
+use model_lab::explain::report::{FittedParameter, StepReport, fitted_parameters};
+use model_lab::explain::{Calibrated, calibrated};
+use model_lab::fit::{Fit, FitOptions, fit};
+use model_lab::space::Target;
+use serde_json::json;
+use valve_file::{HistoryEntry, ValveFile};
+use valve_model::custom::CustomEffect;
+use valve_model::{EffectKind, ParameterId};
+
+use super::campaign_input::CampaignInput;
+use super::ladder;
+use crate::cli::{AdoptArgs, Format};
+use crate::failure::{Answer, Hinted};
+use crate::output::{self, PlotFile};
+
+/// Something to add.
+enum Addition {
+    Catalogue(EffectKind),
+    Own(CustomEffect),
+}
+
+/// Adds, refits, writes and prints the ladder.
+pub fn run(args: &AdoptArgs) -> anyhow::Result<Answer> {
+    let input = CampaignInput::read(&args.valve, &args.campaign)?;
+    if !args.force && args.out.exists() {
+        return Err(Hinted::error(
+            format!("{}: exists already", args.out.display()),
+            "choose another name, or replace it with --force",
+        ));
+    }
+    let plot = PlotFile::create(args.plot.as_deref())?;
+    let (additions, without) = additions(&input.file, &args.effects)?;
+    let data = &input.data;
+    let nothing = || {
+        Hinted::error(
+            format!("{}: its strokes cannot be simulated", input.file.file_name()),
+            "look at the valve with `valve simulate`",
+        )
+    };
+    let Calibrated { datasheet_rms, fit: mut best, mut scatter } =
+        calibrated(data, &Space::tolerated(&without)).ok_or_else(nothing)?;
+    let mut steps = vec![
+        StepReport { step: "datasheet".into(), normalised_rms: datasheet_rms, held_out_normalised_rms: None },
+        StepReport {
+            step: "calibrated".into(),
+            normalised_rms: best.normalised_rms(&scatter),
+            held_out_normalised_rms: held_out_rms(data, &scatter, &best),
+        },
+    ];
+    for addition in &additions {
+        let added = match addition {
+            Addition::Catalogue(kind) => add_effect(data, &scatter, &best, *kind, Effort::THOROUGH),
+            Addition::Own(effect) => {
+                let space = best.space.with_custom(effect);
+                let start: Vec<f64> =
+                    best.u.iter().copied().chain(space.start().into_iter().skip(best.u.len())).collect();
+                fit(data, &scatter, &space, &start, FitOptions::default())
+                    .or_else(|| refit(data, &scatter, &best, &space, Effort::QUICK))
+            }
+        };
+        best = added.ok_or_else(nothing)?;
+        if scatter.is_known {
+            scatter = model_lab::Scatter::estimate(data, &best.valve());
+        }
+        best = fit(data, &scatter, &best.space, &best.u, FitOptions::default()).ok_or_else(nothing)?;
+        steps.push(StepReport {
+            step: name(addition).into(),
+            normalised_rms: best.normalised_rms(&scatter),
+            held_out_normalised_rms: held_out_rms(data, &scatter, &best),
+        });
+    }
+    let names: Vec<&str> = additions.iter().map(name).collect();
+    let action = format!("added {}", names.join(" and "));
+    let last = &steps[steps.len() - 1];
+    let entry = HistoryEntry::new(&action, &input.campaign.name, datasheet_rms, last.normalised_rms);
+    adopted(&input.file, &best)?.with_history(entry)?.write(&args.out, args.force)?;
+    let kinds: Vec<EffectKind> = additions
+        .iter()
+        .filter_map(|addition| match addition {
+            Addition::Catalogue(kind) => Some(*kind),
+            Addition::Own(_) => None,
+        })
+        .collect();
+    let parameters = fitted_parameters(&best, &kinds, &scatter);
+    match args.format {
+        Format::Text => {
+            let mut text = format!("{action} on {}\n\n{}\n", input.campaign.name, ladder::table(&steps));
+            text.push_str(&parameter_lines(&parameters));
+            for effect in best.space.custom_at(&best.u) {
+                for parameter in effect.parameters() {
+                    let _ = writeln!(text, "{}: {} = {:.6e} (SI)", effect.name(), parameter.name, parameter.value);
+                }
+            }
+            let _ = writeln!(text, "\nwritten: {}", args.out.display());
+            output::print_text(&text)?;
+        }
+        Format::Json => output::print_json(&json!({
+            "effects": names,
+            "steps": ladder::value(&steps),
+            "parameters": super::explain_json::parameters(&parameters),
+            "out": args.out.display().to_string(),
+        }))?,
+    }
+    if let Some(plot) = plot {
+        plot.write(&ladder::figure(&input.campaign.name, &action, &steps, &scatter).figure())?;
+    }
+    Ok(Answer::Fine)
+}
+
+/// One line for each fitted parameter of an effect.
+pub fn parameter_lines(parameters: &[FittedParameter]) -> String {
+    let mut text = String::new();
+    for parameter in parameters {
+        let _ = writeln!(
+            text,
+            "{}: {} = {:.4} +- {:.2} {}",
+            parameter.effect.id(),
+            parameter.name,
+            scaled(parameter.value, parameter.unit).0,
+            scaled(parameter.sigma, parameter.unit).0,
+            scaled(parameter.value, parameter.unit).1,
+        );
+    }
+    text
+}
+
+/// A value in the unit that people read it in.
+fn scaled(value: f64, unit: &'static str) -> (Shown, &'static str) {
+    let (factor, name) = match unit {
+        "m" => (1e3, "mm"),
+        "m2" => (1e6, "mm2"),
+        "m3" => (1e6, "cm3"),
+        "s" => (1e3, "ms"),
+        "Pa" => (1e-3, "kPa"),
+        other => (1.0, other),
+    };
+    (Shown(value * factor), name)
+}
+
+/// A number with as many significant digits as the precision says, plain where that is short.
+struct Shown(f64);
+
+impl std::fmt::Display for Shown {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let digits = i32::try_from(formatter.precision().unwrap_or(4)).unwrap_or(4);
+        let size = self.0.abs();
+        if self.0 == 0.0 || !(1e-3..1e6).contains(&size) {
+            return write!(formatter, "{:.*e}", usize::try_from(digits - 1).unwrap_or(0), self.0);
+        }
+        #[expect(clippy::cast_possible_truncation, reason = "between -3 and 6")]
+        let before = size.log10().floor() as i32 + 1;
+        write!(formatter, "{:.*}", usize::try_from(digits - before).unwrap_or(0), self.0)
+    }
+}
+
+fn name(addition: &Addition) -> &str {
+    match addition {
+        Addition::Catalogue(kind) => kind.id(),
+        Addition::Own(effect) => effect.name(),
+    }
+}
+
+/// What to add, and the valve file without the custom effects that are to be refitted.
+fn additions(file: &ValveFile, names: &[String]) -> anyhow::Result<(Vec<Addition>, ValveFile)> {
+    let mut without = file.clone();
+    let mut additions = Vec::new();
+    for name in names {
+        let own = file.valve().custom().iter().find(|effect| effect.name() == name);
+        if let Some(kind) = EffectKind::from_id(name) {
+            additions.push(Addition::Catalogue(kind));
+        } else if let Some(effect) = own {
+            additions.push(Addition::Own(effect.clone()));
+            without = without.without_custom(name)?;
+        } else {
+            let known: Vec<&str> = EffectKind::ALL.iter().map(|kind| kind.id()).collect();
+            let hint = match quantity::suggest::nearest(name, known) {
+                Some(near) => format!("did you mean {near}? `valve effects` lists the catalogue"),
+                None => "`valve effects` lists the catalogue; a custom effect must stand in the valve file".into(),
+            };
+            return Err(Hinted::error(format!("there is no effect \"{name}\""), hint));
+        }
+    }
+    Ok((additions, without))
+}
+
+/// The valve file with everything that a fit moved.
+fn adopted(file: &ValveFile, best: &Fit) -> anyhow::Result<ValveFile> {
+    let base = best.space.base_at(&best.u);
+    let moved: Vec<(ParameterId, f64)> = best
+        .space
+        .coordinates
+        .iter()
+        .filter_map(|coordinate| match coordinate.target {
+            Target::Base(id) => Some((id, base.get(id))),
+            _ => None,
+        })
+        .collect();
+    let mut new = file.with_parameters(&moved)?;
+    for effect in best.space.effects_at(&best.u) {
+        new = new.with_effect(&effect)?;
+    }
+    for effect in best.space.custom_at(&best.u) {
+        new = new.with_custom(&effect)?;
+    }
+    Ok(new)
+}
