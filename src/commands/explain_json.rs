@@ -1,5 +1,8 @@
 //! The answer of `valve explain` for programs, with the names of the output's contract.
 
+use std::fmt::Write;
+
+use leak_table::mm2_from_m2;
 use model_lab::explain::Explanation;
 use model_lab::explain::experiment::Experiment;
 use model_lab::explain::outside::Outside;
@@ -90,6 +93,7 @@ fn experiment(plan: &Experiment) -> Value {
 /// A planned run as it is pasted into a campaign file.
 pub fn run_toml(plan: &Experiment) -> String {
     let conditions = &plan.run.conditions;
+    // Writing to a string cannot fail.
     let mut text = format!(
         "[[run]]\nsupply_pressure = \"{:.2} kPa\"\ntemperature = \"{:.2} K\"\n",
         conditions.supply_pressure_pa * 1e-3,
@@ -99,7 +103,7 @@ pub fn run_toml(plan: &Experiment) -> String {
         [("leak_to_atmosphere", conditions.leak_to_atmosphere_m2), ("leak_from_supply", conditions.leak_from_supply_m2)]
     {
         if area > 0.0 {
-            text.push_str(&format!("{key} = \"{:.4} mm2\"\n", area * 1e6));
+            let _ = writeln!(text, "{key} = \"{:.4} mm2\"", mm2_from_m2(area));
         }
     }
     let commands: Vec<String> = plan
@@ -108,7 +112,7 @@ pub fn run_toml(plan: &Experiment) -> String {
         .iter()
         .map(|edge| format!("{{ at = \"{:.3} s\", close = {} }}", edge.time_s, edge.close))
         .collect();
-    text.push_str(&format!("commands = [ {} ]\nend = \"{:.3} s\"\n", commands.join(", "), plan.run.end_s));
+    let _ = writeln!(text, "commands = [ {} ]\nend = \"{:.3} s\"", commands.join(", "), plan.run.end_s);
     text
 }
 
@@ -140,6 +144,7 @@ fn outside(found: &Outside) -> Value {
 /// The custom effect as it is pasted into a valve file.
 pub fn effect_toml(found: &Outside) -> String {
     let effect = &found.effect;
+    // Writing to a string cannot fail.
     let mut text = format!(
         "[[effect]]\nkind = \"custom\"\nname = \"{}\"\nacts_on = \"{}\"\nformula = \"{}\"\n[effect.parameters]\n",
         effect.name(),
@@ -147,10 +152,11 @@ pub fn effect_toml(found: &Outside) -> String {
         effect.formula().source()
     );
     for parameter in effect.parameters() {
-        text.push_str(&format!(
-            "{} = {{ start = {:.6e}, lower = {:.3e}, upper = {:.3e}, unit = \"{}\" }}\n",
+        let _ = writeln!(
+            text,
+            "{} = {{ start = {:.6e}, lower = {:.3e}, upper = {:.3e}, unit = \"{}\" }}",
             parameter.name, parameter.value, parameter.lower, parameter.upper, parameter.unit
-        ));
+        );
     }
     text
 }
