@@ -7,4 +7,5 @@ mod chain;
 mod cli;
 mod compare;
 mod docs;
+mod explain;
 mod support;

@@ -17,6 +17,7 @@ use crate::data::Dataset;
 use crate::fit::{Fit, FitOptions, fit};
 use crate::scatter::Scatter;
 use crate::space::Space;
+use search::Scope;
 
 pub use report::{Explanation, Verdict};
 
@@ -99,25 +100,27 @@ pub fn calibrated(data: &Dataset, space: &Space) -> Option<Calibrated> {
     Some(Calibrated { datasheet_rms: datasheet.normalised_rms(&scatter), fit: best, scatter })
 }
 
-/// Effects of each depth that are looked at again when the scatter of strokes is seen anew.
-const CONTENDERS: usize = 4;
+/// Single effects that are looked at again when the scatter of strokes is seen anew.
+const CONTENDERS: usize = 5;
 
 /// Explains what a model lacks on a dataset; nothing if not even the valve file's own values can be
 /// simulated.
 pub fn explain(data: &Dataset, space: &Space, watch: &Watch<'_>) -> Option<Explanation> {
     let Calibrated { datasheet_rms, fit: base, mut scatter } = calibrated(data, space)?;
     watch.tell(Progress::Calibrated { normalised_rms: base.normalised_rms(&scatter) });
-    let mut found = search::search(data, &scatter, base.clone(), EffectKind::ALL, watch);
-    // Scatter seen through a model that does not fit is seen wrongly: look again with the one that does.
-    if scatter.is_known && found.steps.len() > 1 && !watch.is_stopped() {
-        let better = Scatter::estimate(data, &found.steps[found.steps.len() - 1].fit.valve());
-        if better.differs_from(&scatter) {
-            watch.tell(Progress::Doing("looking again with the scatter of strokes seen by the better model"));
-            scatter = better;
-            let base = fit(data, &scatter, space, &base.u, FitOptions::default()).unwrap_or(base);
-            let contenders = found.contenders(CONTENDERS);
-            found = search::search(data, &scatter, base, &contenders, watch);
-        }
+    if !scatter.is_known {
+        let found = search::search(data, &scatter, base, Scope::ALL, watch);
+        return Some(report::assemble(data, &scatter, datasheet_rms, &found, watch));
+    }
+    // Scatter seen through a model that does not fit is seen wrongly: the single effects are tried with
+    // it, and everything is looked at again with the scatter that the best of them shows.
+    let mut found = search::search(data, &scatter, base.clone(), Scope { deepest: 1, ..Scope::ALL }, watch);
+    if found.steps.len() > 1 && !watch.is_stopped() {
+        watch.tell(Progress::Doing("looking again with the scatter of strokes seen by the better model"));
+        scatter = Scatter::estimate(data, &found.steps[found.steps.len() - 1].fit.valve());
+        let base = fit(data, &scatter, space, &base.u, FitOptions::default()).unwrap_or(base);
+        let first = found.contenders(CONTENDERS);
+        found = search::search(data, &scatter, base, Scope { first: &first, ..Scope::ALL }, watch);
     }
     Some(report::assemble(data, &scatter, datasheet_rms, &found, watch))
 }

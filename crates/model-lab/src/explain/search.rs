@@ -106,33 +106,42 @@ pub struct Found {
 }
 
 impl Found {
-    /// The effects that came closest: those accepted, and the best of every depth.
+    /// The single effects that came closest.
     pub fn contenders(&self, count: usize) -> Vec<EffectKind> {
-        let last = &self.steps[self.steps.len() - 1];
-        let tried = self.singles.iter().take(count).chain(self.alternatives.iter().take(count));
-        let mut kinds: Vec<EffectKind> =
-            last.kinds.iter().chain(tried.flat_map(|model| &model.kinds)).copied().collect();
-        kinds.sort_unstable();
-        kinds.dedup();
-        kinds
+        self.singles.iter().take(count).flat_map(|model| &model.kinds).copied().collect()
     }
 }
 
-/// Searches for what is missing on top of a calibrated fit, among these effects.
-pub fn search(data: &Dataset, scatter: &Scatter, base: Fit, kinds: &[EffectKind], watch: &Watch<'_>) -> Found {
+/// What a search looks at.
+#[derive(Debug, Clone, Copy)]
+pub struct Scope<'a> {
+    /// The effects tried as the first one.
+    pub first: &'a [EffectKind],
+    /// Most effects that are combined.
+    pub deepest: usize,
+}
+
+impl Scope<'_> {
+    /// The whole catalogue, up to three effects.
+    pub const ALL: Self = Self { first: EffectKind::ALL, deepest: DEEPEST };
+}
+
+/// Searches for what is missing on top of a calibrated fit.
+pub fn search(data: &Dataset, scatter: &Scatter, base: Fit, scope: Scope<'_>, watch: &Watch<'_>) -> Found {
     let already: Vec<EffectKind> = base.space.effects().iter().map(valve_model::Effect::kind).collect();
-    let kinds: Vec<EffectKind> = kinds.iter().copied().filter(|kind| !already.contains(kind)).collect();
+    let kinds: Vec<EffectKind> = EffectKind::ALL.iter().copied().filter(|kind| !already.contains(kind)).collect();
     let base = Model { kinds: Vec::new(), fit: base };
     let mut steps = vec![base.clone()];
     let mut singles = Vec::new();
     let mut alternatives = Vec::new();
     let mut beam = vec![base];
     let mut interrupted = false;
-    for (depth, carried) in BEAM.into_iter().enumerate() {
+    for (depth, carried) in BEAM.into_iter().enumerate().take(scope.deepest) {
         let effort = if depth == 0 { Effort::THOROUGH } else { Effort::QUICK };
         let jobs: Vec<(usize, EffectKind)> = (0..beam.len())
             .flat_map(|model| kinds.iter().map(move |kind| (model, *kind)))
             .filter(|(model, kind)| !beam[*model].kinds.contains(kind))
+            .filter(|(_, kind)| depth > 0 || scope.first.contains(kind))
             .collect();
         let total = jobs.len();
         let mut tried: Vec<Model> = jobs

@@ -1,0 +1,80 @@
+//! `valve explain` and `valve adopt` on a campaign with a hidden effect, made by the emulator.
+
+use serde_json::Value;
+
+use crate::support::Sandbox;
+
+/// Writes a campaign of stroke times under several conditions, simulated with an effect that the
+/// valve file does not have.
+fn hide_vent_restriction(sandbox: &Sandbox) {
+    let file = valve_file::ValveFile::parse(include_str!("../../models/testbed.toml"), "valve.toml").expect("a valve");
+    let effect = valve_model::Effect::new(valve_model::EffectKind::VentRestriction, &[Some(0.8)]).expect("an effect");
+    let hidden = file.with_effect(&effect).expect("a valve with it");
+    let parameters = hidden.valve().parameters().clone();
+    let mut rows = String::from(
+        "supply_pressure_psig,leak_to_atmosphere_mm2,leak_from_supply_mm2,temperature_k,close_time_s,open_time_s\n",
+    );
+    for (index, psig) in [50.0, 60.0, 70.0, 75.0, 80.0, 90.0, 100.0].into_iter().enumerate() {
+        let conditions = valve_model::Conditions {
+            supply_pressure_pa: 101_325.0 + psig * 6_894.757,
+            ..valve_model::Conditions::nominal(&parameters)
+        };
+        let cycle = &valve_model::cycle::cycles(&[(hidden.valve(), conditions)], &hidden.schedule(), 1, 1e-3)[0][0];
+        // A fixed pattern in place of noise, of the stated size.
+        let off = [0.4e-3, -0.7e-3, 0.2e-3, 0.9e-3, -0.3e-3, -0.6e-3, 0.5e-3][index];
+        let (close, open) = (cycle.close_time_s.expect("closes"), cycle.open_time_s.expect("opens"));
+        rows.push_str(&format!("{psig},0,0,293.15,{:.4},{:.4}\n", close + off, open - off));
+    }
+    sandbox.write("timings.csv", &rows);
+    sandbox.write(
+        "campaign.toml",
+        "name = \"hidden vent restriction\"\n\n[sensors]\ntiming_noise = \"1 ms\"\n\n[timings]\nfile = \"timings.csv\"\n",
+    );
+}
+
+fn json(sandbox: &Sandbox, arguments: &[&str]) -> Value {
+    let output = sandbox.valve(arguments);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).expect("JSON")
+}
+
+#[test]
+fn a_hidden_effect_is_found_adopted_and_reverted() {
+    let sandbox = Sandbox::new();
+    hide_vent_restriction(&sandbox);
+    let answer = json(&sandbox, &["explain", "valve.toml", "campaign.toml", "--format", "json"]);
+    assert_ne!(answer["verdict"], "adequate", "{answer:#}");
+    let group: Vec<&str> = answer["indistinguishable"]
+        .as_object()
+        .expect("groups")
+        .iter()
+        .flat_map(|(kind, twin)| {
+            let with = twin["with"].as_array().expect("names").iter().filter_map(Value::as_str);
+            std::iter::once(kind.as_str()).chain(with)
+        })
+        .collect();
+    assert!(group.contains(&"vent-restriction"), "{answer:#}");
+
+    let adopted = ["adopt", "valve.toml", "campaign.toml", "--effect", "vent-restriction", "--out", "better.toml"];
+    let answer = json(&sandbox, &[&adopted[..], &["--format", "json"]].concat());
+    let error = |step: usize| answer["steps"][step]["normalised_rms"].as_f64().expect("an error");
+    assert!(error(2) < 1.2 && error(2) < 0.1 * error(0), "{answer:#}");
+    let factor = answer["parameters"][0]["value"].as_f64().expect("a factor");
+    assert!((factor - 0.8).abs() < 0.03, "{answer:#}");
+    // The input is not touched, the output not replaced, and the step can be undone.
+    assert!(!sandbox.valve(&adopted).status.success());
+    assert!(sandbox.valve(&["revert", "better.toml", "--out", "back.toml"]).status.success());
+    let before = json(&sandbox, &["simulate", "valve.toml", "--format", "json"]);
+    assert_eq!(before["cycles"], json(&sandbox, &["simulate", "back.toml", "--format", "json"])["cycles"]);
+}
+
+#[test]
+fn an_unknown_effect_is_refused_with_the_nearest_name() {
+    let sandbox = Sandbox::new();
+    hide_vent_restriction(&sandbox);
+    let output =
+        sandbox.valve(&["adopt", "valve.toml", "campaign.toml", "--effect", "dry-fricton", "--out", "new.toml"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("dry-friction"));
+    assert!(!output.stderr.is_empty());
+}
