@@ -13,6 +13,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use valve_model::EffectKind;
 
+use crate::calibrate::relinearised;
 use crate::data::Dataset;
 use crate::fit::{Fit, FitOptions, fit};
 use crate::scatter::Scatter;
@@ -100,6 +101,9 @@ pub fn calibrated(data: &Dataset, space: &Space) -> Option<Calibrated> {
     Some(Calibrated { datasheet_rms: datasheet.normalised_rms(&scatter), fit: best, scatter })
 }
 
+/// How often the scatter of strokes is made linear about what it most likely is.
+const SCATTER_ROUNDS: usize = 3;
+
 /// Single effects that are looked at again when the scatter of strokes is seen anew.
 const CONTENDERS: usize = 5;
 
@@ -115,12 +119,21 @@ pub fn explain(data: &Dataset, space: &Space, watch: &Watch<'_>) -> Option<Expla
     // Scatter seen through a model that does not fit is seen wrongly: the single effects are tried with
     // it, and everything is looked at again with the scatter that the best of them shows.
     let mut found = search::search(data, &scatter, base.clone(), Scope { deepest: 1, ..Scope::ALL }, watch);
-    if found.steps.len() > 1 && !watch.is_stopped() {
-        watch.tell(Progress::Doing("looking again with the scatter of strokes seen by the better model"));
-        scatter = Scatter::estimate(data, &found.steps[found.steps.len() - 1].fit.valve());
-        let base = fit(data, &scatter, space, &base.u, FitOptions::default()).unwrap_or(base);
-        let first = found.contenders(CONTENDERS);
-        found = search::search(data, &scatter, base, Scope { first: &first, ..Scope::ALL }, watch);
+    if watch.is_stopped() {
+        return Some(report::assemble(data, &scatter, datasheet_rms, &found, watch));
     }
-    Some(report::assemble(data, &scatter, datasheet_rms, &found, watch))
+    watch.tell(Progress::Doing("looking again with the scatter of strokes seen by the better model"));
+    let mut best = found.steps[found.steps.len() - 1].fit.clone();
+    let mut straight = data.clone();
+    for _ in 0..SCATTER_ROUNDS {
+        let valve = best.valve();
+        straight = relinearised(data, &straight, &scatter, &valve);
+        scatter = Scatter::estimate(&straight, &valve);
+        best = fit(&straight, &scatter, &best.space, &best.u, FitOptions { steps: 6, ..FitOptions::default() })
+            .unwrap_or(best);
+    }
+    let base = fit(&straight, &scatter, space, &base.u, FitOptions::default()).unwrap_or(base);
+    let first = found.contenders(CONTENDERS);
+    found = search::search(&straight, &scatter, base, Scope { first: &first, ..Scope::ALL }, watch);
+    Some(report::assemble(&straight, &scatter, datasheet_rms, &found, watch))
 }
