@@ -1,5 +1,7 @@
 //! `valve explain` and `valve adopt` on a campaign with a hidden effect, made by the emulator.
 
+use std::fmt::Write;
+
 use serde_json::Value;
 
 use crate::support::Sandbox;
@@ -23,7 +25,7 @@ fn hide_vent_restriction(sandbox: &Sandbox) {
         // A fixed pattern in place of noise, of the stated size.
         let off = [0.4e-3, -0.7e-3, 0.2e-3, 0.9e-3, -0.3e-3, -0.6e-3, 0.5e-3][index];
         let (close, open) = (cycle.close_time_s.expect("closes"), cycle.open_time_s.expect("opens"));
-        rows.push_str(&format!("{psig},0,0,293.15,{:.4},{:.4}\n", close + off, open - off));
+        writeln!(rows, "{psig},0,0,293.15,{:.4},{:.4}", close + off, open - off).expect("a string takes all");
     }
     sandbox.write("timings.csv", &rows);
     sandbox.write(
