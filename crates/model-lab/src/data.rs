@@ -6,6 +6,7 @@
 
 use campaign::{Campaign, Run as RecordedRun, TimingRow, estimate_position_noise_m};
 use valve_model::driven::Driven;
+use valve_model::simulate::DEFAULT_STEP_S;
 use valve_model::{CommandEdge, Conditions, Run, Schedule};
 
 /// The time over which samples are averaged, s.
@@ -77,6 +78,22 @@ pub struct TimingGroup {
     pub rows: Vec<usize>,
 }
 
+/// How finely the runs of a dataset are simulated.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fineness {
+    /// Step of the integrator, s.
+    pub step_s: f64,
+    /// Substeps that it takes at most; more would only serve parameters far from any valve.
+    pub most_substeps: u32,
+}
+
+impl Fineness {
+    /// For results: a hundredth of a micrometre of the motion.
+    pub const FINE: Self = Self { step_s: DEFAULT_STEP_S, most_substeps: 4 };
+    /// For the way there: a micrometre or so of the motion, in half the time.
+    pub const ROUGH: Self = Self { step_s: 2.0 * DEFAULT_STEP_S, most_substeps: 2 };
+}
+
 /// A campaign made ready for comparison with the model.
 #[derive(Debug, Clone)]
 pub struct Dataset {
@@ -94,6 +111,8 @@ pub struct Dataset {
     pub schedule: Schedule,
     /// Whether the position noise was stated (or estimated).
     pub noise_is_stated: bool,
+    /// How finely it is simulated.
+    pub fineness: Fineness,
 }
 
 impl Dataset {
@@ -127,7 +146,14 @@ impl Dataset {
             timing_noise_s,
             schedule,
             noise_is_stated: campaign.sensors.position_noise_m.is_some() || campaign.sensors.timing_noise_s.is_some(),
+            fineness: Fineness::FINE,
         }
+    }
+
+    /// The same dataset, simulated this finely.
+    #[must_use]
+    pub fn simulated(&self, fineness: Fineness) -> Self {
+        Self { fineness, ..self.clone() }
     }
 
     /// How many residuals the dataset has: blocks of all channels, two for each row of stroke times.
@@ -174,6 +200,7 @@ impl Dataset {
             timing_noise_s: self.timing_noise_s,
             schedule: self.schedule,
             noise_is_stated: self.noise_is_stated,
+            fineness: self.fineness,
         }
     }
 }

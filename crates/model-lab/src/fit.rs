@@ -15,11 +15,11 @@ use crate::space::Space;
 /// When a fit ends.
 #[derive(Debug, Clone, Copy)]
 pub struct FitOptions {
-    /// Most steps, accepted or not.
+    /// Most Jacobians; each is good for a few steps.
     pub steps: usize,
     /// It has converged when a step promises less than this (in chi-squared).
     pub tolerance: f64,
-    /// It is given up when a step gains less than this share of what is above the noise.
+    /// It is given up when the steps of one Jacobian gain less than this share of what is above the noise.
     pub stall: f64,
 }
 
@@ -86,77 +86,200 @@ pub fn prior_cost(space: &Space, u: &[f64]) -> f64 {
 /// Factors on the damping that are tried side by side in every step.
 const DAMPINGS: [f64; 4] = [0.03, 1.0, 30.0, 1000.0];
 
+/// Steps taken with one Jacobian, kept up to date by what the steps show (Broyden 1965).
+const STEPS_PER_JACOBIAN: usize = 4;
+
+/// Share of the promised gain from which on a Jacobian is good for another step.
+const TRUSTED: f64 = 0.25;
+
+/// How much further the last move is carried on, beside the next step: along a curved valley every step
+/// is as short as the last one.
+const CARRIED_ON: [f64; 2] = [2.0, 8.0];
+
 /// Fits a space to a dataset from a starting point; nothing if that is no possible valve.
 pub fn fit(data: &Dataset, scatter: &Scatter, space: &Space, start: &[f64], options: FitOptions) -> Option<Fit> {
-    let mut u = space.clamped(start);
-    let mut residual = residuals(data, &[space.valve(&u)?]).remove(0);
-    let mut chi2 = scatter.dot(&residual, &residual);
-    let mut cost = chi2 + prior_cost(space, &u);
+    let mut at = Point::new(data, scatter, space, space.clamped(start))?;
+    let mut columns = jacobian(data, space, &at.u, &at.residual, &first_differences(space, &at.u));
     let mut damping = 1e-3;
     let mut converged = false;
-    let mut columns = jacobian(data, space, &u, &residual);
-    for _ in 0..options.steps {
-        let (matrix, gradient) = scatter.normal_equations(&columns, &residual);
-        let trials: Vec<(f64, Vec<f64>, Valve)> = DAMPINGS
-            .iter()
-            .filter_map(|factor| {
-                let (step, promised) = damped_step(space, &u, &matrix, &gradient, damping * factor)?;
-                let moved: Vec<f64> = u.iter().zip(step.iter()).map(|(u, step)| u + step).collect();
-                let next = space.clamped(&moved);
-                let valve = space.valve(&next)?;
-                (promised > options.tolerance).then_some((damping * factor, next, valve))
-            })
-            .collect();
-        if trials.is_empty() {
-            converged = true;
-            break;
-        }
-        let valves: Vec<Valve> = trials.iter().map(|(_, _, valve)| valve.clone()).collect();
-        let outcomes = residuals(data, &valves);
-        let costs: Vec<(f64, f64)> = outcomes
-            .iter()
-            .zip(&trials)
-            .map(|(outcome, (_, next, _))| {
-                let chi2 = scatter.dot(outcome, outcome);
-                (chi2, chi2 + prior_cost(space, next))
-            })
-            .collect();
-        let Some(best) = (0..costs.len()).min_by(|a, b| costs[*a].1.total_cmp(&costs[*b].1)) else { break };
-        let gain = cost - costs[best].1;
-        if gain <= 0.0 {
-            damping *= DAMPINGS[3] * 10.0;
-            if damping > 1e9 {
+    let mut last_move: Option<Vec<f64>> = None;
+    let (mut jacobians, mut age) = (0, 0);
+    let mut cost_then = at.cost;
+    while jacobians < options.steps {
+        let (matrix, gradient) = scatter.normal_equations(&columns, &at.residual);
+        let trials = trials(space, &at.u, &matrix, &gradient, damping, last_move.as_deref(), options.tolerance);
+        let best = best_of(data, scatter, space, &trials);
+        let gain = best.as_ref().map_or(0.0, |(_, point)| at.cost - point.cost);
+        let mut renew = age + 1 >= STEPS_PER_JACOBIAN;
+        if let Some((index, point)) = best.filter(|_| gain > 0.0) {
+            let trial = &trials[index];
+            damping = trial.damping.clamp(1e-9, 1e6);
+            let moved: Vec<f64> = point.u.iter().zip(&at.u).map(|(to, from)| to - from).collect();
+            let change: Vec<f64> = point.residual.iter().zip(&at.residual).map(|(to, from)| to - from).collect();
+            renew |= gain < TRUSTED * trial.promised || gain < options.tolerance;
+            if !renew {
+                update(&mut columns, &matrix, &moved, &change);
+            }
+            at = point;
+            last_move = Some(moved);
+        } else if age == 0 {
+            if trials.is_empty() || damping > 1e6 {
                 converged = true;
                 break;
             }
+            damping *= DAMPINGS[3] * 10.0;
+            jacobians += 1;
             continue;
+        } else {
+            renew = true;
         }
-        damping = trials[best].0.clamp(1e-9, 1e6);
-        (chi2, cost) = costs[best];
-        u.clone_from(&trials[best].1);
-        residual.clone_from(&outcomes[best]);
-        columns = jacobian(data, space, &u, &residual);
-        if gain < options.tolerance {
-            converged = true;
-            break;
-        }
-        if gain < options.stall * (cost - 1.2 * residual.len() as f64) {
-            break;
+        age += 1;
+        if renew {
+            if age == 1 && gain < options.tolerance {
+                converged = true;
+            }
+            let gained = cost_then - at.cost;
+            jacobians += 1;
+            if converged || gained < options.stall * (at.cost - 1.2 * at.residual.len() as f64) {
+                break;
+            }
+            if jacobians < options.steps {
+                let differences = differences(space, &at.u, &matrix, &at.residual);
+                columns = jacobian(data, space, &at.u, &at.residual, &differences);
+            }
+            (age, cost_then) = (0, at.cost);
         }
     }
-    let (mut matrix, _) = scatter.normal_equations(&columns, &residual);
+    let (mut matrix, _) = scatter.normal_equations(&columns, &at.residual);
     for (index, coordinate) in space.coordinates.iter().enumerate() {
         if let Some((_, sigma)) = coordinate.prior {
             matrix[(index, index)] += 1.0 / (sigma * sigma);
         }
     }
     let covariance = inverse(&matrix);
+    let Point { u, residual, chi2, cost } = at;
     Some(Fit { space: space.clone(), u, chi2, cost, covariance, residual, jacobian: columns, converged })
 }
 
+/// A point of a space that was simulated.
+struct Point {
+    u: Vec<f64>,
+    residual: Vec<f64>,
+    chi2: f64,
+    cost: f64,
+}
+
+impl Point {
+    fn new(data: &Dataset, scatter: &Scatter, space: &Space, u: Vec<f64>) -> Option<Self> {
+        let residual = residuals(data, &[space.valve(&u)?]).remove(0);
+        Some(Self::with(scatter, space, u, residual))
+    }
+
+    fn with(scatter: &Scatter, space: &Space, u: Vec<f64>, residual: Vec<f64>) -> Self {
+        let chi2 = scatter.dot(&residual, &residual);
+        let cost = chi2 + prior_cost(space, &u);
+        Self { u, residual, chi2, cost }
+    }
+}
+
+/// A point to try next.
+struct Trial {
+    u: Vec<f64>,
+    valve: Valve,
+    damping: f64,
+    promised: f64,
+}
+
+/// Steps of several dampings that promise enough, and the best of them with the last move carried on.
+fn trials(
+    space: &Space,
+    u: &[f64],
+    matrix: &DMatrix<f64>,
+    gradient: &DVector<f64>,
+    damping: f64,
+    last_move: Option<&[f64]>,
+    tolerance: f64,
+) -> Vec<Trial> {
+    let to = |step: &[f64], damping: f64, promised: f64| {
+        let moved: Vec<f64> = u.iter().zip(step).map(|(u, step)| u + step).collect();
+        let u = space.clamped(&moved);
+        let valve = space.valve(&u)?;
+        Some(Trial { u, valve, damping, promised })
+    };
+    let mut trials = Vec::new();
+    for factor in DAMPINGS {
+        let Some((step, promised)) = damped_step(space, u, matrix, gradient, damping * factor) else { continue };
+        if promised <= tolerance {
+            continue;
+        }
+        trials.extend(to(step.as_slice(), damping * factor, promised));
+        if let (Some(last), true) = (last_move, factor == 1.0) {
+            trials.extend(CARRIED_ON.iter().filter_map(|times| {
+                let further: Vec<f64> = step.iter().zip(last).map(|(step, last)| step + times * last).collect();
+                to(&further, damping * factor, promised)
+            }));
+        }
+    }
+    trials
+}
+
+/// The trial of the lowest cost, with its index.
+fn best_of(data: &Dataset, scatter: &Scatter, space: &Space, trials: &[Trial]) -> Option<(usize, Point)> {
+    let valves: Vec<Valve> = trials.iter().map(|trial| trial.valve.clone()).collect();
+    residuals(data, &valves)
+        .into_iter()
+        .zip(trials)
+        .map(|(residual, trial)| Point::with(scatter, space, trial.u.clone(), residual))
+        .enumerate()
+        .min_by(|a, b| a.1.cost.total_cmp(&b.1.cost))
+}
+
+/// Broyden's update of the Jacobian, with coordinates weighed by how much the residuals feel them.
+fn update(columns: &mut [Vec<f64>], matrix: &DMatrix<f64>, moved: &[f64], change: &[f64]) {
+    let weight = |index: usize| matrix[(index, index)] * moved[index];
+    let length: f64 = (0..moved.len()).map(|index| weight(index) * moved[index]).sum();
+    if length <= 0.0 {
+        return;
+    }
+    let mut missed = change.to_vec();
+    for (column, moved) in columns.iter().zip(moved) {
+        for (missed, slope) in missed.iter_mut().zip(column) {
+            *missed -= slope * moved;
+        }
+    }
+    for (index, column) in columns.iter_mut().enumerate() {
+        let share = weight(index) / length;
+        for (slope, missed) in column.iter_mut().zip(&missed) {
+            *slope += missed * share;
+        }
+    }
+}
+
+/// The differences of the first Jacobian: a visible share of each coordinate's width.
+pub fn first_differences(space: &Space, u: &[f64]) -> Vec<f64> {
+    space.coordinates.iter().zip(u).map(|(coordinate, u)| coordinate.step_at(*u)).collect()
+}
+
+/// Smallest share of the first difference that a later one is.
+const FINEST: f64 = 0.02;
+
+/// The differences of the next Jacobian: what the data can tell at the misfit at hand. Wider ones straddle
+/// the corners of the strokes and of the cost near the optimum, narrower ones those of single steps.
+fn differences(space: &Space, u: &[f64], matrix: &DMatrix<f64>, residual: &[f64]) -> Vec<f64> {
+    let square: f64 = residual.iter().map(|value| value * value).sum::<f64>() / residual.len().max(1) as f64;
+    let told = 2.0 * square.sqrt().max(1.0);
+    first_differences(space, u)
+        .iter()
+        .enumerate()
+        .map(|(index, first)| {
+            let share = told / matrix[(index, index)].max(1e-12).sqrt() / first.abs();
+            first * share.clamp(FINEST, 1.0)
+        })
+        .collect()
+}
+
 /// The columns of the Jacobian of the residuals, simulated side by side.
-pub fn jacobian(data: &Dataset, space: &Space, u: &[f64], residual: &[f64]) -> Vec<Vec<f64>> {
-    let steps: Vec<f64> = space.coordinates.iter().zip(u).map(|(coordinate, u)| coordinate.step_at(*u)).collect();
+pub fn jacobian(data: &Dataset, space: &Space, u: &[f64], residual: &[f64], steps: &[f64]) -> Vec<Vec<f64>> {
     let moved: Vec<Option<Valve>> = (0..u.len())
         .map(|index| {
             let mut point = u.to_vec();
@@ -168,7 +291,7 @@ pub fn jacobian(data: &Dataset, space: &Space, u: &[f64], residual: &[f64]) -> V
     let mut simulated = residuals(data, &valves).into_iter();
     moved
         .iter()
-        .zip(&steps)
+        .zip(steps)
         .map(|(valve, step)| match valve.as_ref().and_then(|_| simulated.next()) {
             Some(changed) => changed.iter().zip(residual).map(|(a, b)| (a - b) / step).collect(),
             None => vec![0.0; residual.len()],

@@ -2,16 +2,12 @@
 
 use rayon::prelude::*;
 use valve_model::cycle::{CycleTimes, cycles};
-use valve_model::simulate::DEFAULT_STEP_S;
 use valve_model::{EffectKind, Nodes, Prepared, Valve, simulate};
 
 use crate::data::{Channel, ChannelData, Dataset, RunData};
 
 /// Residuals beyond this many standard deviations carry no more information.
 const LARGEST_RESIDUAL: f64 = 1e4;
-
-/// Substeps that a fit takes at most; more would only serve parameters far from any valve.
-const MOST_SUBSTEPS: u32 = 4;
 
 /// Runs handed to one task; a multiple of the lanes.
 const CHUNK: usize = 16;
@@ -87,6 +83,7 @@ fn lagged(nodes: &Nodes, lag: f64) -> Nodes {
 /// all runs one after the other, then closing and opening of every row of stroke times.
 pub fn residuals(data: &Dataset, valves: &[Valve]) -> Vec<Vec<f64>> {
     let count = data.residual_count();
+    let fineness = data.fineness;
     let mut all: Vec<Vec<f64>> = valves.iter().map(|_| Vec::with_capacity(count)).collect();
     let jobs: Vec<(usize, usize)> =
         (0..data.runs.len()).flat_map(|run| (0..valves.len()).map(move |set| (run, set))).collect();
@@ -97,7 +94,8 @@ pub fn residuals(data: &Dataset, valves: &[Valve]) -> Vec<Vec<f64>> {
             let prepared: Vec<Prepared> = chunk
                 .iter()
                 .map(|(run, set)| {
-                    Prepared::new(&valves[*set], &data.runs[*run].run, DEFAULT_STEP_S).with_most_substeps(MOST_SUBSTEPS)
+                    Prepared::new(&valves[*set], &data.runs[*run].run, fineness.step_s)
+                        .with_most_substeps(fineness.most_substeps)
                 })
                 .collect();
             let pressures = chunk.iter().any(|(run, _)| data.runs[*run].channels.len() > 1);
@@ -161,7 +159,7 @@ pub fn timing_predictions(data: &Dataset, valves: &[Valve]) -> Vec<Vec<CycleTime
             .map(|chunk| {
                 let batch: Vec<_> =
                     chunk.iter().map(|(group, set)| (&valves[*set], data.timing_groups[*group].conditions)).collect();
-                cycles(&batch, &data.schedule, wanted, DEFAULT_STEP_S)
+                cycles(&batch, &data.schedule, wanted, data.fineness.step_s)
             })
             .collect();
         for ((group, set), cycle) in jobs.iter().zip(parts.into_iter().flatten()) {

@@ -16,7 +16,7 @@ const PORT_RATE: f64 = 2.0;
 const SOLENOID_RATE: f64 = 0.7;
 
 /// The same for every other state, where it also has to be followed.
-const OTHER_RATE: f64 = 1.6;
+const OTHER_RATE: f64 = 1.8;
 
 /// Largest relative pressure difference over which the port's law may be blended to a line. Nothing
 /// flows through it at rest, so that its blend biases no pressure there.
@@ -37,7 +37,16 @@ const BRISTLE_DAMPING_N_S_PER_M: f64 = 250.0;
 
 /// Bound of the rates that catalogue effects bring in, 1/s: sliding bristles, gas at the walls and
 /// cushions settle no faster. What they settle to is not changed, and no stroke shows a difference.
-pub(crate) const FASTEST_PER_S: f64 = 1500.0;
+/// Of a step longer than [`FINE_STEP_S`] it is as much lower.
+const FASTEST_PER_S: f64 = 1500.0;
+
+/// Steps up to this are held to the bounds above; a longer one is meant to be rough, and widens them.
+const FINE_STEP_S: f64 = 1e-3;
+
+/// How many times longer than a fine step a rough one is.
+fn roughness(step_s: f64) -> f64 {
+    (step_s / FINE_STEP_S).max(1.0)
+}
 
 /// Friction below which there is none, N.
 pub(crate) const LEAST_FRICTION_N: f64 = 1e-6;
@@ -205,6 +214,8 @@ coefficients! {
     bristle_stiffness,
     /// Their damping, N s/m.
     bristle_damping,
+    /// Time in which the fastest rate that effects bring in settles, s.
+    quickest,
 }
 
 /// Everything about one valve under the conditions of one run.
@@ -227,8 +238,8 @@ struct Volumes {
 }
 
 impl Equations {
-    /// The equations of a valve under the conditions of a run.
-    pub fn new(valve: &Valve, conditions: &Conditions) -> Self {
+    /// The equations of a valve under the conditions of a run, for steps of at most `step_s`.
+    pub fn new(valve: &Valve, conditions: &Conditions, step_s: f64) -> Self {
         let p = valve.parameters();
         let zr = p.compressibility * p.specific_gas_constant_j_per_kg_k;
         let zrt = zr * conditions.temperature_k;
@@ -276,6 +287,7 @@ impl Equations {
             seal: 0.0,
             bristle_stiffness: BRISTLE_STIFFNESS_N_PER_M,
             bristle_damping: BRISTLE_DAMPING_N_S_PER_M,
+            quickest: roughness(step_s) / FASTEST_PER_S,
             law: OrificeLaw::ideal_nozzle(p.ratio_of_specific_heats),
             port_blend: Blend::new(NARROWEST_BLEND),
             blend: Blend::new(NARROWEST_BLEND),
@@ -305,19 +317,20 @@ impl Equations {
         other = other.max(libm::sqrt((c.contact + c.adhesion * c.adhesion_inverse_reach) * c.inverse_mass));
         if self.terms.friction {
             other = other.max(libm::sqrt((c.contact + c.bristle_stiffness) * c.inverse_mass));
-            other = other.max(FASTEST_PER_S).max((c.viscous + c.bristle_damping) * c.inverse_mass);
+            other = other.max(1.0 / c.quickest).max((c.viscous + c.bristle_damping) * c.inverse_mass);
         }
         if self.terms.line {
             other = other.max(c.line_gain * c.line_conductance);
             solenoid += steepest / c.zrt * c.line_gain * (c.fill + c.leak_in);
         }
         if self.terms.heating || self.terms.forces {
-            other = other.max(FASTEST_PER_S);
+            other = other.max(1.0 / c.quickest);
         }
+        let rough = roughness(step_s) * roughness(step_s);
         let substeps = |rate: f64, limit: f64| (rate * step_s / limit).ceil().max(1.0);
         let count = substeps(other, OTHER_RATE)
-            .max(substeps(port / libm::sqrt(WIDEST_PORT_BLEND), PORT_RATE))
-            .max(substeps(solenoid / libm::sqrt(WIDEST_BLEND), SOLENOID_RATE));
+            .max(substeps(port / libm::sqrt(rough * WIDEST_PORT_BLEND), PORT_RATE))
+            .max(substeps(solenoid / libm::sqrt(rough * WIDEST_BLEND), SOLENOID_RATE));
         let step_s = step_s / count;
         let blend = |rate: f64, limit: f64| {
             let root = rate * step_s / limit;
@@ -396,7 +409,7 @@ fn add_effect(
             terms.line = true;
             c.line_conductance = 1.0 / values[0];
             // A line that settles faster than anything else only shows its resistance.
-            c.line_gain = (c.zrt / values[1]).min(FASTEST_PER_S * values[0]);
+            c.line_gain = (c.zrt / values[1]).min(values[0] / c.quickest);
         }
         EffectKind::VentRestriction => c.vent *= values[0],
         EffectKind::BackPressure => c.exhaust += values[0],

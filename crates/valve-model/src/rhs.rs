@@ -3,7 +3,7 @@
 //! Kulkarni et al. 2014, section 3, with its slips put right: the spring force is k (L - x + x0),
 //! filling closes the valve, and the choked test of a flow that runs back uses the inverted ratio.
 
-use crate::coefficients::{Coefficients, FASTEST_PER_S, LEAST_FRICTION_N, Terms};
+use crate::coefficients::{Coefficients, LEAST_FRICTION_N, Terms};
 use crate::custom::{CustomEffect, CustomTarget, Variables};
 use crate::orifice::{Blend, Pressure};
 use crate::real::Real;
@@ -299,7 +299,7 @@ impl<'a, R: Real> System<'a, R> {
                 net = net + force;
                 // A cushion that brakes faster than anything else moves: inertia no longer counts.
                 inverse_mass =
-                    R::splat(1.0) / (R::splat(1.0) / c.inverse_mass).max(damping * R::splat(1.0 / FASTEST_PER_S));
+                    R::splat(1.0) / (R::splat(1.0) / c.inverse_mass).max(damping * c.quickest);
             }
             if self.terms.friction {
                 let coulomb = c.coulomb + c.seal * (chamber - c.ambient).max(zero) + custom.friction.max(zero);
@@ -364,7 +364,7 @@ impl<'a, R: Real> System<'a, R> {
             g = g + c.static_excess * (ratio * ratio).exp_of_negative();
         }
         let grip = c.bristle_stiffness * state.v.abs();
-        let settling = grip * R::splat(1.0 / FASTEST_PER_S);
+        let settling = grip * c.quickest;
         let rate = (state.v * g - grip * state.bristle) / g.max(settling).max(R::splat(LEAST_FRICTION_N));
         (c.bristle_stiffness * state.bristle + c.bristle_damping * rate, rate)
     }
@@ -404,7 +404,7 @@ impl<'a, R: Real> System<'a, R> {
         pipe = pipe - carried - rate.pipe_mass * t_pipe + c.wall * (c.temperature - t_pipe);
         // Where the walls hold the gas at their temperature faster than anything else moves, only how far
         // it is from theirs matters, not how fast it gets there.
-        let slowest = c.wall * R::splat(1.0 / FASTEST_PER_S);
+        let slowest = c.wall * c.quickest;
         rate.pipe_temperature = pipe / state.pipe_mass.max(slowest);
 
         let added = c.gamma * custom * custom.select_lt(zero, t_chamber, c.temperature);

@@ -42,7 +42,7 @@ pub struct Prepared {
 impl Prepared {
     /// Makes a run of a valve ready, with steps of at most `step_s`; starts at rest, open and vented.
     pub fn new(valve: &Valve, run: &Run, step_s: f64) -> Self {
-        let mut equations = Equations::new(valve, &run.conditions);
+        let mut equations = Equations::new(valve, &run.conditions, step_s);
         if let Some(driven) = &run.driven {
             equations.terms.driven_pipe = driven.pipe_pressure_pa.is_some();
             equations.terms.driven_chamber = driven.chamber_pressure_pa.is_some();

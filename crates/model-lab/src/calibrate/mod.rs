@@ -18,6 +18,7 @@ use valve_model::{ParameterId, Valve};
 
 pub use held_out::{HeldOut, held_out};
 pub use identifiability::{SingularDirection, singular_directions};
+pub use polish::polished;
 pub use relinearise::relinearised;
 pub use repeatability::Repeatability;
 pub use verdict::{LackOfFit, Verdict};
@@ -226,7 +227,7 @@ fn best_fit(space: &Space, data: &Dataset, valve: &Valve, options: CalibrateOpti
             }
         }
     }
-    let fit = polish::polished(&straight, &scatter, fits.swap_remove(0));
+    let fit = polished(&straight, &scatter, fits.swap_remove(0));
     BestFit { fit, scatter, data: straight, start_costs }
 }
 

@@ -21,7 +21,7 @@ const TOLERANCE: f64 = 0.02;
 const DIFFERENCE: (f64, f64) = (1e-4, 0.02);
 
 /// The fit with its optimum and its Jacobian made exact. Bounds are kept by clamping.
-pub(super) fn polished(data: &Dataset, scatter: &Scatter, mut fit: Fit) -> Fit {
+pub fn polished(data: &Dataset, scatter: &Scatter, mut fit: Fit) -> Fit {
     let (mut matrix, _) = scatter.normal_equations(&fit.jacobian, &fit.residual);
     for _ in 0..STEPS {
         // Two standard errors of each coordinate alone.

@@ -20,19 +20,17 @@ const SIZES: [f64; 7] = [0.03, 0.1, 0.3, 1.0, 2.5, 6.0, 15.0];
 /// How thoroughly a candidate is fitted.
 #[derive(Debug, Clone, Copy)]
 pub struct Effort {
-    /// Starts that are refined at all.
+    /// Starts that are refined at all; half of them are refined further.
     pub starts: usize,
-    /// Steps spent on each of them before the best goes on.
-    pub first_steps: usize,
-    /// Steps of the best.
+    /// Jacobians spent on the best.
     pub steps: usize,
 }
 
 impl Effort {
     /// For the first effect.
-    pub const THOROUGH: Self = Self { starts: 4, first_steps: 3, steps: 20 };
+    pub const THOROUGH: Self = Self { starts: 4, steps: 10 };
     /// For pairs and triples, which start from a good fit.
-    pub const QUICK: Self = Self { starts: 3, first_steps: 2, steps: 12 };
+    pub const QUICK: Self = Self { starts: 3, steps: 8 };
 }
 
 /// Adds an effect to a fitted model and refits everything; nothing if no start could be simulated.
@@ -54,9 +52,17 @@ pub fn refit(data: &Dataset, scatter: &Scatter, base: &Fit, space: &Space, effor
         .collect();
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
     let starts = spread(&ranked, effort.starts, base.u.len());
-    let first = FitOptions { steps: effort.first_steps, tolerance: 0.5, stall: 0.0 };
-    let fits = starts.iter().filter_map(|start| fit(data, scatter, space, start, first));
-    let best = fits.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
+    // The better half of the starts goes on, then the best.
+    let on_from = |points: &[Vec<f64>], steps: usize| {
+        let options = FitOptions { steps, tolerance: 0.5, stall: 0.0 };
+        let mut fits: Vec<Fit> = points.iter().filter_map(|u| fit(data, scatter, space, u, options)).collect();
+        fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        fits
+    };
+    let mut fits = on_from(&starts, 1);
+    fits.truncate(effort.starts.div_ceil(2));
+    let better: Vec<Vec<f64>> = fits.iter().map(|fit| fit.u.clone()).collect();
+    let best = on_from(&better, 2).into_iter().next()?;
     if best.converged {
         return Some(best);
     }

@@ -8,17 +8,19 @@ pub mod outside;
 pub mod report;
 pub mod search;
 pub mod twins;
+pub mod view;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use rayon::prelude::*;
 use valve_model::EffectKind;
 
-use crate::calibrate::relinearised;
-use crate::data::Dataset;
+use crate::calibrate::polished;
+use crate::data::{Dataset, Fineness};
 use crate::fit::{Fit, FitOptions, fit};
 use crate::scatter::Scatter;
 use crate::space::Space;
-use search::Scope;
+use view::View;
 
 pub use report::{Explanation, Verdict};
 
@@ -87,12 +89,14 @@ pub fn calibrated(data: &Dataset, space: &Space) -> Option<Calibrated> {
     let none = Scatter::none();
     let start = space.start();
     let shifted = |by: f64| -> Vec<f64> { start.iter().map(|u| u + by).collect() };
-    let quick = FitOptions { steps: 6, tolerance: 0.5, stall: 0.0 };
+    let rough = data.simulated(Fineness::ROUGH);
+    let quick = FitOptions { steps: 2, tolerance: 0.5, stall: 0.0 };
     let datasheet = fit(data, &none, space, &start, FitOptions { steps: 0, ..FitOptions::default() })?;
     let best = [start.clone(), shifted(0.7), shifted(-0.7)]
-        .iter()
-        .filter_map(|start| fit(data, &none, space, start, quick))
+        .par_iter()
+        .filter_map(|start| fit(&rough, &none, space, start, quick))
         .min_by(|a, b| a.cost.total_cmp(&b.cost))?;
+    let best = fit(&rough, &none, space, &best.u, FitOptions { steps: 10, ..FitOptions::default() })?;
     let mut best = fit(data, &none, space, &best.u, FitOptions::default())?;
     let scatter = Scatter::estimate(data, &best.valve());
     if scatter.is_known {
@@ -101,39 +105,21 @@ pub fn calibrated(data: &Dataset, space: &Space) -> Option<Calibrated> {
     Some(Calibrated { datasheet_rms: datasheet.normalised_rms(&scatter), fit: best, scatter })
 }
 
-/// How often the scatter of strokes is made linear about what it most likely is.
-const SCATTER_ROUNDS: usize = 3;
-
-/// Single effects that are looked at again when the scatter of strokes is seen anew.
-const CONTENDERS: usize = 5;
+/// Root mean square of the residuals up to which a calibrated model shows the scatter of strokes well
+/// enough to make it linear.
+const NEARLY_FITS: f64 = 1.5;
 
 /// Explains what a model lacks on a dataset; nothing if not even the valve file's own values can be
 /// simulated.
 pub fn explain(data: &Dataset, space: &Space, watch: &Watch<'_>) -> Option<Explanation> {
-    let Calibrated { datasheet_rms, fit: base, mut scatter } = calibrated(data, space)?;
+    let Calibrated { datasheet_rms, fit: mut base, scatter } = calibrated(data, space)?;
     watch.tell(Progress::Calibrated { normalised_rms: base.normalised_rms(&scatter) });
-    if !scatter.is_known {
-        let found = search::search(data, &scatter, base, Scope::ALL, watch);
-        return Some(report::assemble(data, &scatter, datasheet_rms, &found, watch));
+    let mut view = View::new(data.clone(), scatter);
+    if view.scatter.is_known && base.normalised_rms(&view.scatter) < NEARLY_FITS {
+        view = view.through(data, &base);
+        base = view.finely(&base);
     }
-    // Scatter seen through a model that does not fit is seen wrongly: the single effects are tried with
-    // it, and everything is looked at again with the scatter that the best of them shows.
-    let mut found = search::search(data, &scatter, base.clone(), Scope { deepest: 1, ..Scope::ALL }, watch);
-    if watch.is_stopped() {
-        return Some(report::assemble(data, &scatter, datasheet_rms, &found, watch));
-    }
-    watch.tell(Progress::Doing("looking again with the scatter of strokes seen by the better model"));
-    let mut best = found.steps[found.steps.len() - 1].fit.clone();
-    let mut straight = data.clone();
-    for _ in 0..SCATTER_ROUNDS {
-        let valve = best.valve();
-        straight = relinearised(data, &straight, &scatter, &valve);
-        scatter = Scatter::estimate(&straight, &valve);
-        best = fit(&straight, &scatter, &best.space, &best.u, FitOptions { steps: 6, ..FitOptions::default() })
-            .unwrap_or(best);
-    }
-    let base = fit(&straight, &scatter, space, &base.u, FitOptions::default()).unwrap_or(base);
-    let first = found.contenders(CONTENDERS);
-    found = search::search(&straight, &scatter, base, Scope { first: &first, ..Scope::ALL }, watch);
-    Some(report::assemble(&straight, &scatter, datasheet_rms, &found, watch))
+    base = polished(&view.fine, &view.scatter, base);
+    let found = search::search(data, view, base, watch);
+    Some(report::assemble(datasheet_rms, &found, watch))
 }

@@ -134,13 +134,8 @@ const MARGIN: f64 = 1.3;
 /// A group larger than this names nothing.
 const LARGEST_GROUP: usize = 4;
 
-pub(super) fn assemble(
-    data: &Dataset,
-    scatter: &Scatter,
-    datasheet_rms: f64,
-    found: &Found,
-    watch: &Watch<'_>,
-) -> Explanation {
+pub(super) fn assemble(datasheet_rms: f64, found: &Found, watch: &Watch<'_>) -> Explanation {
+    let (data, scatter) = (&found.view.fine, &found.view.scatter);
     let best = found.steps[found.steps.len() - 1].clone();
     let calibrated = found.steps[0].fit.clone();
     let mut notes = Vec::new();
@@ -178,7 +173,7 @@ pub(super) fn assemble(
     let mut twin_reports = Vec::new();
     if !best.kinds.is_empty() && !missing && !watch.is_stopped() {
         watch.tell(Progress::Doing("effects that could stand in"));
-        for (kind, with) in best.kinds.iter().zip(twins(data, scatter, found, watch)) {
+        for (kind, with) in best.kinds.iter().zip(twins(found, watch)) {
             let likeness = with.iter().map(|twin| likeness(scatter, &calibrated, &best.fit, &twin.model.fit)).collect();
             let experiment = with.first().and_then(|twin| best_experiment(data, &best.fit, &twin.model.fit));
             twin_reports.push(TwinReport { kind: *kind, with, likeness, experiment });
@@ -261,17 +256,17 @@ fn candidates(data: &Dataset, scatter: &Scatter, found: &Found, best: &Model) ->
     // Residuals that hang together count less than their number.
     let count = data.residual_count() as f64;
     let mut models: Vec<&Model> = found.steps[1..].iter().chain(&found.singles).chain(&found.alternatives).collect();
-    models.sort_by(|a, b| a.score().total_cmp(&b.score()));
+    models.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     let mut reports: Vec<CandidateReport> = Vec::new();
     for model in models {
         if reports.iter().any(|report| report.kinds == model.kinds) {
             continue;
         }
-        let gain = base.fit.cost - model.fit.cost;
+        let gain = model.gain + model.score() - model.fit.cost;
         let added = (model.fit.u.len() - base.fit.u.len()) as f64;
         let rms = model.fit.normalised_rms(scatter);
         let deflation = rms.max(1.0).powi(2);
-        let behind = model.score() - best.score();
+        let behind = best.gain - model.gain;
         let rejected = if model.kinds == best.kinds {
             None
         } else if best.kinds.is_empty() {

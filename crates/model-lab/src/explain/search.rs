@@ -4,11 +4,13 @@ use rayon::prelude::*;
 use valve_model::EffectKind;
 use valve_model::effects::ActsOn;
 
-use super::candidate::{Effort, add_effect};
+use super::candidate::{Effort, add_effect, promised_gain};
 use super::lack::lack_of_fit;
+use super::view::View;
 use super::{Progress, Watch};
+use crate::calibrate::polished;
 use crate::data::Dataset;
-use crate::fit::{Fit, FitOptions, fit};
+use crate::fit::Fit;
 use crate::scatter::Scatter;
 use crate::space::Target;
 
@@ -36,6 +38,9 @@ pub fn fits(scatter: &Scatter) -> f64 {
 /// Most effects that are ever combined.
 const DEEPEST: usize = 3;
 
+/// Candidates within this of the best in the rough simulation are simulated finely.
+const NEAR: f64 = 60.0;
+
 /// How many fits of one depth are carried on to the next, by depth.
 const BEAM: [usize; DEEPEST] = [2, 1, 1];
 
@@ -53,12 +58,18 @@ pub struct Model {
     pub kinds: Vec<EffectKind>,
     /// Everything refitted with them.
     pub fit: Fit,
+    /// How much better its score is than that of the calibrated model, seen in the same way.
+    pub gain: f64,
 }
 
 impl Model {
     /// The cost with the penalty for its parameters.
     pub fn score(&self) -> f64 {
         self.fit.cost + penalty(&self.fit)
+    }
+
+    fn with(&self, fit: Fit) -> Self {
+        Self { kinds: self.kinds.clone(), fit, gain: self.gain }
     }
 }
 
@@ -93,7 +104,9 @@ fn added(fit: &Fit) -> usize {
 /// What the search found.
 #[derive(Debug, Clone)]
 pub struct Found {
-    /// The accepted models: calibrated alone, then with one effect, two, three.
+    /// The campaign as it was seen in the end.
+    pub view: View,
+    /// The accepted models: calibrated alone, then with one effect, two, three; all seen in that way.
     pub steps: Vec<Model>,
     /// All single effects tried on the calibrated model.
     pub singles: Vec<Model>,
@@ -105,141 +118,197 @@ pub struct Found {
     pub interrupted: bool,
 }
 
-impl Found {
-    /// The single effects that came closest.
-    pub fn contenders(&self, count: usize) -> Vec<EffectKind> {
-        self.singles.iter().take(count).flat_map(|model| &model.kinds).copied().collect()
-    }
-}
-
-/// What a search looks at.
-#[derive(Debug, Clone, Copy)]
-pub struct Scope<'a> {
-    /// The effects tried as the first one.
-    pub first: &'a [EffectKind],
-    /// Most effects that are combined.
-    pub deepest: usize,
-}
-
-impl Scope<'_> {
-    /// The whole catalogue, up to three effects.
-    pub const ALL: Self = Self { first: EffectKind::ALL, deepest: DEEPEST };
-}
-
-/// Searches for what is missing on top of a calibrated fit.
-pub fn search(data: &Dataset, scatter: &Scatter, base: Fit, scope: Scope<'_>, watch: &Watch<'_>) -> Found {
+/// Searches for what is missing on top of a calibrated fit. `recorded` are the data as they were recorded.
+pub fn search(recorded: &Dataset, view: View, base: Fit, watch: &Watch<'_>) -> Found {
     let already: Vec<EffectKind> = base.space.effects().iter().map(valve_model::Effect::kind).collect();
-    let kinds: Vec<EffectKind> = EffectKind::ALL.iter().copied().filter(|kind| !already.contains(kind)).collect();
-    let base = Model { kinds: Vec::new(), fit: base };
-    let mut steps = vec![base.clone()];
-    let mut singles = Vec::new();
-    let mut alternatives = Vec::new();
-    let mut beam = vec![base];
-    let mut interrupted = false;
-    for (depth, carried) in BEAM.into_iter().enumerate().take(scope.deepest) {
-        let effort = if depth == 0 { Effort::THOROUGH } else { Effort::QUICK };
-        let jobs: Vec<(usize, EffectKind)> = (0..beam.len())
-            .flat_map(|model| kinds.iter().map(move |kind| (model, *kind)))
-            .filter(|(model, kind)| !beam[*model].kinds.contains(kind))
-            .filter(|(_, kind)| depth > 0 || scope.first.contains(kind))
+    let kinds = EffectKind::ALL.iter().copied().filter(|kind| !already.contains(kind)).collect();
+    let steps = vec![Model { kinds: Vec::new(), fit: base, gain: 0.0 }];
+    let mut search = Search { recorded, kinds, watch, view, steps, rough_base: 0.0 };
+    search.run()
+}
+
+struct Search<'a> {
+    recorded: &'a Dataset,
+    kinds: Vec<EffectKind>,
+    watch: &'a Watch<'a>,
+    view: View,
+    /// Accepted so far, simulated finely.
+    steps: Vec<Model>,
+    /// Score of the calibrated model, simulated roughly.
+    rough_base: f64,
+}
+
+impl Search<'_> {
+    fn run(&mut self) -> Found {
+        let mut singles = Vec::new();
+        let mut alternatives = Vec::new();
+        let mut beam = vec![self.last().clone()];
+        let mut interrupted = false;
+        for depth in 0..DEEPEST {
+            let mut tried = self.tried(&beam, if depth == 0 { Effort::THOROUGH } else { Effort::QUICK });
+            interrupted |= self.watch.is_stopped();
+            self.judge(&mut tried);
+            let needed = if depth == 0 { ACCEPT } else { ACCEPT_FURTHER };
+            let mut found = self.better(&tried, needed);
+            if let (Some(best), true) = (&found, self.view.scatter.is_known && !interrupted) {
+                // The scatter of strokes seen through a model that fits badly is seen wrongly: seen through
+                // the better one, everything is looked at again.
+                self.watch.tell(Progress::Doing("the scatter of strokes seen through the better model"));
+                self.look_through(&best.fit.clone());
+                self.again(&mut tried);
+                self.judge(&mut tried);
+                found = self.better(&tried, needed);
+            }
+            if depth == 0 {
+                singles.clone_from(&tried);
+            }
+            alternatives.clone_from(&tried);
+            let Some(best) = found else { break };
+            let best = self.settled(best);
+            let lack = self.lack(&best.fit);
+            self.watch.tell(Progress::Accepted { kinds: best.kinds.clone(), lack });
+            self.steps.retain(|step| step.kinds.len() < best.kinds.len());
+            self.steps.push(best.clone());
+            let fits = lack < fits(&self.view.scatter);
+            if interrupted || fits && !self.hints_at_more(&best) {
+                break;
+            }
+            let others = tried.into_iter().filter(|model| model.kinds != best.kinds);
+            beam = std::iter::once(best.clone()).chain(others).take(if fits { 1 } else { BEAM[depth] }).collect();
+        }
+        let lack = self.lack(&self.last().fit);
+        Found { view: self.view.clone(), steps: self.steps.clone(), singles, alternatives, lack, interrupted }
+    }
+
+    fn last(&self) -> &Model {
+        &self.steps[self.steps.len() - 1]
+    }
+
+    fn lack(&self, fine: &Fit) -> f64 {
+        lack_of_fit(&self.view.fine, &self.view.scatter.without_scatter(&fine.residual))
+    }
+
+    /// Every effect added to every model of the beam, simulated roughly, best first.
+    fn tried(&mut self, beam: &[Model], effort: Effort) -> Vec<Model> {
+        let view = &self.view;
+        let base = view.roughly(&self.steps[0].fit);
+        self.rough_base = base.cost + penalty(&base);
+        let rough: Vec<Model> = beam.iter().map(|model| model.with(view.roughly(&model.fit))).collect();
+        let jobs: Vec<(usize, EffectKind)> = (0..rough.len())
+            .flat_map(|model| self.kinds.iter().map(move |kind| (model, *kind)))
+            .filter(|(model, kind)| !rough[*model].kinds.contains(kind))
             .collect();
         let total = jobs.len();
         let mut tried: Vec<Model> = jobs
             .par_iter()
             .filter_map(|(model, kind)| {
-                if watch.is_stopped() {
+                if self.watch.is_stopped() {
                     return None;
                 }
-                let fit = add_effect(data, scatter, &beam[*model].fit, *kind, effort)?;
-                let mut kinds = beam[*model].kinds.clone();
-                kinds.push(*kind);
-                watch.tell(Progress::Tried { depth: depth + 1, total, kind: *kind, cost: fit.cost });
-                Some(Model { kinds, fit })
+                let fit = add_effect(&view.rough, &view.scatter, &rough[*model].fit, *kind, effort)?;
+                let kinds: Vec<EffectKind> = rough[*model].kinds.iter().copied().chain([*kind]).collect();
+                self.watch.tell(Progress::Tried { depth: kinds.len(), total, kind: *kind, cost: fit.cost });
+                let gain = self.rough_base - fit.cost - penalty(&fit);
+                Some(Model { kinds, fit, gain })
             })
             .collect();
-        interrupted |= watch.is_stopped();
-        tried.sort_by(|a, b| a.score().total_cmp(&b.score()));
-        if depth == 0 {
-            singles.clone_from(&tried);
-        }
-        let current = &steps[steps.len() - 1];
-        let Some(mut best) = tried.iter().find(|model| is_practical(model)).cloned() else { break };
-        let gain = current.score() - best.score();
-        if gain < if depth == 0 { ACCEPT } else { ACCEPT_FURTHER } {
-            alternatives.clone_from(&tried);
-            break;
-        }
-        // Polish, and drop what the new effect has made needless.
-        best = polished(data, scatter, &best);
-        let count = best.kinds.len();
-        best = without_needless(data, scatter, best, &steps[0]);
-        if best.kinds.len() < count {
-            best = polished(data, scatter, &best);
-        }
-        let lack = lack_of_fit(data, &scatter.without_scatter(&best.fit.residual));
-        watch.tell(Progress::Accepted { kinds: best.kinds.clone(), lack });
-        alternatives.clone_from(&tried);
-        steps.retain(|step| step.kinds.len() < best.kinds.len());
-        steps.push(best.clone());
-        if interrupted || lack < fits(scatter) && !hints_at_more(data, scatter, &best, &kinds) {
-            break;
-        }
-        let width = if lack < fits(scatter) { 1 } else { carried };
-        beam = std::iter::once(best.clone())
-            .chain(tried.into_iter().filter(|model| model.kinds != best.kinds))
-            .take(width)
-            .collect();
+        tried.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        tried
     }
-    let last = &steps[steps.len() - 1];
-    let lack = lack_of_fit(data, &scatter.without_scatter(&last.fit.residual));
-    Found { steps, singles, alternatives, lack, interrupted }
-}
 
-fn polished(data: &Dataset, scatter: &Scatter, model: &Model) -> Model {
-    let fit = fit(
-        data,
-        scatter,
-        &model.fit.space,
-        &model.fit.u,
-        FitOptions { steps: 25, stall: 1e-3, ..FitOptions::default() },
-    );
-    match fit {
-        Some(fit) if fit.cost < model.fit.cost => Model { kinds: model.kinds.clone(), fit },
-        _ => model.clone(),
+    /// Simulates the best ones finely and puts them in order; the others stay behind them.
+    fn judge(&self, tried: &mut [Model]) {
+        let Some(best) = tried.first() else { return };
+        let base = self.steps[0].score();
+        let finely = |model: &Model| {
+            let fit = self.view.finely(&model.fit);
+            let gain = base - fit.cost - penalty(&fit);
+            Model { kinds: model.kinds.clone(), fit, gain }
+        };
+        let fine = finely(best);
+        // The rough simulation may be off by as much for the others.
+        let off = (fine.gain - best.gain).abs();
+        let near = tried.iter().take_while(|model| best.gain - model.gain < NEAR + 2.0 * off).count();
+        let rest: Vec<Model> = tried[1..near].par_iter().map(finely).collect();
+        tried[0] = fine;
+        tried[1..near].clone_from_slice(&rest);
+        tried[..near].sort_by(|a, b| b.gain.total_cmp(&a.gain));
     }
-}
 
-/// Removes effects without which the fit is as good, refitting from the calibrated model.
-fn without_needless(data: &Dataset, scatter: &Scatter, model: Model, base: &Model) -> Model {
-    if model.kinds.len() < 2 {
-        return model;
+    /// The best model if it is better than the last accepted one by enough.
+    fn better(&self, tried: &[Model], needed: f64) -> Option<Model> {
+        let best = tried.iter().find(|model| is_practical(model))?;
+        (self.last().score() - best.score() >= needed).then(|| best.clone())
     }
-    for dropped in 0..model.kinds.len() - 1 {
-        let kinds: Vec<EffectKind> =
-            model.kinds.iter().enumerate().filter(|(index, _)| *index != dropped).map(|(_, kind)| *kind).collect();
-        if let Some(fit) = build(data, scatter, base, &kinds) {
-            let smaller = Model { kinds, fit };
-            if smaller.score() < model.score() + ACCEPT {
-                return without_needless(data, scatter, smaller, base);
+
+    /// Sees the scatter through a better model and the accepted models with that scatter.
+    fn look_through(&mut self, model: &Fit) {
+        self.view = self.view.through(self.recorded, model);
+        for step in &mut self.steps {
+            step.fit = self.view.finely(&step.fit);
+        }
+        let base = self.steps[0].score();
+        for step in &mut self.steps {
+            step.gain = base - step.score();
+        }
+    }
+
+    /// Carries models on with the scatter as it is seen now.
+    fn again(&mut self, tried: &mut [Model]) {
+        let view = &self.view;
+        let base = view.roughly(&self.steps[0].fit);
+        self.rough_base = base.cost + penalty(&base);
+        tried.par_iter_mut().for_each(|model| {
+            model.fit = view.roughly(&model.fit);
+            model.gain = self.rough_base - model.score();
+        });
+        tried.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    }
+
+    /// A model at its optimum, without what its last effect has made needless, with the earlier ones found
+    /// anew.
+    fn settled(&self, model: Model) -> Model {
+        let mut best = model.with(polished(&self.view.fine, &self.view.scatter, model.fit.clone()));
+        for dropped in 0..best.kinds.len().saturating_sub(1) {
+            if self.watch.is_stopped() || dropped + 1 >= best.kinds.len() {
+                break;
+            }
+            let mut kinds = best.kinds.clone();
+            let kind = kinds.remove(dropped);
+            let base = self.view.roughly(&self.steps[0].fit);
+            let Some(without) = build(&self.view, &base, &kinds) else { continue };
+            let smaller = Model { kinds: kinds.clone(), fit: self.view.finely(&without), gain: 0.0 };
+            if smaller.score() < best.score() + ACCEPT {
+                return self.settled(smaller);
+            }
+            if self.lack(&best.fit) > fits(&self.view.scatter) {
+                let anew = add_effect(&self.view.rough, &self.view.scatter, &without, kind, Effort::THOROUGH)
+                    .map(|fit| polished(&self.view.fine, &self.view.scatter, self.view.finely(&fit)));
+                if let Some(anew) = anew.filter(|anew| anew.cost < best.fit.cost) {
+                    kinds.push(kind);
+                    best = Model { kinds, fit: anew, gain: 0.0 };
+                }
             }
         }
+        best.gain = self.steps[0].score() - best.score();
+        best
     }
-    model
+
+    /// Whether a first-order look promises a believable gain for any further effect.
+    fn hints_at_more(&self, model: &Model) -> bool {
+        let View { fine, scatter, .. } = &self.view;
+        self.kinds
+            .par_iter()
+            .filter(|kind| !model.kinds.contains(kind))
+            .any(|kind| promised_gain(fine, scatter, &model.fit, *kind) > ACCEPT_FURTHER)
+    }
 }
 
-/// Adds effects one after the other.
-pub fn build(data: &Dataset, scatter: &Scatter, base: &Model, kinds: &[EffectKind]) -> Option<Fit> {
-    let mut fit = base.fit.clone();
+/// Adds effects one after the other, simulated roughly.
+pub fn build(view: &View, base: &Fit, kinds: &[EffectKind]) -> Option<Fit> {
+    let mut fit = base.clone();
     for kind in kinds {
-        fit = add_effect(data, scatter, &fit, *kind, Effort::QUICK)?;
+        fit = add_effect(&view.rough, &view.scatter, &fit, *kind, Effort::QUICK)?;
     }
     Some(fit)
-}
-
-/// Whether a first-order look promises a believable gain for any further effect.
-fn hints_at_more(data: &Dataset, scatter: &Scatter, model: &Model, kinds: &[EffectKind]) -> bool {
-    kinds
-        .par_iter()
-        .filter(|kind| !model.kinds.contains(kind))
-        .any(|kind| super::candidate::promised_gain(data, scatter, &model.fit, *kind) > ACCEPT_FURTHER)
 }

@@ -6,8 +6,6 @@ use valve_model::EffectKind;
 use super::Watch;
 use super::candidate::{Effort, add_effect};
 use super::search::{Found, Model, build};
-use crate::data::Dataset;
-use crate::scatter::Scatter;
 
 /// Candidates whose cost is within this of the best (in chi-squared) cannot be told from it.
 pub const TWIN: f64 = 10.0;
@@ -24,14 +22,12 @@ pub struct Twin {
 }
 
 /// For each recommended effect the ones that could stand in its place, best first.
-pub fn twins(data: &Dataset, scatter: &Scatter, found: &Found, watch: &Watch<'_>) -> Vec<Vec<Twin>> {
+pub fn twins(found: &Found, watch: &Watch<'_>) -> Vec<Vec<Twin>> {
     let best = &found.steps[found.steps.len() - 1];
-    best.kinds.iter().map(|kind| stand_ins(data, scatter, found, best, *kind, watch)).collect()
+    best.kinds.iter().map(|kind| stand_ins(found, best, *kind, watch)).collect()
 }
 
 fn stand_ins(
-    data: &Dataset,
-    scatter: &Scatter,
     found: &Found,
     best: &Model,
     replaced: EffectKind,
@@ -41,15 +37,25 @@ fn stand_ins(
     let tried: Vec<Model> = if others.is_empty() {
         found.singles.clone()
     } else {
-        let Some(rest) = build(data, scatter, &found.steps[0], &others) else { return Vec::new() };
+        let view = &found.view;
+        let base = view.roughly(&found.steps[0].fit);
+        let rough = view.roughly(&best.fit);
+        let roughly_best = best.score() - best.fit.cost + rough.cost;
+        let off = 30.0 + (rough.cost - best.fit.cost).abs();
+        let Some(rest) = build(view, &base, &others) else { return Vec::new() };
         let already: Vec<EffectKind> = rest.space.effects().iter().map(valve_model::Effect::kind).collect();
         EffectKind::ALL
             .par_iter()
             .filter(|kind| **kind != replaced && !already.contains(kind) && !watch.is_stopped())
             .filter_map(|kind| {
-                let fit = add_effect(data, scatter, &rest, *kind, Effort::QUICK)?;
+                let fit = add_effect(&view.rough, &view.scatter, &rest, *kind, Effort::QUICK)?;
                 let kinds = others.iter().copied().chain([*kind]).collect();
-                Some(Model { kinds, fit })
+                Some(Model { kinds, fit, gain: 0.0 })
+            })
+            .map(|model| {
+                // Only those that come close need to be simulated finely.
+                let close = model.score() < roughly_best + TWIN + 2.0 * off;
+                if close { Model { fit: view.finely(&model.fit), ..model } } else { model }
             })
             .collect()
     };

@@ -10,7 +10,7 @@ use crate::compare::crossing::Smoothed;
 use crate::data::{Channel, RunData};
 
 /// Longest step along the motion, s.
-const STEP_S: f64 = 1e-3;
+pub(super) const STEP_S: f64 = 1e-3;
 
 /// Pressure step with which the effective mass is found, Pa.
 const PROBE_PA: f64 = 1e3;
@@ -91,7 +91,7 @@ pub fn follow(valve: &Valve, run: &RunData, smoothed: &Smoothed) -> Option<Along
     if smoothed.time_s.len() < 10 {
         return None;
     }
-    let mut equations = Equations::new(valve, &run.run.conditions);
+    let mut equations = Equations::new(valve, &run.run.conditions, STEP_S);
     let pipe = measured(run, Channel::PipePressure);
     let chamber = measured(run, Channel::ChamberPressure);
     equations.terms.driven_pipe = pipe.is_some();

@@ -151,7 +151,7 @@ fn of_run(run: &RunData, (smoothed, spans): &(Smoothed, Vec<Span>), valve: &Valv
 }
 
 fn mechanics(run: &RunData, valve: &Valve, noise_m: f64) -> Mechanics {
-    let c = Equations::new(valve, &run.run.conditions).coefficients;
+    let c = Equations::new(valve, &run.run.conditions, along::STEP_S).coefficients;
     let measured = |channel| along::measured(run, channel).is_some();
     let noise =
         run.channels.iter().find(|data| data.channel == Channel::ChamberPressure).map_or(0.0, |data| data.noise);
