@@ -150,10 +150,11 @@ impl Dataset {
         }
     }
 
-    /// The same dataset, simulated this finely.
+    /// The same blocks for the way to a result: each one sample at its mean time, simulated roughly.
     #[must_use]
-    pub fn simulated(&self, fineness: Fineness) -> Self {
-        Self { fineness, ..self.clone() }
+    pub fn rough(&self) -> Self {
+        let runs = self.runs.iter().map(RunData::thinned).collect();
+        Self { runs, fineness: Fineness::ROUGH, timing_groups: self.timing_groups.clone(), timing_rows: self.timing_rows.clone(), ..self.without_units() }
     }
 
     /// How many residuals the dataset has: blocks of all channels, two for each row of stroke times.
@@ -188,10 +189,25 @@ impl Dataset {
                 timing_groups.push(TimingGroup { rows: (first..timing_rows.len()).collect(), ..group.clone() });
             }
         }
-        Self { runs, timing_groups, timing_rows, ..self.clone_shell() }
+        Self { runs, timing_groups, timing_rows, ..self.without_units() }
     }
 
-    fn clone_shell(&self) -> Self {
+    /// The entries of a residual vector that belong to some of the units.
+    pub fn rows_of(&self, residual: &[f64], keep: impl Fn(usize) -> bool) -> Vec<f64> {
+        let lengths = self.runs.iter().map(RunData::block_count);
+        let lengths = lengths.chain(self.timing_groups.iter().map(|group| 2 * group.rows.len()));
+        let mut rows = Vec::with_capacity(residual.len());
+        let mut start = 0;
+        for (unit, length) in lengths.enumerate() {
+            if keep(unit) {
+                rows.extend_from_slice(&residual[start..start + length]);
+            }
+            start += length;
+        }
+        rows
+    }
+
+    fn without_units(&self) -> Self {
         Self {
             name: self.name.clone(),
             runs: Vec::new(),
@@ -209,6 +225,30 @@ impl RunData {
     /// Blocks of all its channels.
     pub fn block_count(&self) -> usize {
         self.channels.iter().map(|channel| channel.blocks.len()).sum()
+    }
+
+    /// One sample for each block.
+    fn thinned(&self) -> Self {
+        let mut cells: Vec<(usize, f64)> =
+            self.channels.iter().flat_map(|c| c.blocks.iter().map(|block| (block.first, block.time_s))).collect();
+        cells.sort_by(|a, b| a.0.cmp(&b.0));
+        cells.dedup_by_key(|cell| cell.0);
+        let thin = |channel: &ChannelData| {
+            let mut samples = vec![f64::NAN; cells.len()];
+            let blocks = channel.blocks.iter().map(|block| {
+                let cell = cells.partition_point(|(first, _)| *first < block.first);
+                samples[cell] = block.mean;
+                Block { first: cell, end: cell + 1, ..*block }
+            });
+            let blocks = blocks.collect();
+            ChannelData { blocks, samples, ..*channel }
+        };
+        Self {
+            name: self.name.clone(),
+            run: self.run.clone(),
+            times_s: cells.iter().map(|(_, time)| *time).collect(),
+            channels: self.channels.iter().map(thin).collect(),
+        }
     }
 }
 

@@ -46,6 +46,8 @@ pub struct Fit {
     pub residual: Vec<f64>,
     /// Columns of the Jacobian of the residuals near the best point.
     pub jacobian: Vec<Vec<f64>>,
+    /// What a full step from the best point promises to take off the cost, to first order.
+    pub promised: f64,
     /// Whether it ended because no step helps any more.
     pub converged: bool,
 }
@@ -84,7 +86,7 @@ pub fn prior_cost(space: &Space, u: &[f64]) -> f64 {
 }
 
 /// Factors on the damping that are tried side by side in every step.
-const DAMPINGS: [f64; 4] = [0.03, 1.0, 30.0, 1000.0];
+const DAMPINGS: [f64; 3] = [0.05, 1.0, 50.0];
 
 /// Steps taken with one Jacobian, kept up to date by what the steps show (Broyden 1965).
 const STEPS_PER_JACOBIAN: usize = 4;
@@ -92,14 +94,41 @@ const STEPS_PER_JACOBIAN: usize = 4;
 /// Share of the promised gain from which on a Jacobian is good for another step.
 const TRUSTED: f64 = 0.25;
 
+/// Damping that hardly damps.
+const LEAST_DAMPING: f64 = 1e-9;
+
 /// How much further the last move is carried on, beside the next step: along a curved valley every step
 /// is as short as the last one.
 const CARRIED_ON: [f64; 2] = [2.0, 8.0];
 
 /// Fits a space to a dataset from a starting point; nothing if that is no possible valve.
 pub fn fit(data: &Dataset, scatter: &Scatter, space: &Space, start: &[f64], options: FitOptions) -> Option<Fit> {
-    let mut at = Point::new(data, scatter, space, space.clamped(start))?;
-    let mut columns = jacobian(data, space, &at.u, &at.residual, &first_differences(space, &at.u));
+    let at = Point::new(data, scatter, space, space.clamped(start))?;
+    let columns = jacobian(data, space, &at.u, &at.residual, &first_differences(space, &at.u));
+    Some(fit_from(data, scatter, space, at, columns, options))
+}
+
+/// The same with the Jacobian of a point close by.
+pub fn fit_with(
+    data: &Dataset,
+    scatter: &Scatter,
+    space: &Space,
+    start: &[f64],
+    jacobian: Vec<Vec<f64>>,
+    options: FitOptions,
+) -> Option<Fit> {
+    let at = Point::new(data, scatter, space, space.clamped(start))?;
+    Some(fit_from(data, scatter, space, at, jacobian, options))
+}
+
+fn fit_from(
+    data: &Dataset,
+    scatter: &Scatter,
+    space: &Space,
+    mut at: Point,
+    mut columns: Vec<Vec<f64>>,
+    options: FitOptions,
+) -> Fit {
     let mut damping = 1e-3;
     let mut converged = false;
     let mut last_move: Option<Vec<f64>> = None;
@@ -113,7 +142,7 @@ pub fn fit(data: &Dataset, scatter: &Scatter, space: &Space, start: &[f64], opti
         let mut renew = age + 1 >= STEPS_PER_JACOBIAN;
         if let Some((index, point)) = best.filter(|_| gain > 0.0) {
             let trial = &trials[index];
-            damping = trial.damping.clamp(1e-9, 1e6);
+            damping = trial.damping.clamp(LEAST_DAMPING, 1e6);
             let moved: Vec<f64> = point.u.iter().zip(&at.u).map(|(to, from)| to - from).collect();
             let change: Vec<f64> = point.residual.iter().zip(&at.residual).map(|(to, from)| to - from).collect();
             renew |= gain < TRUSTED * trial.promised || gain < options.tolerance;
@@ -127,7 +156,7 @@ pub fn fit(data: &Dataset, scatter: &Scatter, space: &Space, start: &[f64], opti
                 converged = true;
                 break;
             }
-            damping *= DAMPINGS[3] * 10.0;
+            damping *= 1e3;
             jacobians += 1;
             continue;
         } else {
@@ -150,7 +179,9 @@ pub fn fit(data: &Dataset, scatter: &Scatter, space: &Space, start: &[f64], opti
             (age, cost_then) = (0, at.cost);
         }
     }
-    let (mut matrix, _) = scatter.normal_equations(&columns, &at.residual);
+    let (mut matrix, gradient) = scatter.normal_equations(&columns, &at.residual);
+    let promised =
+        damped_step(space, &at.u, &matrix, &gradient, LEAST_DAMPING).map_or(0.0, |(_, promised)| promised.max(0.0));
     for (index, coordinate) in space.coordinates.iter().enumerate() {
         if let Some((_, sigma)) = coordinate.prior {
             matrix[(index, index)] += 1.0 / (sigma * sigma);
@@ -158,7 +189,7 @@ pub fn fit(data: &Dataset, scatter: &Scatter, space: &Space, start: &[f64], opti
     }
     let covariance = inverse(&matrix);
     let Point { u, residual, chi2, cost } = at;
-    Some(Fit { space: space.clone(), u, chi2, cost, covariance, residual, jacobian: columns, converged })
+    Fit { space: space.clone(), u, chi2, cost, covariance, residual, jacobian: columns, promised, converged }
 }
 
 /// A point of a space that was simulated.

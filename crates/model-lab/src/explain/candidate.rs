@@ -15,7 +15,7 @@ use crate::scatter::Scatter;
 use crate::space::{Space, Target};
 
 /// Sizes of an effect at which the profile is looked at, in typical sizes.
-const SIZES: [f64; 7] = [0.03, 0.1, 0.3, 1.0, 2.5, 6.0, 15.0];
+const SIZES: [f64; 5] = [0.04, 0.25, 1.0, 3.0, 10.0];
 
 /// How thoroughly a candidate is fitted.
 #[derive(Debug, Clone, Copy)]
@@ -35,12 +35,33 @@ impl Effort {
 
 /// Adds an effect to a fitted model and refits everything; nothing if no start could be simulated.
 pub fn add_effect(data: &Dataset, scatter: &Scatter, base: &Fit, kind: EffectKind, effort: Effort) -> Option<Fit> {
-    let space = base.space.with_effect(kind);
-    refit(data, scatter, base, &space, effort)
+    refit(data, scatter, base, &base.space.with_effect(kind), effort)
 }
 
 /// Refits a space that has more coordinates than the fit at hand (its first ones are the same).
 pub fn refit(data: &Dataset, scatter: &Scatter, base: &Fit, space: &Space, effort: Effort) -> Option<Fit> {
+    started(data, scatter, base, space, effort)?.finished(data, scatter, effort)
+}
+
+/// A candidate of which several starts were refined by one Jacobian each.
+#[derive(Debug, Clone)]
+pub struct Started {
+    /// The fits, best first.
+    fits: Vec<Fit>,
+}
+
+/// Starts an effect on top of a fitted model; nothing if no start could be simulated.
+pub fn start_effect(
+    data: &Dataset,
+    scatter: &Scatter,
+    base: &Fit,
+    kind: EffectKind,
+    effort: Effort,
+) -> Option<Started> {
+    started(data, scatter, base, &base.space.with_effect(kind), effort)
+}
+
+fn started(data: &Dataset, scatter: &Scatter, base: &Fit, space: &Space, effort: Effort) -> Option<Started> {
     let points = profile_points(scatter, base, space, data);
     let usable: Vec<(Vec<f64>, Valve)> =
         points.into_iter().filter_map(|u| space.valve(&u).map(|valve| (u, valve))).collect();
@@ -52,21 +73,43 @@ pub fn refit(data: &Dataset, scatter: &Scatter, base: &Fit, space: &Space, effor
         .collect();
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
     let starts = spread(&ranked, effort.starts, base.u.len());
-    // The better half of the starts goes on, then the best.
-    let on_from = |points: &[Vec<f64>], steps: usize| {
-        let options = FitOptions { steps, tolerance: 0.5, stall: 0.0 };
-        let mut fits: Vec<Fit> = points.iter().filter_map(|u| fit(data, scatter, space, u, options)).collect();
-        fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-        fits
-    };
-    let mut fits = on_from(&starts, 1);
-    fits.truncate(effort.starts.div_ceil(2));
-    let better: Vec<Vec<f64>> = fits.iter().map(|fit| fit.u.clone()).collect();
-    let best = on_from(&better, 2).into_iter().next()?;
-    if best.converged {
-        return Some(best);
+    let fits = carried_on(data, scatter, space, &starts, 1);
+    (!fits.is_empty()).then_some(Started { fits })
+}
+
+/// How many times what the starts promise to first order a candidate is believed to gain at most.
+const BELIEVED: f64 = 5.0;
+
+impl Started {
+    /// The best of the starts as it is.
+    pub fn best(&self) -> &Fit {
+        &self.fits[0]
     }
-    fit(data, scatter, space, &best.u, FitOptions { steps: effort.steps, tolerance: 0.1, stall: 3e-3 })
+
+    /// The cost that it may come down to, if every start gains several times what it promises.
+    pub fn hope(&self) -> f64 {
+        self.fits.iter().map(|fit| fit.cost - BELIEVED * fit.promised).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The better half of the starts goes on, then the best.
+    pub fn finished(self, data: &Dataset, scatter: &Scatter, effort: Effort) -> Option<Fit> {
+        let space = &self.fits[0].space;
+        let half = effort.starts.div_ceil(2);
+        let better: Vec<Vec<f64>> = self.fits.iter().take(half).map(|fit| fit.u.clone()).collect();
+        let best = carried_on(data, scatter, space, &better, 2).into_iter().next()?;
+        if best.converged {
+            return Some(best);
+        }
+        fit(data, scatter, space, &best.u, FitOptions { steps: effort.steps, tolerance: 0.1, stall: 3e-3 })
+    }
+}
+
+/// Fits from several points, best first.
+fn carried_on(data: &Dataset, scatter: &Scatter, space: &Space, points: &[Vec<f64>], steps: usize) -> Vec<Fit> {
+    let options = FitOptions { steps, tolerance: 0.5, stall: 0.0 };
+    let mut fits: Vec<Fit> = points.iter().filter_map(|u| fit(data, scatter, space, u, options)).collect();
+    fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    fits
 }
 
 /// The best points, but no two of the same shape and sign next to each other.

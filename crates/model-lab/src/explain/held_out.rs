@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use crate::data::Dataset;
-use crate::fit::{Fit, FitOptions, fit};
+use crate::fit::{Fit, FitOptions, fit_with};
 use crate::forward::residuals;
 use crate::scatter::Scatter;
 
@@ -20,8 +20,12 @@ pub fn held_out_rms(data: &Dataset, scatter: &Scatter, full: &Fit) -> Option<f64
         .filter_map(|group| {
             let seen = data.only(|unit| !group.contains(&unit));
             let unseen = data.only(|unit| group.contains(&unit));
-            let options = FitOptions { steps: 4, tolerance: 0.1, stall: 0.01 };
-            let refitted = fit(&seen, &scatter.for_data(&seen, &valve), &full.space, &full.u, options)?;
+            // Close to where the full fit ended, with its Jacobian.
+            let options = FitOptions { steps: 1, tolerance: 0.1, stall: 0.0 };
+            let jacobian = full.jacobian.iter().map(|column| data.rows_of(column, |unit| !group.contains(&unit)));
+            let jacobian = jacobian.collect();
+            let scatter_seen = scatter.for_data(&seen, &valve);
+            let refitted = fit_with(&seen, &scatter_seen, &full.space, &full.u, jacobian, options)?;
             let residual = residuals(&unseen, &[refitted.valve()]).remove(0);
             let clean = scatter.for_data(&unseen, &valve).without_scatter(&residual);
             Some((clean.iter().map(|value| value * value).sum::<f64>(), clean.len() as f64))

@@ -16,7 +16,7 @@ use rayon::prelude::*;
 use valve_model::EffectKind;
 
 use crate::calibrate::polished;
-use crate::data::{Dataset, Fineness};
+use crate::data::Dataset;
 use crate::fit::{Fit, FitOptions, fit};
 use crate::scatter::Scatter;
 use crate::space::Space;
@@ -89,7 +89,7 @@ pub fn calibrated(data: &Dataset, space: &Space) -> Option<Calibrated> {
     let none = Scatter::none();
     let start = space.start();
     let shifted = |by: f64| -> Vec<f64> { start.iter().map(|u| u + by).collect() };
-    let rough = data.simulated(Fineness::ROUGH);
+    let rough = data.rough();
     let quick = FitOptions { steps: 2, tolerance: 0.5, stall: 0.0 };
     let datasheet = fit(data, &none, space, &start, FitOptions { steps: 0, ..FitOptions::default() })?;
     let best = [start.clone(), shifted(0.7), shifted(-0.7)]

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use valve_model::EffectKind;
 use valve_model::effects::ActsOn;
 
-use super::candidate::{Effort, add_effect, promised_gain};
+use super::candidate::{Effort, Started, add_effect, promised_gain, start_effect};
 use super::lack::lack_of_fit;
 use super::view::View;
 use super::{Progress, Watch};
@@ -40,6 +40,9 @@ const DEEPEST: usize = 3;
 
 /// Candidates within this of the best in the rough simulation are simulated finely.
 const NEAR: f64 = 60.0;
+
+/// So many candidates are fitted to the end whatever they promise.
+const FOREMOST: usize = 4;
 
 /// How many fits of one depth are carried on to the next, by depth.
 const BEAM: [usize; DEEPEST] = [2, 1, 1];
@@ -199,15 +202,30 @@ impl Search<'_> {
             .filter(|(model, kind)| !rough[*model].kinds.contains(kind))
             .collect();
         let total = jobs.len();
-        let mut tried: Vec<Model> = jobs
-            .par_iter()
+        let started: Vec<(usize, EffectKind, Started)> = jobs
+            .into_par_iter()
+            .filter(|_| !self.watch.is_stopped())
             .filter_map(|(model, kind)| {
-                if self.watch.is_stopped() {
-                    return None;
-                }
-                let fit = add_effect(&view.rough, &view.scatter, &rough[*model].fit, *kind, effort)?;
-                let kinds: Vec<EffectKind> = rough[*model].kinds.iter().copied().chain([*kind]).collect();
-                self.watch.tell(Progress::Tried { depth: kinds.len(), total, kind: *kind, cost: fit.cost });
+                let started = start_effect(&view.rough, &view.scatter, &rough[model].fit, kind, effort)?;
+                Some((model, kind, started))
+            })
+            .collect();
+        // All are refined from several starts; those that even then cannot reach the best need no more.
+        let mut costs: Vec<f64> = started.iter().map(|(_, _, started)| started.best().cost).collect();
+        costs.sort_by(f64::total_cmp);
+        let best = costs.first().copied().unwrap_or(0.0);
+        let foremost = costs.get(FOREMOST).copied().unwrap_or(f64::INFINITY);
+        let mut tried: Vec<Model> = started
+            .into_par_iter()
+            .filter_map(|(model, kind, started)| {
+                let hopeful = started.best().cost < foremost || started.hope() < best + NEAR;
+                let fit = if hopeful && !self.watch.is_stopped() {
+                    started.finished(&view.rough, &view.scatter, effort)?
+                } else {
+                    started.best().clone()
+                };
+                let kinds: Vec<EffectKind> = rough[model].kinds.iter().copied().chain([kind]).collect();
+                self.watch.tell(Progress::Tried { depth: kinds.len(), total, kind, cost: fit.cost });
                 let gain = self.rough_base - fit.cost - penalty(&fit);
                 Some(Model { kinds, fit, gain })
             })

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use valve_model::EffectKind;
 
 use super::Watch;
-use super::candidate::{Effort, add_effect};
+use super::candidate::{Effort, start_effect};
 use super::search::{Found, Model, build};
 
 /// Candidates whose cost is within this of the best (in chi-squared) cannot be told from it.
@@ -44,17 +44,23 @@ fn stand_ins(
         let off = 30.0 + (rough.cost - best.fit.cost).abs();
         let Some(rest) = build(view, &base, &others) else { return Vec::new() };
         let already: Vec<EffectKind> = rest.space.effects().iter().map(valve_model::Effect::kind).collect();
+        let bar = roughly_best + TWIN + 2.0 * off;
         EffectKind::ALL
             .par_iter()
             .filter(|kind| **kind != replaced && !already.contains(kind) && !watch.is_stopped())
             .filter_map(|kind| {
-                let fit = add_effect(&view.rough, &view.scatter, &rest, *kind, Effort::QUICK)?;
+                let started = start_effect(&view.rough, &view.scatter, &rest, *kind, Effort::QUICK)?;
+                let fit = if started.hope() < bar {
+                    started.finished(&view.rough, &view.scatter, Effort::QUICK)?
+                } else {
+                    started.best().clone()
+                };
                 let kinds = others.iter().copied().chain([*kind]).collect();
                 Some(Model { kinds, fit, gain: 0.0 })
             })
             .map(|model| {
                 // Only those that come close need to be simulated finely.
-                let close = model.score() < roughly_best + TWIN + 2.0 * off;
+                let close = model.score() < bar;
                 if close { Model { fit: view.finely(&model.fit), ..model } } else { model }
             })
             .collect()

@@ -1,7 +1,7 @@
 //! A campaign as a search sees it: how finely it is simulated, and how its strokes scatter.
 
 use crate::calibrate::relinearised;
-use crate::data::{Dataset, Fineness};
+use crate::data::Dataset;
 use crate::fit::{Fit, FitOptions, fit};
 use crate::scatter::Scatter;
 
@@ -22,7 +22,7 @@ pub struct View {
 impl View {
     /// A campaign with a known scatter.
     pub fn new(data: Dataset, scatter: Scatter) -> Self {
-        Self { rough: data.simulated(Fineness::ROUGH), fine: data, scatter }
+        Self { rough: data.rough(), fine: data, scatter }
     }
 
     /// The scatter seen anew, and made linear about what it most likely is in each stroke, through a
@@ -37,7 +37,7 @@ impl View {
             straight = relinearised(recorded, &straight, &scatter, &valve);
             scatter = Scatter::estimate(&straight, &valve);
             if round + 1 < ROUNDS {
-                best = refitted(&straight.simulated(Fineness::ROUGH), &scatter, &best, 2);
+                best = refitted(&straight.rough(), &scatter, &best, 2);
             }
         }
         Self::new(straight, scatter)
