@@ -154,7 +154,13 @@ impl Dataset {
     #[must_use]
     pub fn rough(&self) -> Self {
         let runs = self.runs.iter().map(RunData::thinned).collect();
-        Self { runs, fineness: Fineness::ROUGH, timing_groups: self.timing_groups.clone(), timing_rows: self.timing_rows.clone(), ..self.without_units() }
+        Self {
+            runs,
+            fineness: Fineness::ROUGH,
+            timing_groups: self.timing_groups.clone(),
+            timing_rows: self.timing_rows.clone(),
+            ..self.without_units()
+        }
     }
 
     /// How many residuals the dataset has: blocks of all channels, two for each row of stroke times.

@@ -298,8 +298,7 @@ impl<'a, R: Real> System<'a, R> {
                 let (force, damping) = self.added_forces(state);
                 net = net + force;
                 // A cushion that brakes faster than anything else moves: inertia no longer counts.
-                inverse_mass =
-                    R::splat(1.0) / (R::splat(1.0) / c.inverse_mass).max(damping * c.quickest);
+                inverse_mass = R::splat(1.0) / (R::splat(1.0) / c.inverse_mass).max(damping * c.quickest);
             }
             if self.terms.friction {
                 let coulomb = c.coulomb + c.seal * (chamber - c.ambient).max(zero) + custom.friction.max(zero);

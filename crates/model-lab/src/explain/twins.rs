@@ -27,12 +27,7 @@ pub fn twins(found: &Found, watch: &Watch<'_>) -> Vec<Vec<Twin>> {
     best.kinds.iter().map(|kind| stand_ins(found, best, *kind, watch)).collect()
 }
 
-fn stand_ins(
-    found: &Found,
-    best: &Model,
-    replaced: EffectKind,
-    watch: &Watch<'_>,
-) -> Vec<Twin> {
+fn stand_ins(found: &Found, best: &Model, replaced: EffectKind, watch: &Watch<'_>) -> Vec<Twin> {
     let others: Vec<EffectKind> = best.kinds.iter().copied().filter(|kind| *kind != replaced).collect();
     let tried: Vec<Model> = if others.is_empty() {
         found.singles.clone()
