@@ -1,10 +1,11 @@
 //! The forward simulation of a dataset: residuals of many parameter sets at once.
 
 use rayon::prelude::*;
-use valve_model::cycle::{CycleTimes, cycles};
+use valve_model::cycle::{CycleTimes, cycles, cycles_with};
+use valve_model::simulate::DEFAULT_STEP_S;
 use valve_model::{EffectKind, Nodes, Prepared, Valve, simulate};
 
-use crate::data::{Channel, ChannelData, Dataset, RunData};
+use crate::data::{Channel, ChannelData, Dataset, Fineness, RunData};
 
 /// Residuals beyond this many standard deviations carry no more information.
 const LARGEST_RESIDUAL: f64 = 1e4;
@@ -159,7 +160,10 @@ pub fn timing_predictions(data: &Dataset, valves: &[Valve]) -> Vec<Vec<CycleTime
             .map(|chunk| {
                 let batch: Vec<_> =
                     chunk.iter().map(|(group, set)| (&valves[*set], data.timing_groups[*group].conditions)).collect();
-                cycles(&batch, &data.schedule, wanted, data.fineness.step_s)
+                match data.fineness {
+                    Fineness::FINE => cycles(&batch, &data.schedule, wanted, DEFAULT_STEP_S),
+                    rough => cycles_with(&batch, &data.schedule, wanted, rough.step_s, rough.most_substeps),
+                }
             })
             .collect();
         for ((group, set), cycle) in jobs.iter().zip(parts.into_iter().flatten()) {

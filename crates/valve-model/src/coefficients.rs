@@ -341,6 +341,7 @@ impl Equations {
             port_blend: blend(port, PORT_RATE),
             blend: blend(solenoid, SOLENOID_RATE),
             most_substeps: MOST_SUBSTEPS,
+            ends_at_m: f64::INFINITY,
         }
     }
 }

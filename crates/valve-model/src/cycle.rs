@@ -2,6 +2,7 @@
 
 use crate::command::CommandEdge;
 use crate::conditions::Conditions;
+use crate::integrator::MOST_SUBSTEPS;
 use crate::params::{Schedule, Valve};
 use crate::rhs::State;
 use crate::simulate::{Prepared, Run, simulate};
@@ -35,19 +36,37 @@ pub fn cycles(
     cycles: usize,
     step_s: f64,
 ) -> Vec<Vec<CycleTimes>> {
+    cycles_with(valves, schedule, cycles, step_s, MOST_SUBSTEPS)
+}
+
+/// As [`cycles`], with at most this many substeps close to the leak that stalls the valve.
+pub fn cycles_with(
+    valves: &[(&Valve, Conditions)],
+    schedule: &Schedule,
+    cycles: usize,
+    step_s: f64,
+    most_substeps: u32,
+) -> Vec<Vec<CycleTimes>> {
     let commands = cycle_commands(schedule);
     let mut runs: Vec<Prepared> = valves
         .iter()
         .map(|(valve, conditions)| {
             let run = Run { conditions: *conditions, commands: commands.clone(), end_s: schedule.end_s, driven: None };
-            Prepared::new(valve, &run, step_s)
+            Prepared::new(valve, &run, step_s).with_most_substeps(most_substeps)
         })
         .collect();
     let mut times: Vec<Vec<CycleTimes>> = vec![Vec::new(); valves.len()];
     let mut active: Vec<usize> = (0..valves.len()).collect();
-    for _ in 0..cycles {
+    for cycle in 1..=cycles {
         let mut ends: Vec<State<f64>> = Vec::with_capacity(active.len());
-        let batch: Vec<Prepared> = active.iter().map(|index| runs[*index].clone()).collect();
+        let batch: Vec<Prepared> = active
+            .iter()
+            .map(|index| {
+                let run = runs[*index].clone();
+                // Nothing follows the last opening that anybody asks for.
+                if cycle == cycles { run.until_open(valves[*index].0) } else { run }
+            })
+            .collect();
         simulate(&batch, false, |position, nodes, end| {
             let strokes = strokes(valves[active[position]].0, &commands, nodes);
             times[active[position]]

@@ -61,6 +61,17 @@ impl Prepared {
         self
     }
 
+    /// Ends the run once the valve has opened after the last command, a little beyond its switch; the final
+    /// state is then not that of a whole cycle.
+    #[must_use]
+    pub fn until_open(mut self, valve: &Valve) -> Self {
+        let vents_last = self.segments.last().is_some_and(|segment| segment.spool == 0.0 && segment.spool_rate == 0.0);
+        if vents_last {
+            self.pace.ends_at_m = valve.switches().open_at * valve.parameters().stroke_m;
+        }
+        self
+    }
+
     /// Starts from another state, such as the end of an earlier run.
     #[must_use]
     pub fn starting_from(mut self, state: State<f64>) -> Self {

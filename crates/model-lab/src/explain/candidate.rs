@@ -17,6 +17,13 @@ use crate::space::{Space, Target};
 /// Sizes of an effect at which the profile is looked at, in typical sizes.
 const SIZES: [f64; 5] = [0.04, 0.25, 1.0, 3.0, 10.0];
 
+/// The size at which the direction of an effect is taken, in typical sizes.
+const SMALL: f64 = 0.02;
+
+/// Share of what an effect changes that must be left when everything else took its part; less than that
+/// is what the simulation is not linear in.
+const SEEN: f64 = 2e-3;
+
 /// How thoroughly a candidate is fitted.
 #[derive(Debug, Clone, Copy)]
 pub struct Effort {
@@ -31,6 +38,8 @@ impl Effort {
     pub const THOROUGH: Self = Self { starts: 4, steps: 10 };
     /// For pairs and triples, which start from a good fit.
     pub const QUICK: Self = Self { starts: 3, steps: 8 };
+    /// For effects in place of one that was found.
+    pub const STAND_IN: Self = Self { starts: 2, steps: 8 };
 }
 
 /// Adds an effect to a fitted model and refits everything; nothing if no start could be simulated.
@@ -230,13 +239,12 @@ fn sized(shape: &[f64], space: &Space, old: usize) -> Probe {
         point[0] = size;
         point
     };
-    let small = 0.02;
     let allowed = |size: f64| {
         let coordinate = &space.coordinates[old];
         size >= coordinate.lower && size <= coordinate.upper
     };
     let signed = SIZES.iter().flat_map(|size| [*size, -*size]).filter(|size| allowed(*size));
-    Probe { small: with(small), sizes: signed.map(|size| (with(size), size / small)).collect() }
+    Probe { small: with(SMALL), sizes: signed.map(|size| (with(size), size / SMALL)).collect() }
 }
 
 /// All coordinates scale together.
@@ -245,12 +253,12 @@ fn scaled(shape: &[f64], sizes: &[f64], space: &Space, old: usize) -> Probe {
         let point: Vec<f64> = shape.iter().map(|value| value * size).collect();
         point.iter().zip(&space.coordinates[old..]).map(|(u, c)| u.clamp(c.lower, c.upper)).collect()
     };
-    Probe { small: at(0.02), sizes: sizes.iter().map(|size| (at(*size), size / 0.02)).collect() }
+    Probe { small: at(SMALL), sizes: sizes.iter().map(|size| (at(*size), size / SMALL)).collect() }
 }
 
 /// The fall of chi-squared that an effect promises to first order on top of a fit, the largest over its
-/// shapes. Orders work and tells whether looking further is worth it; it is no judge.
-pub fn promised_gain(data: &Dataset, scatter: &Scatter, base: &Fit, kind: EffectKind) -> f64 {
+/// shapes of at least `least` typical sizes. Tells whether looking further is worth it; it is no judge.
+pub fn promised_gain(data: &Dataset, scatter: &Scatter, base: &Fit, kind: EffectKind, least: f64) -> f64 {
     let space = base.space.with_effect(kind);
     let old = base.u.len();
     let Some(cholesky) =
@@ -260,15 +268,19 @@ pub fn promised_gain(data: &Dataset, scatter: &Scatter, base: &Fit, kind: Effect
     };
     let small: Vec<Valve> =
         probes(&space, old).iter().filter_map(|probe| space.valve(&full(base, &probe.small))).collect();
+    let one_sided = space.coordinates[old].lower >= 0.0 && kind != EffectKind::OrificeLaw;
     residuals(data, &small)
         .iter()
         .map(|changed| {
             let change: Vec<f64> = changed.iter().zip(&base.residual).map(|(a, b)| a - b).collect();
             let projection = DVector::from_iterator(old, base.jacobian.iter().map(|c| scatter.dot(c, &change)));
             let absorbed = projection.dot(&cholesky.solve(&projection));
-            let visible = scatter.dot(&change, &change) - absorbed;
+            let whole = scatter.dot(&change, &change);
+            let visible = whole - absorbed;
             let score = scatter.dot(&change, &base.residual);
-            if visible > 1e-9 { score * score / visible } else { 0.0 }
+            let size = -score / visible * SMALL;
+            let possible = if one_sided { size > least } else { size.abs() > least };
+            if visible > SEEN * whole && possible { score * score / visible } else { 0.0 }
         })
         .fold(0.0, f64::max)
 }

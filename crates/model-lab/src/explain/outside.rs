@@ -11,6 +11,7 @@ use valve_model::custom::{CustomEffect, CustomParameter, CustomTarget};
 
 use super::Watch;
 use super::held_out::held_out_rms;
+use super::view::View;
 use crate::data::Dataset;
 use crate::fit::{Fit, FitOptions, fit};
 use crate::scatter::Scatter;
@@ -63,7 +64,9 @@ pub struct Outside {
 }
 
 /// Finds where what is missing sits, on top of a fit of the catalogue.
-pub fn outside(data: &Dataset, scatter: &Scatter, base: &Fit, watch: &Watch<'_>) -> Option<Outside> {
+pub fn outside(view: &View, calibrated: &Fit, watch: &Watch<'_>) -> Option<Outside> {
+    let (data, scatter) = (&view.rough, &view.scatter);
+    let base = &view.roughly(calibrated);
     let scales = Scales::new(data, base);
     let options = FitOptions { steps: 6, tolerance: 1.0, stall: 0.02 };
     let mut tables: Vec<(Axis, Vec<f64>, Fit)> = AXES
@@ -106,13 +109,15 @@ pub fn outside(data: &Dataset, scatter: &Scatter, base: &Fit, watch: &Watch<'_>)
         if best.as_ref().is_some_and(|best| best.fit.cost + PENALTY * 2.0 < fit.cost) {
             continue;
         }
+        let fit = view.finely(&fit);
+        let effect = fit.space.custom_at(&fit.u).pop().unwrap_or(effect);
         let parameter_sigmas = (0..effect.parameters().len())
             .map(|index| {
                 let c = &fit.space.coordinates[first + index];
                 (c.value(1.0) - c.value(0.0)).abs() * fit.sigma(first + index)
             })
             .collect();
-        let held_out = held_out_rms(data, scatter, &fit);
+        let held_out = held_out_rms(&view.fine, scatter, &fit);
         best = Some(Outside { axis, knots, values, sigmas, table_held_out, effect, parameter_sigmas, fit, held_out });
     }
     best

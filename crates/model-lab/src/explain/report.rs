@@ -6,7 +6,7 @@ use valve_model::{EffectKind, Valve};
 use super::experiment::{Experiment, best_experiment};
 use super::held_out::held_out_rms;
 use super::outside::{Outside, outside};
-use super::search::{Found, Model, fits};
+use super::search::{Found, Model, fits, is_practical};
 use super::twins::{Twin, twins};
 use super::{Progress, Watch};
 use crate::data::Dataset;
@@ -168,7 +168,7 @@ pub(super) fn assemble(datasheet_rms: f64, found: &Found, watch: &Watch<'_>) -> 
     let mut found_outside = None;
     if missing && !watch.is_stopped() {
         watch.tell(Progress::Doing("tables along position, velocity and time"));
-        found_outside = outside(data, scatter, &calibrated, watch);
+        found_outside = outside(&found.view, &calibrated, watch);
     }
     let mut twin_reports = Vec::new();
     if !best.kinds.is_empty() && !missing && !watch.is_stopped() {
@@ -269,6 +269,8 @@ fn candidates(data: &Dataset, scatter: &Scatter, found: &Found, best: &Model) ->
         let behind = best.gain - model.gain;
         let rejected = if model.kinds == best.kinds {
             None
+        } else if !is_practical(model) {
+            Some("is too small to be of any use".into())
         } else if best.kinds.is_empty() {
             Some(format!("improves chi-squared by {gain:.1} only"))
         } else if found.steps.iter().any(|step| step.kinds == model.kinds) {

@@ -41,6 +41,15 @@ const DEEPEST: usize = 3;
 /// Candidates within this of the best in the rough simulation are simulated finely.
 const NEAR: f64 = 60.0;
 
+/// So many of the best are looked at again when the scatter of strokes is seen anew.
+const CONTENDERS: usize = 6;
+
+/// Root mean square of the residuals up to which a model shows the scatter of strokes well enough for that.
+const NEARLY_FITS: f64 = 3.0;
+
+/// A third effect is looked for if two leave at most this share of the misfit.
+const WORTH_A_THIRD: f64 = 0.5;
+
 /// So many candidates are fitted to the end whatever they promise.
 const FOREMOST: usize = 4;
 
@@ -76,14 +85,22 @@ impl Model {
     }
 }
 
+/// The least size of an effect that is of any use, in typical sizes.
+fn least_size(kind: EffectKind) -> f64 {
+    match kind.info().acts_on {
+        _ if kind == EffectKind::OrificeLaw => 0.0,
+        ActsOn::Solenoid | ActsOn::Measurement => LEAST_DELAY,
+        _ => LEAST_SIZE,
+    }
+}
+
 /// Whether every effect of a model is large enough to be of use.
-fn is_practical(model: &Model) -> bool {
+pub fn is_practical(model: &Model) -> bool {
     model.kinds.iter().all(|kind| {
-        let timing = matches!(kind.info().acts_on, ActsOn::Solenoid | ActsOn::Measurement);
         let coordinates = model.fit.space.effect_coordinates(*kind);
         let sizes = if *kind == EffectKind::SolenoidLag { &coordinates[..] } else { &coordinates[..1] };
         let size = sizes.iter().map(|index| model.fit.u[*index].abs()).fold(0.0, f64::max);
-        *kind == EffectKind::OrificeLaw || size > if timing { LEAST_DELAY } else { LEAST_SIZE }
+        size > least_size(*kind) || *kind == EffectKind::OrificeLaw
     })
 }
 
@@ -146,14 +163,17 @@ impl Search<'_> {
         let mut singles = Vec::new();
         let mut alternatives = Vec::new();
         let mut beam = vec![self.last().clone()];
+        let mut kinds = self.kinds.clone();
         let mut interrupted = false;
         for depth in 0..DEEPEST {
-            let mut tried = self.tried(&beam, if depth == 0 { Effort::THOROUGH } else { Effort::QUICK });
+            let mut tried = self.tried(&beam, &kinds, depth);
             interrupted |= self.watch.is_stopped();
             self.judge(&mut tried);
             let needed = if depth == 0 { ACCEPT } else { ACCEPT_FURTHER };
             let mut found = self.better(&tried, needed);
-            if let (Some(best), true) = (&found, self.view.scatter.is_known && !interrupted) {
+            let shows_scatter =
+                |model: &Model| model.fit.normalised_rms(&self.view.scatter) < NEARLY_FITS && !interrupted;
+            if let (Some(best), true) = (&found, self.view.scatter.is_known && found.as_ref().is_some_and(shows_scatter)) {
                 // The scatter of strokes seen through a model that fits badly is seen wrongly: seen through
                 // the better one, everything is looked at again.
                 self.watch.tell(Progress::Doing("the scatter of strokes seen through the better model"));
@@ -172,12 +192,19 @@ impl Search<'_> {
             self.watch.tell(Progress::Accepted { kinds: best.kinds.clone(), lack });
             self.steps.retain(|step| step.kinds.len() < best.kinds.len());
             self.steps.push(best.clone());
-            let fits = lack < fits(&self.view.scatter);
-            if interrupted || fits && !self.hints_at_more(&best) {
+            if interrupted || depth > 0 && !self.leads_somewhere(&best) {
                 break;
             }
-            let others = tried.into_iter().filter(|model| model.kinds != best.kinds);
-            beam = std::iter::once(best.clone()).chain(others).take(if fits { 1 } else { BEAM[depth] }).collect();
+            let others: Vec<Model> = tried.into_iter().filter(|model| model.kinds != best.kinds).collect();
+            if lack < fits(&self.view.scatter) {
+                kinds = self.hints_at(&best);
+                beam = vec![best];
+            } else {
+                beam = std::iter::once(best).chain(others).take(BEAM[depth]).collect();
+            }
+            if kinds.is_empty() {
+                break;
+            }
         }
         let lack = self.lack(&self.last().fit);
         Found { view: self.view.clone(), steps: self.steps.clone(), singles, alternatives, lack, interrupted }
@@ -192,13 +219,18 @@ impl Search<'_> {
     }
 
     /// Every effect added to every model of the beam, simulated roughly, best first.
-    fn tried(&mut self, beam: &[Model], effort: Effort) -> Vec<Model> {
+    fn tried(&mut self, beam: &[Model], kinds: &[EffectKind], depth: usize) -> Vec<Model> {
+        let effort = |model: usize| match (depth, model) {
+            (0, _) => Effort::THOROUGH,
+            (_, 0) => Effort::QUICK,
+            _ => Effort::STAND_IN,
+        };
         let view = &self.view;
         let base = view.roughly(&self.steps[0].fit);
         self.rough_base = base.cost + penalty(&base);
         let rough: Vec<Model> = beam.iter().map(|model| model.with(view.roughly(&model.fit))).collect();
         let jobs: Vec<(usize, EffectKind)> = (0..rough.len())
-            .flat_map(|model| self.kinds.iter().map(move |kind| (model, *kind)))
+            .flat_map(|model| kinds.iter().map(move |kind| (model, *kind)))
             .filter(|(model, kind)| !rough[*model].kinds.contains(kind))
             .collect();
         let total = jobs.len();
@@ -206,7 +238,7 @@ impl Search<'_> {
             .into_par_iter()
             .filter(|_| !self.watch.is_stopped())
             .filter_map(|(model, kind)| {
-                let started = start_effect(&view.rough, &view.scatter, &rough[model].fit, kind, effort)?;
+                let started = start_effect(&view.rough, &view.scatter, &rough[model].fit, kind, effort(model))?;
                 Some((model, kind, started))
             })
             .collect();
@@ -220,7 +252,7 @@ impl Search<'_> {
             .filter_map(|(model, kind, started)| {
                 let hopeful = started.best().cost < foremost || started.hope() < best + NEAR;
                 let fit = if hopeful && !self.watch.is_stopped() {
-                    started.finished(&view.rough, &view.scatter, effort)?
+                    started.finished(&view.rough, &view.scatter, effort(model))?
                 } else {
                     started.best().clone()
                 };
@@ -271,12 +303,13 @@ impl Search<'_> {
         }
     }
 
-    /// Carries models on with the scatter as it is seen now.
+    /// Carries the best models on with the scatter as it is seen now.
     fn again(&mut self, tried: &mut [Model]) {
         let view = &self.view;
         let base = view.roughly(&self.steps[0].fit);
         self.rough_base = base.cost + penalty(&base);
-        tried.par_iter_mut().for_each(|model| {
+        let count = tried.len().min(CONTENDERS);
+        tried[..count].par_iter_mut().for_each(|model| {
             model.fit = view.roughly(&model.fit);
             model.gain = self.rough_base - model.score();
         });
@@ -312,13 +345,18 @@ impl Search<'_> {
         best
     }
 
-    /// Whether a first-order look promises a believable gain for any further effect.
-    fn hints_at_more(&self, model: &Model) -> bool {
+    /// Whether a model with several effects explains a good part of what the calibrated one does not.
+    fn leads_somewhere(&self, model: &Model) -> bool {
+        let above_noise = |model: &Model| model.fit.cost - model.fit.residual.len() as f64;
+        above_noise(model) < WORTH_A_THIRD * above_noise(&self.steps[0])
+    }
+
+    /// The effects of which a first-order look promises a believable gain on top of a model that fits.
+    fn hints_at(&self, model: &Model) -> Vec<EffectKind> {
         let View { fine, scatter, .. } = &self.view;
-        self.kinds
-            .par_iter()
-            .filter(|kind| !model.kinds.contains(kind))
-            .any(|kind| promised_gain(fine, scatter, &model.fit, *kind) > ACCEPT_FURTHER)
+        let promised = |kind: EffectKind| promised_gain(fine, scatter, &model.fit, kind, least_size(kind));
+        let others = self.kinds.par_iter().copied().filter(|kind| !model.kinds.contains(kind));
+        others.filter(|kind| promised(*kind) > ACCEPT_FURTHER).collect()
     }
 }
 

@@ -29,8 +29,12 @@ pub fn twins(found: &Found, watch: &Watch<'_>) -> Vec<Vec<Twin>> {
 
 fn stand_ins(found: &Found, best: &Model, replaced: EffectKind, watch: &Watch<'_>) -> Vec<Twin> {
     let others: Vec<EffectKind> = best.kinds.iter().copied().filter(|kind| *kind != replaced).collect();
+    // The last effect was found among others beside the same ones.
+    let beside_the_same = |model: &&Model| model.kinds.split_last().is_some_and(|(_, rest)| rest == others);
     let tried: Vec<Model> = if others.is_empty() {
         found.singles.clone()
+    } else if found.alternatives.iter().filter(beside_the_same).count() > 1 {
+        found.alternatives.iter().filter(beside_the_same).cloned().collect()
     } else {
         let view = &found.view;
         let base = view.roughly(&found.steps[0].fit);
@@ -44,9 +48,9 @@ fn stand_ins(found: &Found, best: &Model, replaced: EffectKind, watch: &Watch<'_
             .par_iter()
             .filter(|kind| **kind != replaced && !already.contains(kind) && !watch.is_stopped())
             .filter_map(|kind| {
-                let started = start_effect(&view.rough, &view.scatter, &rest, *kind, Effort::QUICK)?;
+                let started = start_effect(&view.rough, &view.scatter, &rest, *kind, Effort::STAND_IN)?;
                 let fit = if started.hope() < bar {
-                    started.finished(&view.rough, &view.scatter, Effort::QUICK)?
+                    started.finished(&view.rough, &view.scatter, Effort::STAND_IN)?
                 } else {
                     started.best().clone()
                 };

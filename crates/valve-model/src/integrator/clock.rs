@@ -20,6 +20,8 @@ pub struct Pace {
     pub blend: f64,
     /// Substeps that a lane may take.
     pub most_substeps: u32,
+    /// Position from which on the last segment is over, m.
+    pub ends_at_m: f64,
 }
 
 /// Steps after which a lane looks again whether it needs substeps.
@@ -98,6 +100,14 @@ impl Clock {
             return;
         };
         let state = front.state.lane(lane);
+        if self.index + 1 == self.segments.len() && state.x >= self.pace.ends_at_m && self.beyond < *count {
+            self.index += 1;
+            self.left = 0;
+            front.step.set_lane(lane, 0.0);
+            front.wait.set_lane(lane, 0.0);
+            front.spool_rate.set_lane(lane, 0.0);
+            return;
+        }
         let starts = self.beyond == *count;
         let rests = self.may_settle
             && !starts
