@@ -15,7 +15,7 @@ fn root() -> &'static Path {
 fn packages() -> Vec<PathBuf> {
     let crates = fs::read_dir(root().join("crates")).expect("crates");
     let mut all: Vec<PathBuf> = crates.map(|entry| entry.expect("readable").path()).collect();
-    all.push(root().join("tests/blind"));
+    all.extend(["tests/blind", "tests/blind-score"].map(|package| root().join(package)));
     all
 }
 

@@ -14,8 +14,9 @@ const NO_MOTION: f64 = 0.02;
 const ONLY_NOISE: f64 = 0.1;
 /// Motion below this share of the stroke is worth a word.
 const SHORT_MOTION: f64 = 0.9;
-/// Motion above this many strokes cannot be: the stops give way by a few hundredths.
-const TOO_LONG: f64 = 1.3;
+/// Motion above this many strokes cannot be: stops give way by a few hundredths, soft ones of a strong
+/// actuator by some tenths, and no unit is that close to another.
+const TOO_LONG: f64 = 1.6;
 /// How far outside the stops a position may lie, in strokes.
 const OUTSIDE: f64 = 0.12;
 

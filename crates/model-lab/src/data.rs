@@ -237,7 +237,7 @@ impl RunData {
     fn thinned(&self) -> Self {
         let mut cells: Vec<(usize, f64)> =
             self.channels.iter().flat_map(|c| c.blocks.iter().map(|block| (block.first, block.time_s))).collect();
-        cells.sort_by(|a, b| a.0.cmp(&b.0));
+        cells.sort_by_key(|cell| cell.0);
         cells.dedup_by_key(|cell| cell.0);
         let thin = |channel: &ChannelData| {
             let mut samples = vec![f64::NAN; cells.len()];
@@ -247,7 +247,7 @@ impl RunData {
                 Block { first: cell, end: cell + 1, ..*block }
             });
             let blocks = blocks.collect();
-            ChannelData { blocks, samples, ..*channel }
+            ChannelData { samples, blocks, ..*channel }
         };
         Self {
             name: self.name.clone(),

@@ -24,12 +24,14 @@ pub enum Source {
     Supply,
 }
 
-/// All sources that are looked for, with the size of one unit of each: 1 ms, or a share of 0.3 %.
-pub const SOURCES: [(Source, f64); 5] = [
+/// All sources that are looked for, with the size of one unit of each: 1 ms, or a share of 0.3 %. Of the two
+/// flows, which are much alike, only the one counts that the repeats like better.
+pub const SOURCES: [(Source, f64); 6] = [
     (Source::CloseDelay, 1e-3),
     (Source::OpenDelay, 1e-3),
     (Source::Parameter(ParameterId::PreloadCompression), 3e-3),
     (Source::Parameter(ParameterId::SolenoidOrificeArea), 3e-3),
+    (Source::Parameter(ParameterId::FlowCoefficient), 3e-3),
     (Source::Supply, 3e-3),
 ];
 
@@ -86,7 +88,7 @@ impl Scatter {
         let directions = directions(data, valve);
         let base = &residuals(data, core::slice::from_ref(valve))[0];
         // Deviations from the group's mean lose one degree of freedom in each group.
-        let mut samples: Vec<(DMatrix<f64>, DVector<f64>, f64)> = Vec::new();
+        let mut samples: Vec<Sample> = Vec::new();
         for group in groups.iter().filter(|group| group.len() > 1) {
             let length = layout[group[0]].1 - layout[group[0]].0;
             if group.iter().any(|unit| layout[*unit].1 - layout[*unit].0 != length) {
@@ -100,32 +102,15 @@ impl Scatter {
                 let (start, end) = layout[*unit];
                 let d = matrix(&directions, start, end);
                 let deviation = DVector::from_iterator(length, (0..length).map(|i| base[start + i] - mean[i]));
-                samples.push((d.transpose() * &d, d.transpose() * deviation, share));
+                samples.push(Sample { gram: d.transpose() * &d, projection: d.transpose() * deviation, share });
             }
         }
-        let mut variances = [1.0; SOURCES.len()];
         if samples.is_empty() {
             return Self::none();
         }
-        for _ in 0..300 {
-            let mut sums = [0.0; SOURCES.len()];
-            let freedom: f64 = samples.iter().map(|(_, _, share)| share).sum();
-            for (gram, projection, share) in &samples {
-                // The sensor noise of a deviation is smaller by the same share.
-                let mut precision = gram / *share;
-                for (source, variance) in variances.iter().enumerate() {
-                    precision[(source, source)] += 1.0 / (variance * share).max(1e-12);
-                }
-                let Some(covariance) = precision.try_inverse() else { continue };
-                let mean = &covariance * projection / *share;
-                for (source, sum) in sums.iter_mut().enumerate() {
-                    *sum += mean[source] * mean[source] + covariance[(source, source)];
-                }
-            }
-            for (variance, sum) in variances.iter_mut().zip(sums) {
-                *variance = sum / freedom;
-            }
-        }
+        let [solenoid, all_orifices] =
+            FLOWS.map(|flow| likeliest(&samples, FLOWS.iter().find(|other| **other != flow)));
+        let (mut variances, _) = if all_orifices.1 > solenoid.1 { all_orifices } else { solenoid };
         // What is far below a hundredth of a unit is nothing.
         for variance in &mut variances {
             if *variance < 1e-3 {
@@ -204,6 +189,23 @@ impl Scatter {
             _ => 0.0,
         };
         plain - taken - shared
+    }
+
+    /// The weighted sum of squares of each unit of a dataset, without what all units share.
+    pub fn dot_by_unit(&self, data: &Dataset, residual: &[f64]) -> Vec<f64> {
+        layout(data)
+            .into_iter()
+            .enumerate()
+            .map(|(index, (start, end))| {
+                let plain: f64 = residual[start..end].iter().map(|value| value * value).sum();
+                let unit = self.units.get(index);
+                let taken = unit.and_then(|unit| {
+                    let projection = unit.project(residual)?;
+                    Some(projection.dot(&unit.weigh(&projection)?))
+                });
+                plain - taken.unwrap_or(0.0)
+            })
+            .collect()
     }
 
     /// J'WJ and J'Wr for the columns of J.
@@ -286,10 +288,87 @@ impl Scatter {
             .collect()
     }
 
+    /// One standard deviation of the delay that differs most from stroke to stroke, s.
+    pub fn largest_delay_s(&self) -> f64 {
+        let delays = SOURCES.iter().zip(self.sizes());
+        let delays = delays.filter(|((source, _), _)| matches!(source, Source::CloseDelay | Source::OpenDelay));
+        delays.map(|(_, size)| size).fold(0.0, f64::max)
+    }
+
     /// One standard deviation of each source, in the units of [`SOURCES`] times their size (s, or a share).
     pub fn sizes(&self) -> [f64; SOURCES.len()] {
         core::array::from_fn(|source| self.variances[source].sqrt() * SOURCES[source].1)
     }
+}
+
+/// Flow through the solenoid alone, and through every orifice.
+const FLOWS: [Source; 2] =
+    [Source::Parameter(ParameterId::SolenoidOrificeArea), Source::Parameter(ParameterId::FlowCoefficient)];
+
+/// Rounds of expectation and maximisation.
+const EM_ROUNDS: usize = 300;
+
+/// One stroke of a group of repeats, as it differs from their mean.
+struct Sample {
+    /// D'D.
+    gram: DMatrix<f64>,
+    /// D' times the deviation.
+    projection: DVector<f64>,
+    /// Share of the variance that a deviation from the mean has.
+    share: f64,
+}
+
+/// The most likely variances of all sources but one, by expectation and maximisation (Dempster, Laird and
+/// Rubin 1977), and the logarithm of their likelihood up to a constant.
+fn likeliest(samples: &[Sample], without: Option<&Source>) -> ([f64; SOURCES.len()], f64) {
+    let used: Vec<usize> = (0..SOURCES.len()).filter(|source| Some(&SOURCES[*source].0) != without).collect();
+    let n = used.len();
+    let part = |sample: &Sample| {
+        let gram = DMatrix::from_fn(n, n, |i, j| sample.gram[(used[i], used[j])] / sample.share);
+        (gram, DVector::from_fn(n, |i, _| sample.projection[used[i]] / sample.share))
+    };
+    let parts: Vec<(DMatrix<f64>, DVector<f64>, f64)> = samples
+        .iter()
+        .map(|sample| {
+            let (gram, projection) = part(sample);
+            (gram, projection, sample.share)
+        })
+        .collect();
+    let freedom: f64 = samples.iter().map(|sample| sample.share).sum();
+    let mut variances = vec![1.0; n];
+    // A deviation from the mean scatters less by its share, and so does its sensor noise.
+    let precision = |gram: &DMatrix<f64>, variances: &[f64], share: f64| {
+        let mut precision = gram.clone();
+        for (index, variance) in variances.iter().enumerate() {
+            precision[(index, index)] += 1.0 / (variance * share).max(1e-12);
+        }
+        precision
+    };
+    for _ in 0..EM_ROUNDS {
+        let mut sums = vec![0.0; n];
+        for (gram, projection, share) in &parts {
+            let Some(covariance) = precision(gram, &variances, *share).try_inverse() else { continue };
+            let mean = &covariance * projection;
+            for (index, sum) in sums.iter_mut().enumerate() {
+                *sum += mean[index] * mean[index] + covariance[(index, index)];
+            }
+        }
+        variances = sums.iter().map(|sum| sum / freedom).collect();
+    }
+    let likelihood = parts
+        .iter()
+        .filter_map(|(gram, projection, share)| {
+            let cholesky = precision(gram, &variances, *share).cholesky()?;
+            let explained = projection.dot(&cholesky.solve(projection));
+            let widths: f64 = variances.iter().map(|variance| (variance * share).max(1e-12).ln()).sum();
+            Some(0.5 * (explained - cholesky.ln_determinant() - widths))
+        })
+        .sum();
+    let mut all = [0.0; SOURCES.len()];
+    for (index, variance) in used.into_iter().zip(variances) {
+        all[index] = variance;
+    }
+    (all, likelihood)
 }
 
 impl UnitScatter {

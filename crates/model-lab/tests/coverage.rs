@@ -1,7 +1,7 @@
 //! Whether the 90 % intervals of a calibration hold the truth in 90 % of cases.
 
 use model_lab::calibrate::{CalibrateOptions, Calibration};
-use model_lab::data::{Block, Channel, ChannelData, RunData};
+use model_lab::data::{Block, Channel, ChannelData, Fineness, RunData};
 use model_lab::forward::record;
 use model_lab::{Dataset, Space};
 use rayon::prelude::*;
@@ -93,6 +93,7 @@ fn ninety_percent_intervals_hold_the_truth_in_nine_cases_of_ten() {
                 timing_noise_s: 1e-3,
                 schedule: Schedule { close_at_s: 0.0, open_at_s: 4.0, end_s: 12.0 },
                 noise_is_stated: true,
+                fineness: Fineness::FINE,
             };
             let options = CalibrateOptions { starts: 1, candidates: 1, hold_out: false, ..CalibrateOptions::default() };
             let found = Calibration::of(&Space::new(file.valve(), &tolerances), &data, file.valve(), options);

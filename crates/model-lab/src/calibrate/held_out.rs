@@ -4,7 +4,7 @@ use valve_model::Conditions;
 
 use crate::compare::Comparison;
 use crate::data::Dataset;
-use crate::fit::{Fit, FitOptions, fit};
+use crate::fit::{Fit, FitOptions, fit_with};
 use crate::scatter::Scatter;
 use crate::space::Space;
 
@@ -54,8 +54,10 @@ pub fn held_out(
         let kept = straight.only(|unit| part_of(unit) != part);
         let left_out = data.only(|unit| part_of(unit) == part);
         let scatter = scatter.for_data(&kept, &best.valve());
-        let fitted =
-            fit(&kept, &scatter, space, &best.u, FitOptions { steps: 12, tolerance: 0.5, ..FitOptions::default() })?;
+        // Close to where the full fit ended, with its Jacobian.
+        let jacobian = best.jacobian.iter().map(|column| data.rows_of(column, |unit| part_of(unit) != part)).collect();
+        let options = FitOptions { steps: 2, tolerance: 0.5, ..FitOptions::default() };
+        let fitted = fit_with(&kept, &scatter, space, &best.u, jacobian, options)?;
         let score = Comparison::new(&left_out, &fitted.valve()).overall;
         sum += score.normalised_rms.powi(2) * score.readings;
         readings += score.readings;

@@ -13,6 +13,7 @@ mod verdict;
 
 use campaign::Campaign;
 use nalgebra::DMatrix;
+use rayon::prelude::*;
 use valve_file::{HistoryEntry, ValveFile, ValveFileError};
 use valve_model::{ParameterId, Valve};
 
@@ -115,15 +116,15 @@ pub struct CalibrateOptions {
     pub candidates: usize,
     /// Fits that are followed to their end.
     pub starts: usize,
-    /// Steps after which the starts are compared and only the best is followed on.
-    pub rough_steps: usize,
+    /// Jacobians after which the starts are compared and only the best is followed on.
+    pub first_steps: usize,
     /// Whether conditions are left out in turn to see how the fit predicts.
     pub hold_out: bool,
 }
 
 impl Default for CalibrateOptions {
     fn default() -> Self {
-        Self { candidates: 12, starts: 3, rough_steps: 8, hold_out: true }
+        Self { candidates: 12, starts: 3, first_steps: 2, hold_out: true }
     }
 }
 
@@ -200,21 +201,25 @@ struct BestFit {
 fn best_fit(space: &Space, data: &Dataset, valve: &Valve, options: CalibrateOptions) -> BestFit {
     // The scatter shows in how repeats differ, whatever the model; only its directions need one.
     let mut scatter = Scatter::estimate(data, valve);
-    let mut fits = followed(space, data, &scatter, &starts(space, data, &scatter, options), options);
+    let rough = data.rough();
+    let mut fits = followed(space, &rough, &scatter, options);
     let start_costs = fits.iter().map(|fit| fit.cost).collect();
     let mut straight = data.clone();
-    let plain = Scatter::none();
     if scatter.is_known && fits[0].chi2 > HOPELESS * data.residual_count() as f64 && !data.runs.is_empty() {
         // Where physics is missing, a fit that may call misfit scatter follows neither.
-        fits = followed(space, data, &plain, &starts(space, data, &plain, options), options);
-        scatter = plain;
+        scatter = Scatter::none();
+        fits = followed(space, &rough, &scatter, options);
+    }
+    let finely = FitOptions { steps: 6, tolerance: 0.1, ..FitOptions::default() };
+    if let Some(best) = fit(data, &scatter, space, &fits[0].u, finely) {
+        fits[0] = best;
     }
     if scatter.is_known {
         for _ in 0..SCATTER_ROUNDS {
             let best = &fits[0];
             let next = relinearised(data, &straight, &scatter, &best.valve());
             let estimated = Scatter::estimate(&next, &best.valve());
-            let options = FitOptions { steps: 8, tolerance: 0.2, ..FitOptions::default() };
+            let options = FitOptions { steps: 3, tolerance: 0.2, ..FitOptions::default() };
             let Some(again) = fit(&next, &estimated, space, &best.u, options) else { break };
             // A model that is far from the data takes their misfit for scatter; that gets worse, not better.
             if again.cost > best.cost {
@@ -241,18 +246,13 @@ const HOPELESS: f64 = 6.0;
 /// Change of the cost below which they are linear enough.
 const SCATTER_SETTLED: f64 = 10.0;
 
-/// Fits from several starts, best first: roughly at first, the best of them to its end.
-fn followed(
-    space: &Space,
-    data: &Dataset,
-    scatter: &Scatter,
-    starts: &[Vec<f64>],
-    options: CalibrateOptions,
-) -> Vec<Fit> {
-    let rough = FitOptions { steps: options.rough_steps, tolerance: 5.0, ..FitOptions::default() };
-    let mut fits: Vec<Fit> = starts.iter().filter_map(|start| fit(data, scatter, space, start, rough)).collect();
+/// Fits from several starts, best first: a little at first, the best of them to its end.
+fn followed(space: &Space, data: &Dataset, scatter: &Scatter, options: CalibrateOptions) -> Vec<Fit> {
+    let first = FitOptions { steps: options.first_steps, tolerance: 5.0, ..FitOptions::default() };
+    let starts = starts(space, data, scatter, options);
+    let mut fits: Vec<Fit> = starts.par_iter().filter_map(|start| fit(data, scatter, space, start, first)).collect();
     fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-    let whole = FitOptions { steps: 20, tolerance: 0.1, ..FitOptions::default() };
+    let whole = FitOptions { steps: 10, tolerance: 0.1, ..FitOptions::default() };
     if let Some(best) = fits.first().and_then(|best| fit(data, scatter, space, &best.u, whole)) {
         fits[0] = best;
     }

@@ -4,6 +4,7 @@ pub mod candidate;
 pub mod experiment;
 pub mod held_out;
 pub mod lack;
+pub mod model;
 pub mod outside;
 pub mod report;
 pub mod search;

@@ -5,8 +5,9 @@ use valve_model::{EffectKind, Valve};
 
 use super::experiment::{Experiment, best_experiment};
 use super::held_out::held_out_rms;
+use super::model::{Model, is_practical};
 use super::outside::{Outside, outside};
-use super::search::{Found, Model, fits, is_practical};
+use super::search::{Found, INEXACT, fits};
 use super::twins::{Twin, twins};
 use super::{Progress, Watch};
 use crate::data::Dataset;
@@ -164,7 +165,9 @@ pub(super) fn assemble(datasheet_rms: f64, found: &Found, watch: &Watch<'_>) -> 
             held_out_normalised_rms: *held_out,
         });
     }
-    let missing = found.lack > MARGIN * fits(scatter);
+    let clean = scatter.without_scatter(&best.fit.residual);
+    let left = clean.iter().map(|value| value * value - 1.0).sum::<f64>();
+    let missing = found.lack > MARGIN * fits(scatter) && left > INEXACT * best.gain;
     let mut found_outside = None;
     if missing && !watch.is_stopped() {
         watch.tell(Progress::Doing("tables along position, velocity and time"));
@@ -269,7 +272,7 @@ fn candidates(data: &Dataset, scatter: &Scatter, found: &Found, best: &Model) ->
         let behind = best.gain - model.gain;
         let rejected = if model.kinds == best.kinds {
             None
-        } else if !is_practical(model) {
+        } else if !is_practical(model, scatter) {
             Some("is too small to be of any use".into())
         } else if best.kinds.is_empty() {
             Some(format!("improves chi-squared by {gain:.1} only"))

@@ -2,17 +2,16 @@
 
 use rayon::prelude::*;
 use valve_model::EffectKind;
-use valve_model::effects::ActsOn;
 
 use super::candidate::{Effort, Started, add_effect, promised_gain, start_effect};
 use super::lack::lack_of_fit;
+use super::model::{Model, is_practical, least_size, penalty};
 use super::view::View;
 use super::{Progress, Watch};
 use crate::calibrate::polished;
 use crate::data::Dataset;
 use crate::fit::Fit;
 use crate::scatter::Scatter;
-use crate::space::Target;
 
 /// Fall of chi-squared (priors included, penalty taken off) from which an effect is believed. With
 /// this, none of the empty campaigns tried beforehand raised an alarm.
@@ -21,8 +20,13 @@ pub const ACCEPT: f64 = 30.0;
 /// A second or third effect has more competitors and rests on the first.
 const ACCEPT_FURTHER: f64 = 40.0;
 
-/// Penalty for each free parameter beyond an effect's first; shape parameters have priors of their own.
-const PENALTY: f64 = 6.0;
+/// Share of what earlier effects have explained that a further one, or what is left, must be worth: no law
+/// of the catalogue is a valve's own, and what is wrong with it by a hundredth or two must not be taken for
+/// something else.
+pub const INEXACT: f64 = 5e-4;
+
+/// Student's t of the gains of single strokes from which they agree.
+const AGREE: f64 = 2.5;
 
 /// Lack of fit, in standard deviations of noise, below which nothing more is looked for.
 pub const FITS: f64 = 5.0;
@@ -47,6 +51,11 @@ const CONTENDERS: usize = 6;
 /// Root mean square of the residuals up to which a model shows the scatter of strokes well enough for that.
 const NEARLY_FITS: f64 = 3.0;
 
+/// How often the scatter of strokes is looked at again through an accepted model, and the share to which
+/// the lack of fit must fall each time.
+const LOOKS: usize = 3;
+const LESS: f64 = 0.8;
+
 /// A third effect is looked for if two leave at most this share of the misfit.
 const WORTH_A_THIRD: f64 = 0.5;
 
@@ -55,71 +64,6 @@ const FOREMOST: usize = 4;
 
 /// How many fits of one depth are carried on to the next, by depth.
 const BEAM: [usize; DEEPEST] = [2, 1, 1];
-
-/// The least size of an effect that is of any use, in typical sizes.
-const LEAST_SIZE: f64 = 0.01;
-
-/// The same for effects that only shift a stroke in time: half a millisecond or so, below which the
-/// model's own accuracy ends.
-const LEAST_DELAY: f64 = 0.035;
-
-/// A set of effects and the fit with them.
-#[derive(Debug, Clone)]
-pub struct Model {
-    /// The effects added, in the order they were found.
-    pub kinds: Vec<EffectKind>,
-    /// Everything refitted with them.
-    pub fit: Fit,
-    /// How much better its score is than that of the calibrated model, seen in the same way.
-    pub gain: f64,
-}
-
-impl Model {
-    /// The cost with the penalty for its parameters.
-    pub fn score(&self) -> f64 {
-        self.fit.cost + penalty(&self.fit)
-    }
-
-    fn with(&self, fit: Fit) -> Self {
-        Self { kinds: self.kinds.clone(), fit, gain: self.gain }
-    }
-}
-
-/// The least size of an effect that is of any use, in typical sizes.
-fn least_size(kind: EffectKind) -> f64 {
-    match kind.info().acts_on {
-        _ if kind == EffectKind::OrificeLaw => 0.0,
-        ActsOn::Solenoid | ActsOn::Measurement => LEAST_DELAY,
-        _ => LEAST_SIZE,
-    }
-}
-
-/// Whether every effect of a model is large enough to be of use.
-pub fn is_practical(model: &Model) -> bool {
-    model.kinds.iter().all(|kind| {
-        let coordinates = model.fit.space.effect_coordinates(*kind);
-        let sizes = if *kind == EffectKind::SolenoidLag { &coordinates[..] } else { &coordinates[..1] };
-        let size = sizes.iter().map(|index| model.fit.u[*index].abs()).fold(0.0, f64::max);
-        size > least_size(*kind) || *kind == EffectKind::OrificeLaw
-    })
-}
-
-/// The penalty for the parameters of the effects in a fit.
-fn penalty(fit: &Fit) -> f64 {
-    let free = fit
-        .space
-        .coordinates
-        .iter()
-        .filter(|coordinate| !matches!(coordinate.target, Target::Base(_)))
-        .map(|coordinate| if coordinate.prior.is_some() { 0.5 } else { 1.0 });
-    PENALTY * (free.sum::<f64>() - added(fit) as f64)
-}
-
-fn added(fit: &Fit) -> usize {
-    let moves =
-        |slot: usize| fit.space.coordinates.iter().any(|c| matches!(c.target, Target::Effect(s, _) if s == slot));
-    (0..fit.space.effects().len()).filter(|slot| moves(*slot)).count()
-}
 
 /// What the search found.
 #[derive(Debug, Clone)]
@@ -165,15 +109,13 @@ impl Search<'_> {
         let mut beam = vec![self.last().clone()];
         let mut kinds = self.kinds.clone();
         let mut interrupted = false;
-        for depth in 0..DEEPEST {
+        for (depth, carried) in BEAM.into_iter().enumerate() {
             let mut tried = self.tried(&beam, &kinds, depth);
             interrupted |= self.watch.is_stopped();
             self.judge(&mut tried);
-            let needed = if depth == 0 { ACCEPT } else { ACCEPT_FURTHER };
+            let needed = if depth == 0 { ACCEPT } else { ACCEPT_FURTHER.max(INEXACT * self.last().gain) };
             let mut found = self.better(&tried, needed);
-            let shows_scatter =
-                |model: &Model| model.fit.normalised_rms(&self.view.scatter) < NEARLY_FITS && !interrupted;
-            if let (Some(best), true) = (&found, self.view.scatter.is_known && found.as_ref().is_some_and(shows_scatter)) {
+            if let Some(best) = found.as_ref().filter(|best| self.shows_scatter(best) && !interrupted) {
                 // The scatter of strokes seen through a model that fits badly is seen wrongly: seen through
                 // the better one, everything is looked at again.
                 self.watch.tell(Progress::Doing("the scatter of strokes seen through the better model"));
@@ -187,8 +129,21 @@ impl Search<'_> {
             }
             alternatives.clone_from(&tried);
             let Some(best) = found else { break };
-            let best = self.settled(best);
-            let lack = self.lack(&best.fit);
+            let mut best = self.settled(&best);
+            let mut lack = self.lack(&best.fit);
+            for _ in 0..LOOKS {
+                if lack < fits(&self.view.scatter) || !self.shows_scatter(&best) || self.watch.is_stopped() {
+                    break;
+                }
+                // What is left may be scatter that was seen through a worse model.
+                self.look_through(&best.fit);
+                best = self.settled(&best);
+                let before = lack;
+                lack = self.lack(&best.fit);
+                if lack > LESS * before {
+                    break;
+                }
+            }
             self.watch.tell(Progress::Accepted { kinds: best.kinds.clone(), lack });
             self.steps.retain(|step| step.kinds.len() < best.kinds.len());
             self.steps.push(best.clone());
@@ -200,7 +155,7 @@ impl Search<'_> {
                 kinds = self.hints_at(&best);
                 beam = vec![best];
             } else {
-                beam = std::iter::once(best).chain(others).take(BEAM[depth]).collect();
+                beam = std::iter::once(best).chain(others).take(carried).collect();
             }
             if kinds.is_empty() {
                 break;
@@ -283,12 +238,32 @@ impl Search<'_> {
         tried[0] = fine;
         tried[1..near].clone_from_slice(&rest);
         tried[..near].sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        prefer_special_case(tried);
     }
 
     /// The best model if it is better than the last accepted one by enough.
     fn better(&self, tried: &[Model], needed: f64) -> Option<Model> {
-        let best = tried.iter().find(|model| is_practical(model))?;
-        (self.last().score() - best.score() >= needed).then(|| best.clone())
+        let best = tried.iter().find(|model| is_practical(model, &self.view.scatter))?;
+        let gain = self.last().score() - best.score();
+        (gain >= needed && self.agreement(best) >= AGREE).then(|| best.clone())
+    }
+
+    /// Student's t of the gains of the single strokes over the last accepted model: a few strokes that
+    /// were odd in themselves gain much, and the others nothing.
+    fn agreement(&self, model: &Model) -> f64 {
+        let View { fine, scatter, .. } = &self.view;
+        let before = scatter.dot_by_unit(fine, &self.last().fit.residual);
+        let after = scatter.dot_by_unit(fine, &model.fit.residual);
+        let gains: Vec<f64> = before.iter().zip(&after).map(|(before, after)| before - after).collect();
+        let count = gains.len() as f64;
+        let mean = gains.iter().sum::<f64>() / count;
+        let variance = gains.iter().map(|gain| (gain - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
+        mean / (variance / count).sqrt().max(1e-12)
+    }
+
+    /// Whether strokes are repeated and a model is near enough to them to show how they scatter.
+    fn shows_scatter(&self, model: &Model) -> bool {
+        self.view.scatter.is_known && model.fit.normalised_rms(&self.view.scatter) < NEARLY_FITS
     }
 
     /// Sees the scatter through a better model and the accepted models with that scatter.
@@ -318,7 +293,7 @@ impl Search<'_> {
 
     /// A model at its optimum, without what its last effect has made needless, with the earlier ones found
     /// anew.
-    fn settled(&self, model: Model) -> Model {
+    fn settled(&self, model: &Model) -> Model {
         let mut best = model.with(polished(&self.view.fine, &self.view.scatter, model.fit.clone()));
         for dropped in 0..best.kinds.len().saturating_sub(1) {
             if self.watch.is_stopped() || dropped + 1 >= best.kinds.len() {
@@ -330,7 +305,7 @@ impl Search<'_> {
             let Some(without) = build(&self.view, &base, &kinds) else { continue };
             let smaller = Model { kinds: kinds.clone(), fit: self.view.finely(&without), gain: 0.0 };
             if smaller.score() < best.score() + ACCEPT {
-                return self.settled(smaller);
+                return self.settled(&smaller);
             }
             if self.lack(&best.fit) > fits(&self.view.scatter) {
                 let anew = add_effect(&self.view.rough, &self.view.scatter, &without, kind, Effort::THOROUGH)
@@ -357,6 +332,24 @@ impl Search<'_> {
         let promised = |kind: EffectKind| promised_gain(fine, scatter, &model.fit, kind, least_size(kind));
         let others = self.kinds.par_iter().copied().filter(|kind| !model.kinds.contains(kind));
         others.filter(|kind| promised(*kind) > ACCEPT_FURTHER).collect()
+    }
+}
+
+/// A solenoid that is late by the same time in either direction does what a clock does that is off, with
+/// two parameters more; they need as much evidence as an effect.
+fn prefer_special_case(tried: &mut [Model]) {
+    let Some((EffectKind::SolenoidLag, rest)) =
+        tried.first().and_then(|best| best.kinds.split_last()).map(|(k, r)| (*k, r))
+    else {
+        return;
+    };
+    let enough = tried[0].gain - ACCEPT;
+    let is_special = |model: &Model| {
+        model.gain > enough
+            && model.kinds.split_last().is_some_and(|(kind, others)| *kind == EffectKind::ClockOffset && others == rest)
+    };
+    if let Some(index) = tried.iter().position(is_special) {
+        tried[..=index].rotate_right(1);
     }
 }
 

@@ -5,7 +5,8 @@ use valve_model::EffectKind;
 
 use super::Watch;
 use super::candidate::{Effort, start_effect};
-use super::search::{Found, Model, build};
+use super::model::Model;
+use super::search::{Found, build};
 
 /// Candidates whose cost is within this of the best (in chi-squared) cannot be told from it.
 pub const TWIN: f64 = 10.0;

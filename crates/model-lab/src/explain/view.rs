@@ -8,6 +8,12 @@ use crate::scatter::Scatter;
 /// How often the scatter of strokes is made linear about what it most likely is.
 const ROUNDS: usize = 3;
 
+/// Change of the cost below which it is linear enough.
+const SETTLED: f64 = 5.0;
+
+/// Rise of the cost from which it got worse.
+const WORSE: f64 = 1.5;
+
 /// A campaign with the scatter of its strokes, for the search and for its results.
 #[derive(Debug, Clone)]
 pub struct View {
@@ -29,18 +35,26 @@ impl View {
     /// better model; `recorded` are the data as they were recorded.
     #[must_use]
     pub fn through(&self, recorded: &Dataset, model: &Fit) -> Self {
-        let mut straight = self.fine.clone();
-        let mut scatter = self.scatter.clone();
-        let mut best = model.clone();
-        for round in 0..ROUNDS {
+        let mut view = self.clone();
+        let mut best = self.roughly(model);
+        for _ in 0..ROUNDS {
             let valve = best.valve();
-            straight = relinearised(recorded, &straight, &scatter, &valve);
-            scatter = Scatter::estimate(&straight, &valve);
-            if round + 1 < ROUNDS {
-                best = refitted(&straight.rough(), &scatter, &best, 2);
+            let straight = relinearised(recorded, &view.fine, &view.scatter, &valve);
+            let scatter = Scatter::estimate(&straight, &valve);
+            let next = Self::new(straight, scatter);
+            let again = refitted(&next.rough, &next.scatter, &best, 2);
+            // A model that is far from the data takes their misfit for scatter; that gets worse, not better.
+            // (Costs with different scatter do not compare exactly: less scatter, higher cost.)
+            if again.cost > WORSE * best.cost {
+                break;
+            }
+            let settled = (best.cost - again.cost).abs() < SETTLED;
+            (view, best) = (next, again);
+            if settled {
+                break;
             }
         }
-        Self::new(straight, scatter)
+        view
     }
 
     /// A fit carried on in the rough simulation.

@@ -1,0 +1,48 @@
+//! A campaign of seven runs of 9 s: compared, calibrated and explained.
+
+use std::hint::black_box;
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
+
+use blind_benchmark::draw::{DrawSpec, draw};
+use blind_score::Drawn;
+use criterion::{Criterion, criterion_group, criterion_main};
+use model_lab::calibrate::{CalibrateOptions, Calibration};
+use model_lab::compare::Comparison;
+use model_lab::explain::{Watch, explain};
+
+/// Campaigns of the testbed valve with 0.03 mm of noise: with nothing hidden, and with one effect.
+fn campaigns() -> [(String, Drawn); 2] {
+    let spec = DrawSpec {
+        pressures: Some(false),
+        repeats: Some(false),
+        position_noise_m: Some(0.03e-3),
+        testbed_share: 1.0,
+        ..DrawSpec::default()
+    };
+    [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0]].map(|weights| {
+        let campaign = draw(1, 0, &DrawSpec { weights, ..spec.clone() });
+        let folder = tempfile::tempdir().expect("a folder for the campaign");
+        let drawn = Drawn::through_files(&campaign, folder.path()).expect("what is drawn can be read");
+        (campaign.name, drawn)
+    })
+}
+
+fn model_lab(criterion: &mut Criterion) {
+    for (name, drawn) in campaigns() {
+        let Drawn { file, data, space } = &drawn;
+        let mut group = criterion.benchmark_group(name);
+        group.sample_size(10).measurement_time(Duration::from_secs(5));
+        group.bench_function("compare", |b| b.iter(|| Comparison::new(black_box(data), file.valve())));
+        group.bench_function("calibrate 7 parameters", |b| {
+            b.iter(|| Calibration::of(black_box(space), data, file.valve(), CalibrateOptions::default()));
+        });
+        let stop = AtomicBool::new(false);
+        let watch = Watch { report: &|_| (), stop: &stop };
+        group.bench_function("explain", |b| b.iter(|| explain(black_box(data), space, &watch)));
+        group.finish();
+    }
+}
+
+criterion_group!(benches, model_lab);
+criterion_main!(benches);

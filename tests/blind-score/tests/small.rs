@@ -1,0 +1,58 @@
+//! A small draw of the blind benchmark; the whole one is a command of its own.
+
+use blind_benchmark::draw::{DrawSpec, draw};
+use blind_benchmark::truth::Category;
+use blind_score::{Scored, Summary, score};
+use model_lab::explain::Verdict;
+
+/// One campaign with 0.1 mm of noise and no repeats.
+fn one(seed: u64, weights: [f64; 4], pressures: bool) -> Scored {
+    let spec = DrawSpec {
+        weights,
+        pressures: Some(pressures),
+        repeats: Some(false),
+        position_noise_m: Some(0.1e-3),
+        ..DrawSpec::default()
+    };
+    let folder = tempfile::tempdir().unwrap();
+    score(&draw(seed, 0, &spec), folder.path()).unwrap()
+}
+
+#[test]
+fn nothing_hidden_is_nothing_found() {
+    let scored = one(11, [1.0, 0.0, 0.0, 0.0], false);
+    assert_eq!(scored.verdict, Verdict::Adequate, "{scored:?}");
+    assert!(scored.held_out.unwrap() < 1.05, "{scored:?}");
+}
+
+#[test]
+fn a_single_effect_is_named_with_its_size() {
+    for (seed, pressures) in [(12, false), (13, true), (14, false)] {
+        let scored = one(seed, [0.0, 1.0, 0.0, 0.0], pressures);
+        assert!(scored.first_is_right() && scored.is_in_groups(), "{scored:?}");
+        assert!(scored.size_errors[0] < 0.1, "{scored:?}");
+        assert!(scored.held_out.unwrap() < 1.1, "{scored:?}");
+    }
+}
+
+#[test]
+fn two_effects_are_both_named() {
+    let scored = one(15, [0.0, 0.0, 1.0, 0.0], true);
+    assert!(scored.names_all(), "{scored:?}");
+}
+
+#[test]
+fn what_no_catalogue_holds_is_told() {
+    let scored = one(16, [0.0, 0.0, 0.0, 1.0], true);
+    assert_eq!(scored.truth.category, Category::Outside);
+    assert_eq!(scored.verdict, Verdict::OutsideCatalogue, "{scored:?}");
+}
+
+#[test]
+fn the_summary_counts_what_was_scored() {
+    let scored = [one(12, [0.0, 1.0, 0.0, 0.0], false)];
+    let text = Summary { all: &scored }.to_string();
+    let row = text.lines().find(|line| line.starts_with("one effect: the right one first")).unwrap();
+    assert!(row.contains("1 of 1 (100 %)"), "{text}");
+    assert!(!text.contains("with pressures"), "{text}");
+}
