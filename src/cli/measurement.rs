@@ -132,6 +132,10 @@ pub struct AdoptArgs {
     /// Replace the output if it exists
     #[arg(long)]
     pub force: bool,
+    /// Tell the end of life by a timing log of the same valve with each step's model: as it was, calibrated,
+    /// with each effect
+    #[arg(long, value_name = "CSV")]
+    pub log: Option<PathBuf>,
     /// Draw the error after each step to an .svg or .png file
     #[arg(long, value_name = "FILE")]
     pub plot: Option<PathBuf>,

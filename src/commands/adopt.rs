@@ -3,17 +3,20 @@
 use std::fmt::Write;
 
 use model_lab::Space;
-use model_lab::explain::candidate::{Effort, add_effect, refit};
+use model_lab::calibrate::polished;
+use model_lab::explain::candidate::{Effort, add_effect};
 use model_lab::explain::held_out::held_out_rms;
 use model_lab::explain::report::{FittedParameter, StepReport, fitted_parameters};
+use model_lab::explain::view::View;
 use model_lab::explain::{Calibrated, calibrated};
-use model_lab::fit::{Fit, FitOptions, fit};
+use model_lab::fit::{self, Fit, FitOptions};
 use model_lab::space::Target;
 use serde_json::json;
 use valve_file::{HistoryEntry, ValveFile};
 use valve_model::custom::CustomEffect;
 use valve_model::{EffectKind, ParameterId};
 
+use super::adopt_life::Lives;
 use super::campaign_input::CampaignInput;
 use super::ladder;
 use crate::cli::{AdoptArgs, Format};
@@ -44,38 +47,48 @@ pub fn run(args: &AdoptArgs) -> anyhow::Result<Answer> {
             "look at the valve with `valve simulate`",
         )
     };
-    let Calibrated { datasheet_rms, fit: mut best, mut scatter } =
+    let Calibrated { datasheet_rms, fit, scatter } =
         calibrated(data, &Space::tolerated(&without)).ok_or_else(nothing)?;
-    let mut steps = vec![
-        StepReport { step: "datasheet".into(), normalised_rms: datasheet_rms, held_out_normalised_rms: None },
-        StepReport {
-            step: "calibrated".into(),
-            normalised_rms: best.normalised_rms(&scatter),
-            held_out_normalised_rms: held_out_rms(data, &scatter, &best),
-        },
-    ];
+    let mut view = View::new(data.clone(), scatter);
+    let mut best = polished(&view.fine, &view.scatter, fit);
+    let mut steps =
+        vec![StepReport { step: "datasheet".into(), normalised_rms: datasheet_rms, held_out_normalised_rms: None }];
+    let mut models = vec![("datasheet".to_owned(), without.clone())];
+    let mut note = |step: &str, view: &View, best: &Fit| -> anyhow::Result<()> {
+        steps.push(StepReport {
+            step: step.into(),
+            normalised_rms: best.normalised_rms(&view.scatter),
+            held_out_normalised_rms: held_out_rms(&view.fine, &view.scatter, best),
+        });
+        models.push((step.to_owned(), adopted(&without, best)?));
+        Ok(())
+    };
+    note("calibrated", &view, &best)?;
     for addition in &additions {
+        let base = view.roughly(&best);
+        let space = match addition {
+            Addition::Catalogue(kind) => base.space.with_effect(*kind),
+            Addition::Own(effect) => base.space.with_custom(effect),
+        };
         let added = match addition {
-            Addition::Catalogue(kind) => add_effect(data, &scatter, &best, *kind, Effort::THOROUGH),
-            Addition::Own(effect) => {
-                let space = best.space.with_custom(effect);
-                let start: Vec<f64> =
-                    best.u.iter().copied().chain(space.start().into_iter().skip(best.u.len())).collect();
-                fit(data, &scatter, &space, &start, FitOptions::default())
-                    .or_else(|| refit(data, &scatter, &best, &space, Effort::QUICK))
+            Addition::Catalogue(kind) => add_effect(&view.rough, &view.scatter, &base, *kind, Effort::THOROUGH),
+            // A formula has values of its own to start from.
+            Addition::Own(_) => {
+                let own = space.start().into_iter().skip(base.u.len());
+                let start: Vec<f64> = base.u.iter().copied().chain(own).collect();
+                fit::fit(&view.rough, &view.scatter, &space, &start, FitOptions::default())
             }
         };
-        best = added.ok_or_else(nothing)?;
-        if scatter.is_known {
-            scatter = model_lab::Scatter::estimate(data, &best.valve());
+        best = view.finely(&added.ok_or_else(nothing)?);
+        if view.scatter.is_known {
+            view = view.through(data, &best);
+            best = view.finely(&best);
         }
-        best = fit(data, &scatter, &best.space, &best.u, FitOptions::default()).ok_or_else(nothing)?;
-        steps.push(StepReport {
-            step: name(addition).into(),
-            normalised_rms: best.normalised_rms(&scatter),
-            held_out_normalised_rms: held_out_rms(data, &scatter, &best),
-        });
+        best = polished(&view.fine, &view.scatter, best);
+        note(name(addition), &view, &best)?;
     }
+    let scatter = &view.scatter;
+    let lives = args.log.as_deref().map(|log| Lives::read(log, &models)).transpose()?;
     let names: Vec<&str> = additions.iter().map(name).collect();
     let action = format!("added {}", names.join(" and "));
     let last = &steps[steps.len() - 1];
@@ -88,7 +101,7 @@ pub fn run(args: &AdoptArgs) -> anyhow::Result<Answer> {
             Addition::Own(_) => None,
         })
         .collect();
-    let parameters = fitted_parameters(&best, &kinds, &scatter);
+    let parameters = fitted_parameters(&best, &kinds, scatter);
     match args.format {
         Format::Text => {
             let mut text = format!("{action} on {}\n\n{}\n", input.campaign.name, ladder::table(&steps));
@@ -98,6 +111,9 @@ pub fn run(args: &AdoptArgs) -> anyhow::Result<Answer> {
                     let _ = writeln!(text, "{}: {} = {:.6e} (SI)", effect.name(), parameter.name, parameter.value);
                 }
             }
+            if let Some(lives) = &lives {
+                let _ = write!(text, "\n{}", lives.table());
+            }
             let _ = writeln!(text, "\nwritten: {}", args.out.display());
             output::print_text(&text)?;
         }
@@ -105,11 +121,12 @@ pub fn run(args: &AdoptArgs) -> anyhow::Result<Answer> {
             "effects": names,
             "steps": ladder::value(&steps),
             "parameters": super::explain_json::parameters(&parameters),
+            "end_of_life": lives.as_ref().map(Lives::value),
             "out": args.out.display().to_string(),
         }))?,
     }
     if let Some(plot) = plot {
-        plot.write(&ladder::figure(&input.campaign.name, &action, &steps, &scatter).figure())?;
+        plot.write(&ladder::figure(&input.campaign.name, &action, &steps, scatter).figure())?;
     }
     Ok(Answer::Fine)
 }

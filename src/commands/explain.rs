@@ -146,12 +146,15 @@ fn candidate_table(answer: &Explanation) -> String {
         ("candidate", Align::Left),
         ("chi-squared gained", Align::Right),
         ("error", Align::Right),
+        ("left out", Align::Right),
         ("", Align::Left),
     ]);
     for candidate in answer.candidates.iter().take(12) {
         let name = candidate.kinds.iter().map(|kind| kind.id()).collect::<Vec<_>>().join(" + ");
         let why = candidate.rejected.clone().unwrap_or_else(|| "chosen".into());
-        table.row(vec![name, format!("{:.1}", candidate.gain), format!("{:.3}", candidate.normalised_rms), why]);
+        let left_out = candidate.held_out_normalised_rms.map_or_else(String::new, |error| format!("{error:.3}"));
+        let error = format!("{:.3}", candidate.normalised_rms);
+        table.row(vec![name, format!("{:.1}", candidate.gain), error, left_out, why]);
     }
     table.render()
 }

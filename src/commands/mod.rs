@@ -1,6 +1,7 @@
 //! One file a verb: read, call the crates, print.
 
 mod adopt;
+mod adopt_life;
 mod build_tables;
 mod calibrate;
 mod campaign_input;

@@ -6,12 +6,40 @@ use serde_json::Value;
 
 use crate::support::Sandbox;
 
+/// The testbed valve with an effect that its file does not have.
+fn hidden_valve() -> valve_file::ValveFile {
+    let file = valve_file::ValveFile::parse(include_str!("../../models/testbed.toml"), "valve.toml").expect("a valve");
+    let effect = valve_model::Effect::new(valve_model::EffectKind::VentRestriction, &[Some(0.8)]).expect("an effect");
+    file.with_effect(&effect).expect("a valve with it")
+}
+
+/// Writes a log of the hidden valve with a leak from the supply that grows by 0.005 mm2 a cycle, and gives
+/// the cycle at which it opens in 6 s, to a quarter.
+fn hide_a_life(sandbox: &Sandbox) -> f64 {
+    let hidden = hidden_valve();
+    let nominal = valve_model::Conditions::nominal(hidden.valve().parameters());
+    let at = |cycle: f64| valve_model::Conditions { leak_from_supply_m2: 5e-9 * cycle, ..nominal };
+    let runs: Vec<_> = (0..240).map(|quarter| (hidden.valve(), at(f64::from(quarter) / 4.0))).collect();
+    let times: Vec<_> = valve_model::cycle::cycles(&runs, &hidden.schedule(), 3, 1e-3)
+        .iter()
+        .filter_map(|cycles| cycles.last().copied())
+        .collect();
+    let mut log = String::from("valve,cycle,close_time_s,open_time_s\n");
+    let slow = |time: Option<f64>| time.is_none_or(|time| time > 6.0);
+    let end = times.iter().position(|times| slow(times.open_time_s)).expect("it fails in time");
+    for (cycle, times) in times[..end / 2].iter().step_by(4).enumerate() {
+        let (close, open) = (times.close_time_s.expect("closes"), times.open_time_s.expect("opens"));
+        let off = if cycle.is_multiple_of(2) { 0.5e-3 } else { -0.5e-3 };
+        writeln!(log, "V-1,{cycle},{:.4},{:.4}", close + off, open - off).expect("a string takes all");
+    }
+    sandbox.write("life.csv", &log);
+    end as f64 / 4.0
+}
+
 /// Writes a campaign of stroke times under several conditions, simulated with an effect that the
 /// valve file does not have.
 fn hide_vent_restriction(sandbox: &Sandbox) {
-    let file = valve_file::ValveFile::parse(include_str!("../../models/testbed.toml"), "valve.toml").expect("a valve");
-    let effect = valve_model::Effect::new(valve_model::EffectKind::VentRestriction, &[Some(0.8)]).expect("an effect");
-    let hidden = file.with_effect(&effect).expect("a valve with it");
+    let hidden = hidden_valve();
     let parameters = hidden.valve().parameters().clone();
     let mut rows = String::from(
         "supply_pressure_psig,leak_to_atmosphere_mm2,leak_from_supply_mm2,temperature_k,close_time_s,open_time_s\n",
@@ -68,6 +96,22 @@ fn a_hidden_effect_is_found_adopted_and_reverted() {
     assert!(sandbox.valve(&["revert", "better.toml", "--out", "back.toml"]).status.success());
     let before = json(&sandbox, &["simulate", "valve.toml", "--format", "json"]);
     assert_eq!(before["cycles"], json(&sandbox, &["simulate", "back.toml", "--format", "json"])["cycles"]);
+}
+
+#[test]
+fn an_adopted_effect_reaches_the_remaining_life() {
+    let sandbox = Sandbox::new();
+    hide_vent_restriction(&sandbox);
+    let end = hide_a_life(&sandbox);
+    let adopt = ["adopt", "valve.toml", "campaign.toml", "--effect", "vent-restriction", "--out", "better.toml"];
+    let answer = json(&sandbox, &[&adopt[..], &["--log", "life.csv", "--format", "json"]].concat());
+    let models = answer["end_of_life"]["models"].as_array().expect("models");
+    let names: Vec<&str> = models.iter().filter_map(|model| model["model"].as_str()).collect();
+    assert_eq!(names, ["datasheet", "calibrated", "vent-restriction"]);
+    // Half of the life is in the log; the last entry is told at its end.
+    let off = |model: usize| (models[model]["told"][3]["eol_cycle"].as_f64().expect("an end of life") - end).abs();
+    assert!(off(2) < 0.05 * end, "{answer:#}, true {end}");
+    assert!(off(0) > 2.0 * off(2), "{answer:#}, true {end}");
 }
 
 #[test]

@@ -10,7 +10,6 @@ use super::outside::{Outside, outside};
 use super::search::{Found, INEXACT, fits};
 use super::twins::{Twin, twins};
 use super::{Progress, Watch};
-use crate::data::Dataset;
 use crate::fit::Fit;
 use crate::scatter::Scatter;
 
@@ -205,7 +204,7 @@ pub(super) fn assemble(datasheet_rms: f64, found: &Found, watch: &Watch<'_>) -> 
         parameters: fitted_parameters(&best.fit, &recommended, scatter),
         recommended,
         twins: twin_reports,
-        candidates: candidates(data, scatter, found, &best),
+        candidates: candidates(found, &best, &held, watch),
         steps,
         outside: found_outside,
         lack: found.lack,
@@ -254,17 +253,34 @@ pub fn fitted_parameters(fit: &Fit, kinds: &[EffectKind], scatter: &Scatter) -> 
     all
 }
 
-fn candidates(data: &Dataset, scatter: &Scatter, found: &Found, best: &Model) -> Vec<CandidateReport> {
+/// So many of the best candidates are also asked to predict left-out conditions.
+const PREDICTING: usize = 4;
+
+fn candidates(found: &Found, best: &Model, held: &[Option<f64>], watch: &Watch<'_>) -> Vec<CandidateReport> {
+    let (data, scatter) = (&found.view.fine, &found.view.scatter);
     let base = &found.steps[0];
     // Residuals that hang together count less than their number.
     let count = data.residual_count() as f64;
     let mut models: Vec<&Model> = found.steps[1..].iter().chain(&found.singles).chain(&found.alternatives).collect();
     models.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-    let mut reports: Vec<CandidateReport> = Vec::new();
+    let mut distinct: Vec<&Model> = Vec::new();
     for model in models {
-        if reports.iter().any(|report| report.kinds == model.kinds) {
-            continue;
+        if distinct.iter().all(|other| other.kinds != model.kinds) {
+            distinct.push(model);
         }
+    }
+    let predicts: Vec<Option<f64>> = distinct
+        .par_iter()
+        .take(PREDICTING)
+        .map(|model| match found.steps.iter().position(|step| step.kinds == model.kinds) {
+            Some(step) => held[step],
+            None if watch.is_stopped() => None,
+            None => held_out_rms(data, scatter, &model.fit),
+        })
+        .collect();
+    let predicts = predicts.into_iter().chain(std::iter::repeat(None));
+    let mut reports: Vec<CandidateReport> = Vec::new();
+    for (model, predicts) in distinct.into_iter().zip(predicts) {
         let gain = model.gain + model.score() - model.fit.cost;
         let added = (model.fit.u.len() - base.fit.u.len()) as f64;
         let rms = model.fit.normalised_rms(scatter);
@@ -287,7 +303,7 @@ fn candidates(data: &Dataset, scatter: &Scatter, found: &Found, best: &Model) ->
             kinds: model.kinds.clone(),
             parameters: fitted_parameters(&model.fit, &model.kinds, scatter),
             normalised_rms: rms,
-            held_out_normalised_rms: None,
+            held_out_normalised_rms: predicts,
             delta_bic: added * count.ln() - gain / deflation,
             gain,
             rejected,

@@ -1,0 +1,114 @@
+//! What each step of a valve file's ladder says of a log: the end of life with the model as it was, as it was
+//! calibrated, and with the effects added.
+
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+use std::sync::Arc;
+
+use anyhow::Context;
+use prognoser::{Method, Prognoser, Prognosis, Status, TimingLog};
+use serde_json::{Value, json};
+use valve_file::ValveFile;
+
+use super::tables;
+use crate::output::{Align, TextTable};
+
+/// Shares of the log at which the end of life is told.
+const SHARES: [f64; 4] = [0.25, 0.5, 0.75, 1.0];
+
+/// The end of life that a model tells after some cycle.
+struct Told {
+    eol_cycle: Option<f64>,
+    bounds: Option<[f64; 2]>,
+}
+
+/// The ends of life of the first valve of a log, for every model at every share of the log.
+pub struct Lives {
+    log: String,
+    valve: String,
+    cycles: Vec<u64>,
+    /// Name of each model with what it told at those cycles.
+    models: Vec<(String, Vec<Told>)>,
+}
+
+impl Lives {
+    /// Builds the tables of every model and reads the log with them.
+    pub fn read(path: &Path, models: &[(String, ValveFile)]) -> anyhow::Result<Self> {
+        let mut lives =
+            Self { log: path.display().to_string(), valve: String::new(), cycles: Vec::new(), models: Vec::new() };
+        for (name, file) in models {
+            let built = tables::build(file).with_context(|| format!("tables of the model: {name}"))?;
+            let states = states(path, Prognoser::new(Arc::new(built.bundle), Method::default()))?;
+            let chosen = SHARES.map(|share| {
+                #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a place in the log")]
+                let place = (share * (states.len() - 1) as f64).round() as usize;
+                &states[place]
+            });
+            lives.valve.clone_from(&chosen[0].valve);
+            lives.cycles = chosen.iter().map(|state| state.cycle).collect();
+            lives.models.push((name.clone(), chosen.iter().map(|state| Told::of(state)).collect()));
+        }
+        Ok(lives)
+    }
+
+    /// As a table.
+    pub fn table(&self) -> String {
+        let heads = self.models.iter().map(|(name, _)| (name.as_str(), Align::Right));
+        let columns: Vec<(&str, Align)> = std::iter::once(("after cycle", Align::Right)).chain(heads).collect();
+        let mut table = TextTable::new(&columns);
+        for (row, cycle) in self.cycles.iter().enumerate() {
+            let told = self.models.iter().map(|(_, told)| told[row].text());
+            table.row(std::iter::once(cycle.to_string()).chain(told).collect());
+        }
+        format!("end of life of {} by {} (cycle, 5 to 95 %)\n{}", self.valve, self.log, table.render())
+    }
+
+    /// For programs.
+    pub fn value(&self) -> Value {
+        let told = |told: &Told| json!({ "eol_cycle": told.eol_cycle, "eol_bounds": told.bounds });
+        let model = |(name, all): &(String, Vec<Told>)| json!({ "model": name, "told": all.iter().map(told).collect::<Vec<_>>() });
+        json!({
+            "log": self.log,
+            "valve": self.valve,
+            "after_cycles": self.cycles,
+            "models": self.models.iter().map(model).collect::<Vec<_>>(),
+        })
+    }
+}
+
+/// The state of the first valve of a log after each of its rows.
+fn states(path: &Path, mut prognoser: Prognoser) -> anyhow::Result<Vec<Prognosis>> {
+    let file = File::open(path).with_context(|| path.display().to_string())?;
+    let mut log = TimingLog::new(path.display().to_string(), BufReader::new(file))?;
+    let mut states: Vec<Prognosis> = Vec::new();
+    while let Some(row) = log.next_row()? {
+        let state = prognoser.push(&row);
+        if states.first().is_none_or(|first| first.valve == state.valve) {
+            states.push(state);
+        }
+    }
+    anyhow::ensure!(!states.is_empty(), "{}: no rows; expected at least one cycle", path.display());
+    Ok(states)
+}
+
+impl Told {
+    fn of(state: &Prognosis) -> Self {
+        let at = |rul: Option<f64>| Some(state.cycle as f64 + rul?);
+        let named = state.fault.fault().is_some();
+        // Once it is reached no cycles remain, whatever is known of when it was.
+        let ahead = named && state.status != Status::EolReached;
+        Self {
+            eol_cycle: state.eol_cycle.filter(|_| named),
+            bounds: at(state.rul_p05).zip(at(state.rul_p95)).map(|(low, high)| [low, high]).filter(|_| ahead),
+        }
+    }
+
+    fn text(&self) -> String {
+        match (self.eol_cycle, self.bounds) {
+            (Some(eol), Some([low, high])) => format!("{eol:.1} ({low:.1} to {high:.1})"),
+            (Some(eol), None) => format!("{eol:.1}"),
+            (None, _) => "no fault named".into(),
+        }
+    }
+}
