@@ -28,6 +28,9 @@ pub const INEXACT: f64 = 5e-4;
 /// Student's t of the gains of single strokes from which they agree.
 const AGREE: f64 = 2.5;
 
+/// Gain beyond which they need not: while a second effect is missing, the first one may cost some of them.
+const BEYOND_DOUBT: f64 = 1000.0;
+
 /// Lack of fit, in standard deviations of noise, below which nothing more is looked for.
 pub const FITS: f64 = 5.0;
 
@@ -245,7 +248,8 @@ impl Search<'_> {
     fn better(&self, tried: &[Model], needed: f64) -> Option<Model> {
         let best = tried.iter().find(|model| is_practical(model, &self.view.scatter))?;
         let gain = self.last().score() - best.score();
-        (gain >= needed && self.agreement(best) >= AGREE).then(|| best.clone())
+        let agreed = gain > BEYOND_DOUBT || self.agreement(best) >= AGREE;
+        (gain >= needed && agreed).then(|| best.clone())
     }
 
     /// Student's t of the gains of the single strokes over the last accepted model: a few strokes that

@@ -12,6 +12,8 @@ use crate::reading::Reading;
 
 /// Rounds of reweighting when the first readings are fitted together.
 const ROUNDS: usize = 3;
+/// Relative change of the noise variance below which the rounds end.
+const SETTLED: f64 = 1e-2;
 
 /// Sums about a leak of zero, for the slopes of either fault.
 #[derive(Clone, Copy, Debug)]
@@ -25,6 +27,31 @@ pub(crate) struct NoneTrack {
     pub surprise: [Option<f64>; 2],
     /// The same residuals in s.
     pub residual_s: [Option<f64>; 2],
+}
+
+/// What the tables say of a valve without a leak.
+struct Healthy {
+    strokes: [StrokeOfHealthy; 2],
+}
+
+/// One stroke of it.
+#[derive(Clone, Copy)]
+struct StrokeOfHealthy {
+    time_s: f64,
+    /// Derivative of the time by the leak of either fault, in s.
+    slopes: [f64; 2],
+    window_s: f64,
+}
+
+impl Healthy {
+    fn of(models: &[FaultModel; 2]) -> Self {
+        let strokes = Stroke::ALL.map(|stroke| {
+            let (time_s, slope) = models[0].time_and_slope(stroke, 0.0);
+            let (_, other) = models[1].time_and_slope(stroke, 0.0);
+            StrokeOfHealthy { time_s, slopes: [slope, other], window_s: models[0].window_s(stroke) }
+        });
+        Self { strokes }
+    }
 }
 
 impl NoneTrack {
@@ -43,23 +70,28 @@ impl NoneTrack {
             surprise: [None; 2],
             residual_s: [None; 2],
         };
+        let healthy = Healthy::of(models);
         for _ in 0..ROUNDS {
+            let before = track.sigma2;
             track.sums = [Sums::default(); 2];
             for reading in readings {
-                track.add(models, reading, priors);
+                track.add(&healthy, reading, priors);
             }
             track.settle(priors);
+            if (track.sigma2 / before - 1.0).abs() < SETTLED {
+                break;
+            }
         }
         track
     }
 
     /// Adds one more cycle.
     pub(crate) fn update(&mut self, models: &[FaultModel; 2], reading: &Reading, priors: &Priors) {
-        self.add(models, reading, priors);
+        self.add(&Healthy::of(models), reading, priors);
         self.settle(priors);
     }
 
-    fn add(&mut self, models: &[FaultModel; 2], reading: &Reading, priors: &Priors) {
+    fn add(&mut self, healthy: &Healthy, reading: &Reading, priors: &Priors) {
         for (i, stroke) in Stroke::ALL.into_iter().enumerate() {
             let Some(time) = reading.time_s(stroke) else {
                 for sums in &mut self.sums {
@@ -70,15 +102,13 @@ impl NoneTrack {
                 self.residual_s[i] = None;
                 continue;
             };
-            let (expected, slope) = models[0].time_and_slope(stroke, 0.0);
-            let (_, other) = models[1].time_and_slope(stroke, 0.0);
-            let residual = time - expected;
-            let window = models[0].window_s(stroke);
-            let (p, ln_extra) = priors.glitch.inlier(residual, self.sigma2, window);
+            let StrokeOfHealthy { time_s, slopes, window_s } = healthy.strokes[i];
+            let residual = time - time_s;
+            let (p, ln_extra) = priors.glitch.inlier(residual, self.sigma2, window_s);
             self.inlier[i] = p;
             self.surprise[i] = Some(residual / self.sigma2.sqrt());
             self.residual_s[i] = Some(residual);
-            for (sums, slope) in self.sums.iter_mut().zip([slope, other]) {
+            for (sums, slope) in self.sums.iter_mut().zip(slopes) {
                 sums.add(0.0, &Linearised { leak: 0.0, residual, slope }, p);
                 sums.ln_extra += ln_extra;
             }

@@ -69,25 +69,17 @@ impl GlitchModel {
     /// Probability that a timing is a proper reading, given its residual, the
     /// variance expected of it and the stroke's window; and the logarithm of
     /// what the two kinds are worth beyond the Gaussian itself.
+    ///
+    /// With densities d of a reading, g of a glitch and p = d/(d + g), the
+    /// evidence bound p ln(d/p) + (1 - p) ln(g/(1 - p)) is ln(d + g).
     #[inline]
     pub(crate) fn inlier(self, residual: f64, variance: f64, window_s: f64) -> (f64, f64) {
         let glitch = self.share / window_s;
-        let density = (1.0 - self.share) * quick_exp(-0.5 * residual * residual / variance)
-            / (std::f64::consts::TAU * variance).sqrt();
-        let p = density / (density + glitch);
-        (p, self.ln_extra(p, glitch))
-    }
-
-    /// The part of the evidence bound that is not Gaussian: the cost of the
-    /// glitch and the entropy of not knowing which it is. The logarithm of one
-    /// minus the small share of glitches is minus that share.
-    #[inline]
-    fn ln_extra(self, p: f64, glitch: f64) -> f64 {
-        let q = 1.0 - p;
-        if q < 1e-6 {
-            return -self.share;
-        }
-        let entropy = if p > 0.0 { -p * quick_ln(p) } else { 0.0 } - q * quick_ln(q);
-        -p * self.share + q * quick_ln(glitch) + entropy
+        // The logarithm of one minus the small share of glitches is minus that share.
+        let ln_gauss = -0.5 * (residual * residual / variance + quick_ln(std::f64::consts::TAU * variance));
+        let density = quick_exp(ln_gauss - self.share);
+        let total = density + glitch;
+        let p = density / total;
+        (p, quick_ln(total) - p * ln_gauss)
     }
 }
