@@ -129,6 +129,9 @@ pub struct EvaluateArgs {
     /// Lives for each fault and noise
     #[arg(long, value_name = "COUNT", default_value_t = 300, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     pub seeds: u64,
+    /// First of the seeds; other seeds are other lives
+    #[arg(long, default_value_t = 1, value_name = "SEED")]
+    pub first_seed: u64,
     /// Half width of the cone around the true remaining life, a fraction
     #[arg(long, value_name = "FRACTION", value_parser = positive, default_value = "0.1")]
     pub alpha: f64,

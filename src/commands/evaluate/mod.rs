@@ -41,6 +41,7 @@ pub fn run(args: &EvaluateArgs) -> anyhow::Result<Answer> {
         end_cycle: args.cycles,
         noise_variances_s2: args.noise_variance.clone(),
         seeds: args.seeds,
+        first_seed: args.first_seed,
         alpha: args.alpha,
         ..StudyConfig::default()
     };

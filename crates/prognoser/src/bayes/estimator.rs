@@ -19,7 +19,7 @@ use crate::reading::Reading;
 const SMALLEST_NOISE_S: f64 = 1e-6;
 /// Numbers of readings at which all of them are fitted together, from scratch;
 /// between and after them the estimate is recursive.
-const REFIT_AT: [u64; 6] = [1, 2, 3, 4, 6, RECENT as u64];
+const REFIT_AT: [u64; 4] = [1, 2, 4, RECENT as u64];
 /// Those at which they are fitted without a guess and with every start.
 const THOROUGH_AT: [u64; 2] = [1, 4];
 /// Among the first readings: probability of being a proper reading below which
