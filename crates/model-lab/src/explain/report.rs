@@ -7,7 +7,7 @@ use super::experiment::{Experiment, best_experiment};
 use super::held_out::held_out_rms;
 use super::model::{Model, is_practical};
 use super::outside::{Outside, outside};
-use super::search::{Found, INEXACT, fits};
+use super::search::{Found, INEXACT, excess, fits};
 use super::twins::{Twin, twins};
 use super::{Progress, Watch};
 use crate::fit::Fit;
@@ -164,9 +164,7 @@ pub(super) fn assemble(datasheet_rms: f64, found: &Found, watch: &Watch<'_>) -> 
             held_out_normalised_rms: *held_out,
         });
     }
-    let clean = scatter.without_scatter(&best.fit.residual);
-    let left = clean.iter().map(|value| value * value - 1.0).sum::<f64>();
-    let missing = found.lack > MARGIN * fits(scatter) && left > INEXACT * best.gain;
+    let missing = found.lack > MARGIN * fits(scatter) && excess(scatter, &best.fit) > INEXACT * best.gain;
     let mut found_outside = None;
     if missing && !watch.is_stopped() {
         watch.tell(Progress::Doing("tables along position, velocity and time"));

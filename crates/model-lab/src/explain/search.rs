@@ -154,6 +154,10 @@ impl Search<'_> {
                 break;
             }
             let others: Vec<Model> = tried.into_iter().filter(|model| model.kinds != best.kinds).collect();
+            if excess(&self.view.scatter, &best.fit) < ACCEPT_FURTHER.max(INEXACT * best.gain) {
+                // No further effect could explain enough.
+                break;
+            }
             if lack < fits(&self.view.scatter) {
                 kinds = self.hints_at(&best);
                 beam = vec![best];
@@ -355,6 +359,11 @@ fn prefer_special_case(tried: &mut [Model]) {
     if let Some(index) = tried.iter().position(is_special) {
         tried[..=index].rotate_right(1);
     }
+}
+
+/// Excess of chi-squared over its expectation, scatter of strokes taken out.
+pub fn excess(scatter: &Scatter, fit: &Fit) -> f64 {
+    scatter.without_scatter(&fit.residual).iter().map(|value| value * value - 1.0).sum()
 }
 
 /// Adds effects one after the other, simulated roughly.
