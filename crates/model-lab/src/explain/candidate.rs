@@ -37,7 +37,7 @@ impl Effort {
     /// For the first effect.
     pub const THOROUGH: Self = Self { starts: 4, steps: 10 };
     /// For pairs and triples, which start from a good fit.
-    pub const QUICK: Self = Self { starts: 3, steps: 8 };
+    pub const QUICK: Self = Self { starts: 2, steps: 8 };
     /// For effects in place of one that was found.
     pub const STAND_IN: Self = Self { starts: 2, steps: 8 };
 }

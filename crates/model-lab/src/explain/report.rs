@@ -251,8 +251,10 @@ pub fn fitted_parameters(fit: &Fit, kinds: &[EffectKind], scatter: &Scatter) -> 
     all
 }
 
-/// So many of the best candidates are also asked to predict left-out conditions.
+/// So many of the best candidates are also asked to predict left-out conditions, if their error is within
+/// this many times that of the best.
 const PREDICTING: usize = 4;
+const NEAR: f64 = 2.0;
 
 fn candidates(found: &Found, best: &Model, held: &[Option<f64>], watch: &Watch<'_>) -> Vec<CandidateReport> {
     let (data, scatter) = (&found.view.fine, &found.view.scatter);
@@ -267,12 +269,13 @@ fn candidates(found: &Found, best: &Model, held: &[Option<f64>], watch: &Watch<'
             distinct.push(model);
         }
     }
+    let best_rms = best.fit.normalised_rms(scatter);
     let predicts: Vec<Option<f64>> = distinct
         .par_iter()
         .take(PREDICTING)
         .map(|model| match found.steps.iter().position(|step| step.kinds == model.kinds) {
             Some(step) => held[step],
-            None if watch.is_stopped() => None,
+            None if watch.is_stopped() || model.fit.normalised_rms(scatter) > NEAR * best_rms => None,
             None => held_out_rms(data, scatter, &model.fit),
         })
         .collect();
