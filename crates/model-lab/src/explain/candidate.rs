@@ -38,8 +38,10 @@ impl Effort {
     pub const THOROUGH: Self = Self { starts: 4, steps: 10 };
     /// For pairs and triples, which start from a good fit.
     pub const QUICK: Self = Self { starts: 2, steps: 8 };
-    /// For effects in place of one that was found.
+    /// For pairs with the second best, and for effects in place of one that was found.
     pub const STAND_IN: Self = Self { starts: 2, steps: 8 };
+    /// To see whether it could come near one that fits.
+    pub const GLANCE: Self = Self { starts: 1, steps: 8 };
 }
 
 /// Adds an effect to a fitted model and refits everything; nothing if no start could be simulated.

@@ -61,8 +61,13 @@ pub(super) fn least_size(kind: EffectKind) -> f64 {
 /// Whether every effect of a model is large enough to be of use: a delay, beside how much the delays of
 /// single strokes differ.
 pub fn is_practical(model: &Model, scatter: &Scatter) -> bool {
+    practical_kinds(model, scatter).len() == model.kinds.len()
+}
+
+/// The effects of a model that are large enough to be of use.
+pub(super) fn practical_kinds(model: &Model, scatter: &Scatter) -> Vec<EffectKind> {
     let differ = scatter.largest_delay_s();
-    model.kinds.iter().all(|kind| {
+    let is_of_use = |kind: &EffectKind| {
         let coordinates = model.fit.space.effect_coordinates(*kind);
         let values = model.fit.space.effect_values(*kind, &model.fit.u).unwrap_or_default();
         match kind.info().acts_on {
@@ -73,7 +78,8 @@ pub fn is_practical(model: &Model, scatter: &Scatter) -> bool {
                 .any(|(delay_s, index)| model.fit.u[*index].abs() > LEAST_DELAY && delay_s.abs() > SCATTERED * differ),
             _ => model.fit.u[coordinates[0]].abs() > LEAST_SIZE,
         }
-    })
+    };
+    model.kinds.iter().copied().filter(is_of_use).collect()
 }
 
 /// The penalty for the parameters of the effects in a fit.

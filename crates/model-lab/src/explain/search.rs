@@ -5,7 +5,7 @@ use valve_model::EffectKind;
 
 use super::candidate::{Effort, Started, add_effect, promised_gain, start_effect};
 use super::lack::lack_of_fit;
-use super::model::{Model, is_practical, least_size, penalty};
+use super::model::{Model, is_practical, least_size, penalty, practical_kinds};
 use super::view::View;
 use super::{Progress, Watch};
 use crate::calibrate::polished;
@@ -116,6 +116,7 @@ impl Search<'_> {
             let mut tried = self.tried(&beam, &kinds, depth);
             interrupted |= self.watch.is_stopped();
             self.judge(&mut tried);
+            self.without_useless(&mut tried);
             let needed = if depth == 0 { ACCEPT } else { ACCEPT_FURTHER.max(INEXACT * self.last().gain) };
             let mut found = self.better(&tried, needed);
             if let Some(best) = found.as_ref().filter(|best| self.shows_scatter(best) && !interrupted) {
@@ -246,6 +247,23 @@ impl Search<'_> {
         tried[1..near].clone_from_slice(&rest);
         tried[..near].sort_by(|a, b| b.gain.total_cmp(&a.gain));
         prefer_special_case(tried);
+    }
+
+    /// Where the best model has an effect of no use beside others, tries those others alone: what was found
+    /// first may have led to them.
+    fn without_useless(&self, tried: &mut Vec<Model>) {
+        let Some(best) = tried.first() else { return };
+        let kinds = practical_kinds(best, &self.view.scatter);
+        let known = tried.iter().chain(&self.steps).any(|model| model.kinds == kinds);
+        if kinds.len() < 2 || kinds.len() == best.kinds.len() || known || self.watch.is_stopped() {
+            return;
+        }
+        let base = self.view.roughly(&self.steps[0].fit);
+        if let Some(fit) = build(&self.view, &base, &kinds).map(|fit| self.view.finely(&fit)) {
+            let gain = self.steps[0].score() - fit.cost - penalty(&fit);
+            tried.push(Model { kinds, fit, gain });
+            tried.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        }
     }
 
     /// The best model if it is better than the last accepted one by enough.

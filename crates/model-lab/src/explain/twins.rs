@@ -49,11 +49,12 @@ fn stand_ins(found: &Found, best: &Model, replaced: EffectKind, watch: &Watch<'_
             .par_iter()
             .filter(|kind| **kind != replaced && !already.contains(kind) && !watch.is_stopped())
             .filter_map(|kind| {
-                let started = start_effect(&view.rough, &view.scatter, &rest, *kind, Effort::STAND_IN)?;
-                let fit = if started.hope() < bar {
-                    started.finished(&view.rough, &view.scatter, Effort::STAND_IN)?
+                let start = |effort| start_effect(&view.rough, &view.scatter, &rest, *kind, effort);
+                let glance = start(Effort::GLANCE)?;
+                let fit = if glance.hope() < bar {
+                    start(Effort::STAND_IN)?.finished(&view.rough, &view.scatter, Effort::STAND_IN)?
                 } else {
-                    started.best().clone()
+                    glance.best().clone()
                 };
                 let kinds = others.iter().copied().chain([*kind]).collect();
                 Some(Model { kinds, fit, gain: 0.0 })
