@@ -1,8 +1,8 @@
 //! Nonlinear least squares in a [`Space`]: Levenberg (1944) and Marquardt (1963) with priors and bounds.
 //!
-//! The Jacobian comes from finite differences that are a visible share of a prior's width, because
-//! choking, contact and sticking switch; all its columns are simulated side by side, and so are several
-//! dampings of each step.
+//! The Jacobian comes from finite differences that follow the misfit at hand, because choking, contact and
+//! sticking switch; all its columns are simulated side by side, and so are several dampings of each step. A
+//! few steps share a Jacobian.
 
 use nalgebra::{DMatrix, DVector};
 use valve_model::Valve;

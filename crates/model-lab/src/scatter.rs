@@ -260,15 +260,6 @@ impl Scatter {
             .collect()
     }
 
-    /// Whether another estimate differs enough to matter.
-    pub fn differs_from(&self, other: &Self) -> bool {
-        self.sizes()
-            .iter()
-            .zip(other.sizes())
-            .zip(SOURCES)
-            .any(|((a, b), (_, size))| (a - b).abs() > 0.3 * b.max(0.3 * size))
-    }
-
     /// How far each source was off in each stroke, most likely, in the units of [`SOURCES`] times their
     /// size (s, or a share); empty where there is no scatter.
     pub fn strokes(&self, residual: &[f64]) -> Vec<[f64; SOURCES.len()]> {
