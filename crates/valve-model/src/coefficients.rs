@@ -326,7 +326,7 @@ impl Equations {
         if self.terms.heating || self.terms.forces {
             other = other.max(1.0 / c.quickest);
         }
-        let rough = roughness(step_s) * roughness(step_s);
+        let rough = roughness(step_s).powi(4);
         let substeps = |rate: f64, limit: f64| (rate * step_s / limit).ceil().max(1.0);
         let count = substeps(other, OTHER_RATE)
             .max(substeps(port / libm::sqrt(rough * WIDEST_PORT_BLEND), PORT_RATE))

@@ -14,14 +14,14 @@ pub fn vented_rest(equations: &Equations) -> State<f64> {
         }
         // The line feeds only the leak: p = p_s - R_d f(p, p_pipe), falling in p.
         let excess = |p: f64| (c.supply - p) * c.line_conductance - c.law.flow(p, pipe, c.leak_in, exact);
-        bisect(pipe.min(c.supply), c.supply, excess)
+        root(pipe.min(c.supply), c.supply, excess)
     };
     let balance = |pipe: f64| {
         c.law.flow(c.exhaust, pipe, c.vent, exact) + c.law.flow(line(pipe), pipe, c.leak_in, exact)
             - c.law.flow(pipe, c.ambient, c.leak_out, exact)
     };
     let low = c.exhaust.min(c.ambient);
-    let pipe = bisect(low, c.supply.max(c.exhaust), balance);
+    let pipe = root(low, c.supply.max(c.exhaust), balance);
     at_rest(equations, pipe, line(pipe))
 }
 
@@ -45,27 +45,70 @@ fn at_rest(equations: &Equations, pressure: f64, line_pressure: f64) -> State<f6
     let slack =
         (c.stiffness * c.free_length + (pressure - c.ambient).abs() * c.piston_area + c.weight.abs()) / c.contact;
     let reach = slack.min(0.5 * (c.closed_volume / c.piston_area - c.stroke));
-    state(bisect(-slack, c.stroke + reach, force))
+    state(root(-slack, c.stroke + reach, force))
 }
 
-/// The root of a falling function, to the last bit that matters.
-fn bisect(mut low: f64, mut high: f64, falling: impl Fn(f64) -> f64) -> f64 {
-    if falling(high) >= 0.0 {
+/// The root of a falling function, to the last bits that matter: the end where it lies beyond one
+/// (Chandrupatla, Advances in Engineering Software 28(3), 1997: bisection, and inverse quadratic
+/// interpolation where three points allow it).
+fn root(low: f64, high: f64, falling: impl Fn(f64) -> f64) -> f64 {
+    let (mut x1, mut x2) = (high, low);
+    let (mut f1, mut f2) = (falling(high), falling(low));
+    if f1 >= 0.0 {
         return high;
     }
-    if falling(low) <= 0.0 {
+    if f2 <= 0.0 {
         return low;
     }
-    for _ in 0..200 {
-        let middle = 0.5 * (low + high);
-        if middle <= low || middle >= high {
-            break;
-        }
-        if falling(middle) > 0.0 {
-            low = middle;
+    let mut t = 0.5;
+    loop {
+        let x = x1 + t * (x2 - x1);
+        let f = falling(x);
+        let (x3, f3);
+        if (f > 0.0) == (f1 > 0.0) {
+            (x3, f3) = (x1, f1);
         } else {
-            high = middle;
+            (x3, f3) = (x2, f2);
+            (x2, f2) = (x1, f1);
         }
+        (x1, f1) = (x, f);
+        let (best, left) = if f2.abs() < f1.abs() { (x2, f2) } else { (x1, f1) };
+        let share = (2.0 * f64::EPSILON * best.abs() + f64::MIN_POSITIVE) / (x2 - x1).abs();
+        if share > 0.5 || left == 0.0 {
+            return best;
+        }
+        let (xi, phi) = ((x1 - x2) / (x3 - x2), (f1 - f2) / (f3 - f2));
+        t = if phi * phi < xi && (1.0 - phi) * (1.0 - phi) < 1.0 - xi {
+            f1 / (f2 - f1) * f3 / (f2 - f3) + (x3 - x1) / (x2 - x1) * f1 / (f3 - f1) * f2 / (f3 - f2)
+        } else {
+            0.5
+        };
+        t = t.clamp(share, 1.0 - share);
     }
-    0.5 * (low + high)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_root_is_found_to_the_last_bits_in_few_steps() {
+        let steps = core::cell::Cell::new(0);
+        let counted = |low: f64, high: f64, falling: &dyn Fn(f64) -> f64| {
+            steps.set(0);
+            root(low, high, |x| {
+                steps.set(steps.get() + 1);
+                falling(x)
+            })
+        };
+        let cubic = counted(0.0, 3.0, &|x| 2.0 - x * x * x);
+        assert!((cubic - libm::cbrt(2.0)).abs() < 4e-16, "{cubic}");
+        assert!(steps.get() < 20, "{} steps for a smooth function", steps.get());
+        // A stop: soft, then a million times stiffer.
+        let stop = counted(-1e-3, 0.03, &|x| 40.0 - 1.6e4 * x - 1.6e10 * (x - 2e-3).max(0.0));
+        assert!((stop - (2e-3 + 8.0 / (1.6e4 + 1.6e10))).abs() < 1e-17, "{stop}");
+        assert!(steps.get() < 60, "{} steps for a corner", steps.get());
+        assert_eq!(counted(1.0, 2.0, &|x| 5.0 - x), 2.0, "beyond the upper end");
+        assert_eq!(counted(1.0, 2.0, &|x| 0.5 - x), 1.0, "beyond the lower end");
+    }
 }

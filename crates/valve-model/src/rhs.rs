@@ -413,7 +413,7 @@ impl<'a, R: Real> System<'a, R> {
         rate.chamber_temperature = sum / state.chamber_mass.max(slowest);
     }
 
-    #[inline(never)]
+    #[inline(always)]
     fn custom(&self, state: &State<R>, inputs: &Inputs<R>, chamber: R, pipe: R) -> Custom<R> {
         let c = &self.coefficients;
         let variables = Variables {

@@ -117,7 +117,15 @@ impl Formula {
         &self.source
     }
 
+    /// Whether its value changes with time alone, while the valve rests.
+    #[must_use]
+    pub fn depends_on_time(&self) -> bool {
+        let time = VARIABLE_NAMES.iter().position(|name| *name == "t_since_command");
+        self.program.iter().any(|op| matches!(op, Op::Variable(index) if Some(*index) == time))
+    }
+
     /// The value of the formula, with the parameters in the order they were named.
+    #[inline(always)]
     #[must_use]
     pub fn evaluate<R: Real>(&self, variables: &Variables<R>, parameters: &[R]) -> R {
         let mut stack = [R::splat(0.0); MAX_DEPTH];
@@ -144,6 +152,7 @@ impl Formula {
 }
 
 /// The value of table(z, from, to, k0, k1, ...): even knots from `from` to `to`, held beyond them.
+#[inline(always)]
 fn look_up<R: Real>(arguments: &[R]) -> R {
     let knots = &arguments[3..];
     let last = knots.len() - 1;
@@ -159,11 +168,13 @@ fn look_up<R: Real>(arguments: &[R]) -> R {
     result
 }
 
+#[inline(always)]
 fn push<R: Real>(stack: &mut [R; MAX_DEPTH], top: &mut usize, value: R) {
     stack[*top] = value;
     *top += 1;
 }
 
+#[inline(always)]
 fn call<R: Real>(function: Function, a: R) -> R {
     match function {
         Function::Exp => a.map(libm::exp),
@@ -177,6 +188,7 @@ fn call<R: Real>(function: Function, a: R) -> R {
     }
 }
 
+#[inline(always)]
 fn combine<R: Real>(op: Op, a: R, b: R) -> R {
     match op {
         Op::Add => a + b,
@@ -424,6 +436,13 @@ mod tests {
         ] {
             assert!((value(formula) - expected).abs() < 1e-12, "{formula} gave {}", value(formula));
         }
+    }
+
+    #[test]
+    fn only_the_time_since_a_command_passes_at_rest() {
+        let depends = |formula: &str| Formula::parse(formula, &["a"]).unwrap().depends_on_time();
+        assert!(depends("a * exp(-t_since_command / 0.2)"));
+        assert!(!depends("a * x + v * table(p_p, 0, 1, p_t, L)"));
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 mod formula;
 
-pub use formula::{Formula, FormulaError, Variables};
+pub use formula::{Formula, FormulaError, VARIABLE_NAMES, Variables};
 
 use crate::params::ParameterError;
 

@@ -47,7 +47,8 @@ pub(crate) fn integrate<R: Real, const BASE: bool>(
     let (mut system, mut front) = pack(runs);
     let terms = &system.terms;
     // A custom formula may depend on time, and measured pressures do.
-    let may_settle = !(terms.custom || terms.driven_pipe || terms.driven_chamber);
+    let formulas_rest = system.custom.iter().all(|effect| !effect.formula().depends_on_time());
+    let may_settle = formulas_rest && !(terms.driven_pipe || terms.driven_chamber);
     let mut clocks: Vec<Clock> = runs.iter().map(|run| Clock::new(run.segments, run.pace, may_settle)).collect();
     for (lane, clock) in clocks.iter_mut().enumerate() {
         clock.load(lane, &mut front, &mut system.coefficients);
