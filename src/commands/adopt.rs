@@ -66,14 +66,11 @@ pub fn run(args: &AdoptArgs) -> anyhow::Result<Answer> {
     note("calibrated", &view, &best)?;
     for addition in &additions {
         let base = view.roughly(&best);
-        let space = match addition {
-            Addition::Catalogue(kind) => base.space.with_effect(*kind),
-            Addition::Own(effect) => base.space.with_custom(effect),
-        };
         let added = match addition {
-            Addition::Catalogue(kind) => add_effect(&view.rough, &view.scatter, &base, *kind, Effort::THOROUGH),
+            Addition::Catalogue(kind) => add_effect(&view, &base, *kind, Effort::THOROUGH),
             // A formula has values of its own to start from.
-            Addition::Own(_) => {
+            Addition::Own(effect) => {
+                let space = base.space.with_custom(effect);
                 let own = space.start().into_iter().skip(base.u.len());
                 let start: Vec<f64> = base.u.iter().copied().chain(own).collect();
                 fit::fit(&view.rough, &view.scatter, &space, &start, FitOptions::default())
@@ -108,7 +105,8 @@ pub fn run(args: &AdoptArgs) -> anyhow::Result<Answer> {
             text.push_str(&parameter_lines(&parameters));
             for effect in best.space.custom_at(&best.u) {
                 for parameter in effect.parameters() {
-                    let _ = writeln!(text, "{}: {} = {:.6e} (SI)", effect.name(), parameter.name, parameter.value);
+                    let (value, unit) = scaled(parameter.value, &parameter.unit);
+                    let _ = writeln!(text, "{}: {} = {value:.6} {unit}", effect.name(), parameter.name);
                 }
             }
             if let Some(lives) = &lives {
@@ -135,21 +133,20 @@ pub fn run(args: &AdoptArgs) -> anyhow::Result<Answer> {
 pub fn parameter_lines(parameters: &[FittedParameter]) -> String {
     let mut text = String::new();
     for parameter in parameters {
-        let _ = writeln!(
-            text,
-            "{}: {} = {:.4} +- {:.2} {}",
-            parameter.effect.id(),
-            parameter.name,
-            scaled(parameter.value, parameter.unit).0,
-            scaled(parameter.sigma, parameter.unit).0,
-            scaled(parameter.value, parameter.unit).1,
-        );
+        let value = with_error(parameter.value, parameter.sigma, parameter.unit);
+        let _ = writeln!(text, "{}: {} = {value}", parameter.effect.id(), parameter.name);
     }
     text
 }
 
+/// A value of an SI unit and its standard error, in the unit that people read it in.
+pub fn with_error(value: f64, sigma: f64, unit: &str) -> String {
+    let (shown, name) = scaled(value, unit);
+    format!("{shown:.4} +- {:.2} {name}", scaled(sigma, unit).0)
+}
+
 /// A value in the unit that people read it in.
-fn scaled(value: f64, unit: &'static str) -> (Shown, &'static str) {
+fn scaled(value: f64, unit: &str) -> (Shown, &str) {
     let (factor, name) = match unit {
         "m" => (1e3, "mm"),
         "m2" => (1e6, "mm2"),

@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
-use campaign::{Campaign, ValveFacts};
+use campaign::Campaign;
 use model_lab::Dataset;
+use model_lab::data::valve_facts;
 use valve_file::ValveFile;
 
 use crate::failure::Hinted;
@@ -24,14 +25,7 @@ impl CampaignInput {
     /// Reads both; what looks wrong is told on stderr. Refuses a campaign that only plans.
     pub fn read(valve: &Path, campaign: &Path) -> anyhow::Result<Self> {
         let file = ValveFile::read(valve)?;
-        let parameters = file.valve().parameters();
-        let facts = ValveFacts {
-            ambient_pressure_pa: parameters.ambient_pressure_pa,
-            supply_pressure_pa: parameters.supply_pressure_pa,
-            temperature_k: parameters.temperature_k,
-            stroke_m: parameters.stroke_m,
-        };
-        let read = Campaign::read(campaign, &facts)?;
+        let read = Campaign::read(campaign, &valve_facts(file.valve()))?;
         for warning in &read.warnings {
             output::note(&format!("warning: {warning}"));
         }

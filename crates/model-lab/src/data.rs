@@ -4,10 +4,10 @@
 //! averaged into a block, which loses nothing (the model is averaged over the same samples) and makes
 //! every fit as many times cheaper.
 
-use campaign::{Campaign, Run as RecordedRun, TimingRow, estimate_position_noise_m};
+use campaign::{Campaign, Run as RecordedRun, TimingRow, ValveFacts, estimate_position_noise_m};
 use valve_model::driven::Driven;
 use valve_model::simulate::DEFAULT_STEP_S;
-use valve_model::{CommandEdge, Conditions, Run, Schedule};
+use valve_model::{CommandEdge, Conditions, Run, Schedule, Valve};
 
 /// The time over which samples are averaged, s.
 const BLOCK_S: f64 = 4e-3;
@@ -92,6 +92,17 @@ impl Fineness {
     pub const FINE: Self = Self { step_s: DEFAULT_STEP_S, most_substeps: 4 };
     /// For the way there: a micrometre or so of the motion, in half the time.
     pub const ROUGH: Self = Self { step_s: 2.0 * DEFAULT_STEP_S, most_substeps: 2 };
+}
+
+/// What reading a campaign takes from the valve that it was recorded on.
+pub fn valve_facts(valve: &Valve) -> ValveFacts {
+    let parameters = valve.parameters();
+    ValveFacts {
+        ambient_pressure_pa: parameters.ambient_pressure_pa,
+        supply_pressure_pa: parameters.supply_pressure_pa,
+        temperature_k: parameters.temperature_k,
+        stroke_m: parameters.stroke_m,
+    }
 }
 
 /// A campaign made ready for comparison with the model.

@@ -4,6 +4,8 @@
 //! sticking switch; all its columns are simulated side by side, and so are several dampings of each step. A
 //! few steps share a Jacobian.
 
+use std::ops::Range;
+
 use nalgebra::{DMatrix, DVector};
 use valve_model::Valve;
 
@@ -19,7 +21,8 @@ pub struct FitOptions {
     pub steps: usize,
     /// It has converged when a step promises less than this (in chi-squared).
     pub tolerance: f64,
-    /// It is given up when the steps of one Jacobian gain less than this share of what is above the noise.
+    /// It is given up when the steps of one Jacobian gain less than this share of what is above the noise; no
+    /// step is tried that promises less than a tenth of that.
     pub stall: f64,
 }
 
@@ -44,7 +47,7 @@ pub struct Fit {
     pub covariance: DMatrix<f64>,
     /// The residuals at the best point, in units of the noise.
     pub residual: Vec<f64>,
-    /// Columns of the Jacobian of the residuals near the best point.
+    /// Columns of the Jacobian of the residuals near the best point; none where it was not looked at.
     pub jacobian: Vec<Vec<f64>>,
     /// What a full step from the best point promises to take off the cost, to first order.
     pub promised: f64,
@@ -94,6 +97,9 @@ const STEPS_PER_JACOBIAN: usize = 4;
 /// Share of the promised gain from which on a Jacobian is good for another step.
 const TRUSTED: f64 = 0.25;
 
+/// Share of what a fit is given up for that a step must promise.
+const NO_STEP: f64 = 0.1;
+
 /// Damping that hardly damps.
 const LEAST_DAMPING: f64 = 1e-9;
 
@@ -121,6 +127,23 @@ pub fn fit_with(
     Some(fit_from(data, scatter, space, at, jacobian, options))
 }
 
+/// The same in a space with more coordinates than that of a fit at hand (whose come first), and with its
+/// Jacobian for those: good enough to see which of several starts is best.
+pub fn fit_near(
+    data: &Dataset,
+    scatter: &Scatter,
+    space: &Space,
+    near: &Fit,
+    start: &[f64],
+    options: FitOptions,
+) -> Option<Fit> {
+    let at = Point::new(data, scatter, space, space.clamped(start))?;
+    let known = near.jacobian.len();
+    let mut columns = near.jacobian.clone();
+    columns.extend(some_columns(data, space, &at.u, &at.residual, &first_differences(space, &at.u), known..at.u.len()));
+    Some(fit_from(data, scatter, space, at, columns, options))
+}
+
 fn fit_from(
     data: &Dataset,
     scatter: &Scatter,
@@ -135,8 +158,10 @@ fn fit_from(
     let (mut jacobians, mut age) = (0, 0);
     let mut cost_then = at.cost;
     while jacobians < options.steps {
-        let (matrix, gradient) = scatter.normal_equations(&columns, &at.residual);
-        let trials = trials(space, &at.u, &matrix, &gradient, damping, last_move.as_deref(), options.tolerance);
+        let above_noise = at.cost - 1.2 * at.residual.len() as f64;
+        let tolerance = options.tolerance.max(NO_STEP * options.stall * above_noise);
+        let (matrix, gradient) = space.with_priors(&at.u, scatter.normal_equations(&columns, &at.residual));
+        let trials = trials(space, &at.u, &matrix, &gradient, damping, last_move.as_deref(), tolerance);
         let best = best_of(data, scatter, space, &trials);
         let gain = best.as_ref().map_or(0.0, |(_, point)| at.cost - point.cost);
         let mut renew = age + 1 >= STEPS_PER_JACOBIAN;
@@ -145,7 +170,7 @@ fn fit_from(
             damping = trial.damping.clamp(LEAST_DAMPING, 1e6);
             let moved: Vec<f64> = point.u.iter().zip(&at.u).map(|(to, from)| to - from).collect();
             let change: Vec<f64> = point.residual.iter().zip(&at.residual).map(|(to, from)| to - from).collect();
-            renew |= gain < TRUSTED * trial.promised || gain < options.tolerance;
+            renew |= gain < TRUSTED * trial.promised || gain < tolerance;
             if !renew {
                 update(&mut columns, &matrix, &moved, &change);
             }
@@ -164,12 +189,12 @@ fn fit_from(
         }
         age += 1;
         if renew {
-            if age == 1 && gain < options.tolerance {
+            if age == 1 && gain < tolerance {
                 converged = true;
             }
             let gained = cost_then - at.cost;
             jacobians += 1;
-            if converged || gained < options.stall * (at.cost - 1.2 * at.residual.len() as f64) {
+            if converged || gained < options.stall * above_noise {
                 break;
             }
             if jacobians < options.steps {
@@ -179,14 +204,9 @@ fn fit_from(
             (age, cost_then) = (0, at.cost);
         }
     }
-    let (mut matrix, gradient) = scatter.normal_equations(&columns, &at.residual);
+    let (matrix, gradient) = space.with_priors(&at.u, scatter.normal_equations(&columns, &at.residual));
     let promised =
         damped_step(space, &at.u, &matrix, &gradient, LEAST_DAMPING).map_or(0.0, |(_, promised)| promised.max(0.0));
-    for (index, coordinate) in space.coordinates.iter().enumerate() {
-        if let Some((_, sigma)) = coordinate.prior {
-            matrix[(index, index)] += 1.0 / (sigma * sigma);
-        }
-    }
     let covariance = inverse(&matrix);
     let Point { u, residual, chi2, cost } = at;
     Fit { space: space.clone(), u, chi2, cost, covariance, residual, jacobian: columns, promised, converged }
@@ -311,7 +331,19 @@ fn differences(space: &Space, u: &[f64], matrix: &DMatrix<f64>, residual: &[f64]
 
 /// The columns of the Jacobian of the residuals, simulated side by side.
 pub fn jacobian(data: &Dataset, space: &Space, u: &[f64], residual: &[f64], steps: &[f64]) -> Vec<Vec<f64>> {
-    let moved: Vec<Option<Valve>> = (0..u.len())
+    some_columns(data, space, u, residual, steps, 0..u.len())
+}
+
+fn some_columns(
+    data: &Dataset,
+    space: &Space,
+    u: &[f64],
+    residual: &[f64],
+    steps: &[f64],
+    which: Range<usize>,
+) -> Vec<Vec<f64>> {
+    let moved: Vec<Option<Valve>> = which
+        .clone()
         .map(|index| {
             let mut point = u.to_vec();
             point[index] += steps[index];
@@ -322,7 +354,7 @@ pub fn jacobian(data: &Dataset, space: &Space, u: &[f64], residual: &[f64], step
     let mut simulated = residuals(data, &valves).into_iter();
     moved
         .iter()
-        .zip(steps)
+        .zip(&steps[which])
         .map(|(valve, step)| match valve.as_ref().and_then(|_| simulated.next()) {
             Some(changed) => changed.iter().zip(residual).map(|(a, b)| (a - b) / step).collect(),
             None => vec![0.0; residual.len()],
@@ -330,7 +362,7 @@ pub fn jacobian(data: &Dataset, space: &Space, u: &[f64], residual: &[f64], step
         .collect()
 }
 
-/// The damped Gauss-Newton step with priors; a coordinate at a bound that pushes outwards stays.
+/// The damped Gauss-Newton step (priors are in the matrix and the gradient); a coordinate at a bound that pushes outwards stays.
 /// Returns the step and the fall of the cost that it promises.
 fn damped_step(
     space: &Space,
@@ -340,21 +372,13 @@ fn damped_step(
     damping: f64,
 ) -> Option<(DVector<f64>, f64)> {
     let n = u.len();
-    let mut a = matrix.clone();
-    let mut b = -gradient;
-    for (index, coordinate) in space.coordinates.iter().enumerate() {
-        if let Some((mean, sigma)) = coordinate.prior {
-            a[(index, index)] += 1.0 / (sigma * sigma);
-            b[index] -= (u[index] - mean) / (sigma * sigma);
-        }
-    }
-    let undamped = a.clone();
+    let b = -gradient;
     let mut free: Vec<bool> = vec![true; n];
     for _ in 0..=n {
-        let mut system = undamped.clone();
+        let mut system = matrix.clone();
         let mut right = b.clone();
         for index in 0..n {
-            system[(index, index)] += damping * undamped[(index, index)].max(1e-6);
+            system[(index, index)] += damping * matrix[(index, index)].max(1e-6);
             if !free[index] {
                 for other in 0..n {
                     system[(index, other)] = 0.0;
@@ -373,7 +397,7 @@ fn damped_step(
                     || (u[*index] >= coordinate.upper && target > coordinate.upper))
         });
         let Some(index) = blocked else {
-            let promised = 2.0 * b.dot(&step) - (step.transpose() * &undamped * &step)[(0, 0)];
+            let promised = 2.0 * b.dot(&step) - (step.transpose() * matrix * &step)[(0, 0)];
             return Some((step, promised));
         };
         free[index] = false;

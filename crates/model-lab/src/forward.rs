@@ -11,7 +11,7 @@ use crate::data::{Channel, ChannelData, Dataset, Fineness, RunData};
 const LARGEST_RESIDUAL: f64 = 1e4;
 
 /// Runs handed to one task; a multiple of the lanes.
-const CHUNK: usize = 16;
+const CHUNK: usize = 8;
 
 /// What a recorder would have written down of a simulated run, at its sample times.
 #[derive(Debug, Clone, Default)]
@@ -71,10 +71,15 @@ fn lagged(nodes: &Nodes, lag: f64) -> Nodes {
     let (time, x) = (&nodes.time_s, &nodes.position_m);
     let mut y = Vec::with_capacity(x.len());
     y.push(x[0]);
+    // Most steps are of one length.
+    let (mut length, mut decay) = (0.0, 1.0);
     for i in 1..x.len() {
         let h = time[i] - time[i - 1];
+        if h != length {
+            (length, decay) = (h, (-h / lag).exp());
+        }
         let slope = if h > 0.0 { (x[i] - x[i - 1]) / h } else { 0.0 };
-        y.push(x[i] - slope * lag + (y[i - 1] - x[i - 1] + slope * lag) * (-h / lag).exp());
+        y.push(x[i] - slope * lag + (y[i - 1] - x[i - 1] + slope * lag) * decay);
     }
     let velocity = x.iter().zip(&y).map(|(x, y)| (x - y) / lag).collect();
     Nodes { time_s: time.clone(), position_m: y, velocity_m_per_s: velocity, ..Nodes::default() }

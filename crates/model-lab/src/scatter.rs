@@ -5,7 +5,7 @@
 //! little off in this one stroke. Their variances come from the repeats of a campaign alone; with them
 //! the residuals of a unit have the covariance 1 + D S D' in units of the sensor noise.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, DVectorView};
 use valve_model::{CommandEdge, ParameterId, Valve};
 
 use crate::data::Dataset;
@@ -135,20 +135,57 @@ impl Scatter {
                 UnitScatter { start: *start, end: *end, directions, kernel }
             })
             .collect();
-        let mut scatter = Self { units, common: None, variances, is_known: true };
-        let delays = [Source::CloseDelay, Source::OpenDelay];
-        let shared: Vec<usize> = active.into_iter().filter(|source| delays.contains(&SOURCES[*source].0)).collect();
-        if !shared.is_empty() {
-            let weighted: Vec<Vec<f64>> = shared.iter().map(|source| scatter.weighted(&directions[*source])).collect();
-            let mut precision = DMatrix::from_fn(shared.len(), shared.len(), |row, column| {
-                directions[shared[row]].iter().zip(&weighted[column]).map(|(a, b)| a * b).sum()
-            });
-            for (index, source) in shared.iter().enumerate() {
-                precision[(index, index)] += 1.0 / (SHARED_DELAY * SHARED_DELAY * variances[*source]);
-            }
-            scatter.common = precision.try_inverse().map(|kernel| Common { weighted, kernel });
+        Self { units, common: None, variances, is_known: true }.with_common()
+    }
+
+    /// The sources that do scatter, by index into [`SOURCES`]: those of the directions of every unit.
+    fn active(&self) -> Vec<usize> {
+        (0..SOURCES.len()).filter(|source| self.variances[*source] > 0.0).collect()
+    }
+
+    /// With what the delays of all strokes have in common.
+    fn with_common(mut self) -> Self {
+        let active = self.active();
+        let is_delay = |source: usize| matches!(SOURCES[source].0, Source::CloseDelay | Source::OpenDelay);
+        let shared: Vec<usize> = (0..active.len()).filter(|column| is_delay(active[*column])).collect();
+        if shared.is_empty() {
+            return self;
         }
-        scatter
+        let length = self.units.last().map_or(0, |unit| unit.end);
+        let directions: Vec<Vec<f64>> = shared
+            .iter()
+            .map(|column| {
+                let mut direction = vec![0.0; length];
+                for unit in &self.units {
+                    direction[unit.start..unit.end].copy_from_slice(unit.directions.column(*column).as_slice());
+                }
+                direction
+            })
+            .collect();
+        let weighted: Vec<Vec<f64>> = directions.iter().map(|direction| self.weighted(direction)).collect();
+        let mut precision =
+            DMatrix::from_fn(shared.len(), shared.len(), |row, column| product(&directions[row], &weighted[column]));
+        for (index, column) in shared.iter().enumerate() {
+            precision[(index, index)] += 1.0 / (SHARED_DELAY * SHARED_DELAY * self.variances[active[*column]]);
+        }
+        self.common = precision.try_inverse().map(|kernel| Common { weighted, kernel });
+        self
+    }
+
+    /// The scatter of a campaign with only some of its units (runs, then groups of stroke times).
+    #[must_use]
+    pub fn only(&self, data: &Dataset, keep: impl Fn(usize) -> bool) -> Self {
+        let rows = data.timing_groups.iter().enumerate();
+        let groups = rows.flat_map(|(group, rows)| rows.rows.iter().map(move |_| data.runs.len() + group));
+        let owners = (0..data.runs.len()).chain(groups);
+        let mut units = Vec::new();
+        let mut start = 0;
+        for (unit, _) in self.units.iter().zip(owners).filter(|(_, owner)| keep(*owner)) {
+            let end = start + unit.end - unit.start;
+            units.push(UnitScatter { start, end, ..unit.clone() });
+            start = end;
+        }
+        Self { units, common: None, variances: self.variances, is_known: self.is_known }.with_common()
     }
 
     /// W v with the scatter of the single strokes alone.
@@ -166,24 +203,23 @@ impl Scatter {
 
     fn common_projection(&self, vector: &[f64]) -> Option<(DVector<f64>, &DMatrix<f64>)> {
         let common = self.common.as_ref()?;
-        let products = common.weighted.iter().map(|column| column.iter().zip(vector).map(|(a, b)| a * b).sum());
+        let products = common.weighted.iter().map(|column| product(column, vector));
         Some((DVector::from_iterator(common.weighted.len(), products), &common.kernel))
-    }
-
-    /// The scatter of the same campaign with only some of its units.
-    #[must_use]
-    pub fn for_data(&self, data: &Dataset, valve: &Valve) -> Self {
-        if !self.is_known {
-            return Self::none();
-        }
-        Self::assemble(&layout(data), &directions(data, valve), self.variances)
     }
 
     /// The weighted sum of products of two residual vectors: a' (1 + D S D')^-1 b.
     pub fn dot(&self, a: &[f64], b: &[f64]) -> f64 {
-        let plain: f64 = a.iter().zip(b).map(|(a, b)| a * b).sum();
-        let taken: f64 =
-            self.units.iter().filter_map(|unit| Some(unit.project(a)?.dot(&unit.weigh(&unit.project(b)?)?))).sum();
+        let plain = product(a, b);
+        let is_square = core::ptr::eq(a, b);
+        let taken: f64 = self
+            .units
+            .iter()
+            .filter_map(|unit| {
+                let right = unit.project(b)?;
+                let left = if is_square { right.clone() } else { unit.project(a)? };
+                Some(left.dot(&unit.weigh(&right)?))
+            })
+            .sum();
         let shared = match (self.common_projection(a), self.common_projection(b)) {
             (Some((a, kernel)), Some((b, _))) => a.dot(&(kernel * b)),
             _ => 0.0,
@@ -197,7 +233,7 @@ impl Scatter {
             .into_iter()
             .enumerate()
             .map(|(index, (start, end))| {
-                let plain: f64 = residual[start..end].iter().map(|value| value * value).sum();
+                let plain = product(&residual[start..end], &residual[start..end]);
                 let unit = self.units.get(index);
                 let taken = unit.and_then(|unit| {
                     let projection = unit.project(residual)?;
@@ -215,11 +251,11 @@ impl Scatter {
         let mut vector = DVector::zeros(n);
         for i in 0..n {
             for j in 0..=i {
-                let plain: f64 = columns[i].iter().zip(&columns[j]).map(|(a, b)| a * b).sum();
+                let plain = product(&columns[i], &columns[j]);
                 matrix[(i, j)] = plain;
                 matrix[(j, i)] = plain;
             }
-            vector[i] = columns[i].iter().zip(residual).map(|(a, b)| a * b).sum();
+            vector[i] = product(&columns[i], residual);
         }
         for unit in &self.units {
             let Some(kernel) = &unit.kernel else { continue };
@@ -263,7 +299,7 @@ impl Scatter {
     /// How far each source was off in each stroke, most likely, in the units of [`SOURCES`] times their
     /// size (s, or a share); empty where there is no scatter.
     pub fn strokes(&self, residual: &[f64]) -> Vec<[f64; SOURCES.len()]> {
-        let active: Vec<usize> = (0..SOURCES.len()).filter(|source| self.variances[*source] > 0.0).collect();
+        let active = self.active();
         self.units
             .iter()
             .map(|unit| {
@@ -365,17 +401,25 @@ fn likeliest(samples: &[Sample], without: Option<&Source>) -> ([f64; SOURCES.len
 impl UnitScatter {
     fn project(&self, vector: &[f64]) -> Option<DVector<f64>> {
         self.kernel.as_ref()?;
-        let columns = self.directions.ncols();
-        let part = &vector[self.start..self.end];
+        let part = view(&vector[self.start..self.end]);
         Some(DVector::from_iterator(
-            columns,
-            (0..columns).map(|c| self.directions.column(c).iter().zip(part).map(|(d, v)| d * v).sum()),
+            self.directions.ncols(),
+            self.directions.column_iter().map(|column| column.dot(&part)),
         ))
     }
 
     fn weigh(&self, projected: &DVector<f64>) -> Option<DVector<f64>> {
         Some(self.kernel.as_ref()? * projected)
     }
+}
+
+fn view(values: &[f64]) -> DVectorView<'_, f64> {
+    DVectorView::from_slice(values, values.len())
+}
+
+/// The sum of products of two vectors.
+fn product(a: &[f64], b: &[f64]) -> f64 {
+    view(a).dot(&view(b))
 }
 
 /// Start and end of each unit in the residual vector: runs, then single rows of stroke times.

@@ -4,6 +4,7 @@
 //! size of an effect moves linearly from its neutral value (u = 0) through its typical size (u = 1),
 //! its shape parameters logarithmically about their defaults.
 
+use nalgebra::{DMatrix, DVector};
 use valve_file::{Tolerance, ValveFile};
 use valve_model::custom::CustomEffect;
 use valve_model::effects::DefaultValue;
@@ -183,6 +184,21 @@ impl Space {
     /// Where a fit starts.
     pub fn start(&self) -> Vec<f64> {
         self.coordinates.iter().map(|coordinate| coordinate.start).collect()
+    }
+
+    /// Normal equations (matrix and gradient of half the cost) at a point with what the priors say.
+    pub fn with_priors(
+        &self,
+        u: &[f64],
+        (mut matrix, mut gradient): (DMatrix<f64>, DVector<f64>),
+    ) -> (DMatrix<f64>, DVector<f64>) {
+        for (index, coordinate) in self.coordinates.iter().enumerate() {
+            if let Some((mean, sigma)) = coordinate.prior {
+                matrix[(index, index)] += 1.0 / (sigma * sigma);
+                gradient[index] += (u[index] - mean) / (sigma * sigma);
+            }
+        }
+        (matrix, gradient)
     }
 
     /// A point moved to within the bounds.

@@ -11,7 +11,7 @@ use std::time::Instant;
 use anyhow::{Context, Result};
 use blind_benchmark::Campaign;
 use blind_benchmark::truth::{Category, Channels, Truth};
-use campaign::ValveFacts;
+use model_lab::data::valve_facts;
 use model_lab::explain::report::FittedParameter;
 use model_lab::explain::{Explanation, Verdict, Watch, explain};
 use model_lab::{Dataset, Space};
@@ -100,14 +100,7 @@ impl Drawn {
     pub fn through_files(drawn: &Campaign, parent: &Path) -> Result<Self> {
         let folder = drawn.write_to(parent)?;
         let file = ValveFile::read(&folder.join("valve.toml"))?;
-        let p = file.valve().parameters();
-        let facts = ValveFacts {
-            ambient_pressure_pa: p.ambient_pressure_pa,
-            supply_pressure_pa: p.supply_pressure_pa,
-            temperature_k: p.temperature_k,
-            stroke_m: p.stroke_m,
-        };
-        let campaign = campaign::Campaign::read(&folder.join("campaign.toml"), &facts)?;
+        let campaign = campaign::Campaign::read(&folder.join("campaign.toml"), &valve_facts(file.valve()))?;
         let data = Dataset::new(&campaign, file.schedule());
         let space = Space::tolerated(&file);
         Ok(Self { file, data, space })

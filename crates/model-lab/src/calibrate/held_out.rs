@@ -53,7 +53,7 @@ pub fn held_out(
     for part in 0..parts {
         let kept = straight.only(|unit| part_of(unit) != part);
         let left_out = data.only(|unit| part_of(unit) == part);
-        let scatter = scatter.for_data(&kept, &best.valve());
+        let scatter = scatter.only(straight, |unit| part_of(unit) != part);
         // Close to where the full fit ended, with its Jacobian.
         let jacobian = best.jacobian.iter().map(|column| data.rows_of(column, |unit| part_of(unit) != part)).collect();
         let options = FitOptions { steps: 2, tolerance: 0.5, ..FitOptions::default() };

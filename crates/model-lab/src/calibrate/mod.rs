@@ -12,7 +12,7 @@ mod repeatability;
 mod verdict;
 
 use campaign::Campaign;
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use valve_file::{HistoryEntry, ValveFile, ValveFileError};
 use valve_model::{ParameterId, Valve};
@@ -296,12 +296,8 @@ fn spread_point(point: usize, axis: usize) -> f64 {
 
 /// Covariance of the coordinates from the information of the data and the priors.
 fn posterior(space: &Space, information: &DMatrix<f64>) -> DMatrix<f64> {
-    let mut matrix = information.clone();
-    for (index, coordinate) in space.coordinates.iter().enumerate() {
-        if let Some((_, sigma)) = coordinate.prior {
-            matrix[(index, index)] += 1.0 / (sigma * sigma);
-        }
-    }
+    let n = information.nrows();
+    let (matrix, _) = space.with_priors(&space.start(), (information.clone(), DVector::zeros(n)));
     inverse(&matrix)
 }
 

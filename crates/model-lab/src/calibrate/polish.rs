@@ -4,6 +4,7 @@
 //! standard error of a well-known parameter. Where the corners of a stroke move, such a secant is not the
 //! slope, and what it misses would be an error of the result that no standard error shows.
 
+use nalgebra::{DMatrix, DVector};
 use valve_model::Valve;
 
 use crate::data::Dataset;
@@ -30,28 +31,29 @@ pub fn polished(data: &Dataset, scatter: &Scatter, mut fit: Fit) -> Fit {
             .collect();
         let Some(columns) = central(data, &fit, &steps) else { return fit };
         fit.jacobian = columns;
-        let (information, mut gradient) = scatter.normal_equations(&fit.jacobian, &fit.residual);
+        let (information, step, promised) = newton(scatter, &fit);
         matrix = information;
-        for (index, coordinate) in fit.space.coordinates.iter().enumerate() {
-            if let Some((mean, sigma)) = coordinate.prior {
-                matrix[(index, index)] += 1.0 / (sigma * sigma);
-                gradient[index] += (fit.u[index] - mean) / (sigma * sigma);
-            }
-        }
         fit.covariance = inverse(&matrix);
-        let step = -(&fit.covariance * &gradient);
-        let promised = -gradient.dot(&step);
-        if promised < TOLERANCE || !advanced(data, scatter, &mut fit, step.as_slice()) {
+        if promised < TOLERANCE || !advanced(data, scatter, &mut fit, &step) {
             break;
         }
     }
     fit
 }
 
+/// The normal matrix, the step of Gauss and Newton, and what it promises to take off the cost.
+fn newton(scatter: &Scatter, fit: &Fit) -> (DMatrix<f64>, DVector<f64>, f64) {
+    let normal = scatter.normal_equations(&fit.jacobian, &fit.residual);
+    let (matrix, gradient) = fit.space.with_priors(&fit.u, normal);
+    let step = -(inverse(&matrix) * &gradient);
+    let promised = -gradient.dot(&step);
+    (matrix, step, promised)
+}
+
 /// Moves along a step, or a part of it, if that lowers the cost.
-fn advanced(data: &Dataset, scatter: &Scatter, fit: &mut Fit, step: &[f64]) -> bool {
+fn advanced(data: &Dataset, scatter: &Scatter, fit: &mut Fit, step: &DVector<f64>) -> bool {
     for share in [1.0, 0.5, 0.2] {
-        let moved: Vec<f64> = fit.u.iter().zip(step).map(|(u, step)| u + share * step).collect();
+        let moved: Vec<f64> = fit.u.iter().zip(step.iter()).map(|(u, step)| u + share * step).collect();
         let u = fit.space.clamped(&moved);
         let Some(valve) = fit.space.valve(&u) else { continue };
         let residual = residuals(data, &[valve]).remove(0);

@@ -23,21 +23,45 @@ pub fn relinearised(data: &Dataset, straight: &Dataset, scatter: &Scatter, valve
     let mut start = 0;
     for (index, run) in data.runs.iter().enumerate() {
         let end = start + run.block_count();
-        let Some((shifted, scattered)) = strokes.get(index).and_then(|off| stroke(data, index, valve, off)) else {
+        let Some(off) = strokes.get(index) else { break };
+        let Some((share, left)) = likeliest(data, index, valve, off, scatter) else {
             start = end;
             continue;
         };
-        let left = residuals(&shifted, core::slice::from_ref(&scattered)).remove(0);
         let blocks = result.runs[index].channels.iter_mut().flat_map(|channel| &mut channel.blocks);
         let recorded = run.channels.iter().flat_map(|channel| &channel.blocks);
         for (offset, (block, recorded)) in blocks.zip(recorded).enumerate() {
             let at = start + offset;
-            let linear = left[offset] + now[at] - clean[at] - plain[at];
+            let linear = left[offset] + share * (now[at] - clean[at]) - plain[at];
             block.mean = recorded.mean + linear / recorded.inverse_sigma;
         }
         start = end;
     }
     result
+}
+
+/// Shares of what a stroke's scatter is to first order that are tried: where the corners of a stroke move,
+/// first order can go too far.
+const SHARES: [f64; 3] = [1.0, 0.5, 0.0];
+
+/// The most likely of these shares, and what it leaves of the stroke.
+fn likeliest(
+    data: &Dataset,
+    index: usize,
+    valve: &Valve,
+    off: &[f64; SOURCES.len()],
+    scatter: &Scatter,
+) -> Option<(f64, Vec<f64>)> {
+    let tried = SHARES.into_iter().filter_map(|share| {
+        let (alone, scattered) = stroke(data, index, valve, &off.map(|amount| share * amount))?;
+        let left = residuals(&alone, &[scattered]).remove(0);
+        let needed = off.iter().zip(&SOURCES).zip(&scatter.variances).filter(|(_, variance)| **variance > 0.0);
+        let needed: f64 =
+            needed.map(|((amount, (_, size)), variance)| (share * amount / size).powi(2) / variance).sum();
+        let cost = left.iter().map(|value| value * value).sum::<f64>() + needed;
+        Some((cost, share, left))
+    });
+    tried.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, share, left)| (share, left))
 }
 
 /// A run alone with the scatter of its stroke in its commands and supply, and the valve with the rest.

@@ -8,8 +8,10 @@
 use nalgebra::{DMatrix, DVector};
 use valve_model::{EffectKind, Valve};
 
+use super::impression::Impression;
+use super::view::View;
 use crate::data::Dataset;
-use crate::fit::{Fit, FitOptions, fit, prior_cost};
+use crate::fit::{Fit, FitOptions, fit, fit_near, prior_cost};
 use crate::forward::residuals;
 use crate::scatter::Scatter;
 use crate::space::{Space, Target};
@@ -44,36 +46,27 @@ impl Effort {
     pub const GLANCE: Self = Self { starts: 1, steps: 8 };
 }
 
-/// Adds an effect to a fitted model and refits everything; nothing if no start could be simulated.
-pub fn add_effect(data: &Dataset, scatter: &Scatter, base: &Fit, kind: EffectKind, effort: Effort) -> Option<Fit> {
-    refit(data, scatter, base, &base.space.with_effect(kind), effort)
+/// How many times what the starts promise to first order a candidate is believed to gain at most.
+const BELIEVED: f64 = 5.0;
+
+/// Adds an effect to a model fitted roughly and refits everything; nothing if no start could be simulated.
+pub fn add_effect(view: &View, base: &Fit, kind: EffectKind, effort: Effort) -> Option<Fit> {
+    start_effect(view, base, kind, effort)?.finished(view, effort)
 }
 
-/// Refits a space that has more coordinates than the fit at hand (its first ones are the same).
-pub fn refit(data: &Dataset, scatter: &Scatter, base: &Fit, space: &Space, effort: Effort) -> Option<Fit> {
-    started(data, scatter, base, space, effort)?.finished(data, scatter, effort)
-}
-
-/// A candidate of which several starts were refined by one Jacobian each.
+/// A candidate fitted to the first impression.
 #[derive(Debug, Clone)]
 pub struct Started {
-    /// The fits, best first.
-    fits: Vec<Fit>,
+    /// The fit to the impression.
+    fit: Fit,
 }
 
-/// Starts an effect on top of a fitted model; nothing if no start could be simulated.
-pub fn start_effect(
-    data: &Dataset,
-    scatter: &Scatter,
-    base: &Fit,
-    kind: EffectKind,
-    effort: Effort,
-) -> Option<Started> {
-    started(data, scatter, base, &base.space.with_effect(kind), effort)
-}
-
-fn started(data: &Dataset, scatter: &Scatter, base: &Fit, space: &Space, effort: Effort) -> Option<Started> {
-    let points = profile_points(scatter, base, space, data);
+/// Starts an effect on top of a model fitted roughly; nothing if no start could be simulated.
+pub fn start_effect(view: &View, base: &Fit, kind: EffectKind, effort: Effort) -> Option<Started> {
+    let space = &base.space.with_effect(kind);
+    let Impression { data, scatter, .. } = &view.impression;
+    let base = view.impression.shown(&view.rough, base);
+    let points = profile_points(scatter, &base, space, data);
     let usable: Vec<(Vec<f64>, Valve)> =
         points.into_iter().filter_map(|u| space.valve(&u).map(|valve| (u, valve))).collect();
     let valves: Vec<Valve> = usable.iter().map(|(_, valve)| valve.clone()).collect();
@@ -83,42 +76,48 @@ fn started(data: &Dataset, scatter: &Scatter, base: &Fit, space: &Space, effort:
         .map(|(residual, (u, _))| (scatter.dot(residual, residual) + prior_cost(space, u), u))
         .collect();
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+    // The better half of the starts goes on, then the best.
     let starts = spread(&ranked, effort.starts, base.u.len());
-    let fits = carried_on(data, scatter, space, &starts, 1);
-    (!fits.is_empty()).then_some(Started { fits })
+    let fits = best_first(starts.iter().filter_map(|u| fit_near(data, scatter, space, &base, u, FIRST)));
+    let better = fits.into_iter().take(effort.starts.div_ceil(2));
+    let goes_on = FitOptions { steps: 2, ..FIRST };
+    let mut best =
+        best_first(better.filter_map(|from| fit(data, scatter, space, &from.u, goes_on))).into_iter().next()?;
+    if !best.converged {
+        best = fit(data, scatter, space, &best.u, to_the_end(effort))?;
+    }
+    Some(Started { fit: best })
 }
 
-/// How many times what the starts promise to first order a candidate is believed to gain at most.
-const BELIEVED: f64 = 5.0;
+/// One Jacobian for each start.
+const FIRST: FitOptions = FitOptions { steps: 1, tolerance: 0.5, stall: 3e-3 };
+
+fn to_the_end(effort: Effort) -> FitOptions {
+    FitOptions { steps: effort.steps, tolerance: 0.1, stall: 3e-3 }
+}
 
 impl Started {
-    /// The best of the starts as it is.
-    pub fn best(&self) -> &Fit {
-        &self.fits[0]
-    }
-
-    /// The cost that it may come down to, if every start gains several times what it promises.
+    /// The cost that it may come down to on the impression, and so the least it can have on all the data.
     pub fn hope(&self) -> f64 {
-        self.fits.iter().map(|fit| fit.cost - BELIEVED * fit.promised).fold(f64::INFINITY, f64::min)
+        self.fit.cost - BELIEVED * self.fit.promised
     }
 
-    /// The better half of the starts goes on, then the best.
-    pub fn finished(self, data: &Dataset, scatter: &Scatter, effort: Effort) -> Option<Fit> {
-        let space = &self.fits[0].space;
-        let half = effort.starts.div_ceil(2);
-        let better: Vec<Vec<f64>> = self.fits.iter().take(half).map(|fit| fit.u.clone()).collect();
-        let best = carried_on(data, scatter, space, &better, 2).into_iter().next()?;
-        if best.converged {
-            return Some(best);
-        }
-        fit(data, scatter, space, &best.u, FitOptions { steps: effort.steps, tolerance: 0.1, stall: 3e-3 })
+    /// As all the data see it, not refined any further; its Jacobian is left out.
+    pub fn seen(self, view: &View) -> Option<Fit> {
+        let residual = residuals(&view.rough, &[self.fit.space.valve(&self.fit.u)?]).remove(0);
+        let chi2 = view.scatter.dot(&residual, &residual);
+        let cost = chi2 + prior_cost(&self.fit.space, &self.fit.u);
+        Some(Fit { residual, chi2, cost, jacobian: Vec::new(), ..self.fit })
+    }
+
+    /// Fitted to the end with all the data.
+    pub fn finished(&self, view: &View, effort: Effort) -> Option<Fit> {
+        fit(&view.rough, &view.scatter, &self.fit.space, &self.fit.u, to_the_end(effort))
     }
 }
 
-/// Fits from several points, best first.
-fn carried_on(data: &Dataset, scatter: &Scatter, space: &Space, points: &[Vec<f64>], steps: usize) -> Vec<Fit> {
-    let options = FitOptions { steps, tolerance: 0.5, stall: 0.0 };
-    let mut fits: Vec<Fit> = points.iter().filter_map(|u| fit(data, scatter, space, u, options)).collect();
+fn best_first(fits: impl Iterator<Item = Fit>) -> Vec<Fit> {
+    let mut fits: Vec<Fit> = fits.collect();
     fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     fits
 }
@@ -149,9 +148,7 @@ fn profile_points(scatter: &Scatter, base: &Fit, space: &Space, data: &Dataset) 
     let usable: Vec<Option<Valve>> = small.iter().map(|u| space.valve(u)).collect();
     let valves: Vec<Valve> = usable.iter().flatten().cloned().collect();
     let mut changed = residuals(data, &valves).into_iter();
-    let (normal, _) = scatter.normal_equations(&base.jacobian, &base.residual);
-    let normal = with_priors(normal, &base.space);
-    let Some(cholesky) = normal.cholesky() else { return small };
+    let Some(cholesky) = normal_matrix(scatter, base).cholesky() else { return small };
     for (probe, valve) in probes.iter().zip(&usable) {
         let Some(changed) = valve.as_ref().and_then(|_| changed.next()) else { continue };
         let change: Vec<f64> = changed.iter().zip(&base.residual).map(|(a, b)| a - b).collect();
@@ -181,11 +178,13 @@ fn full(base: &Fit, new: &[f64]) -> Vec<f64> {
     base.u.iter().chain(new).copied().collect()
 }
 
-fn with_priors(mut normal: DMatrix<f64>, space: &Space) -> DMatrix<f64> {
-    for (index, coordinate) in space.coordinates.iter().enumerate() {
-        normal[(index, index)] += coordinate.prior.map_or(1e-6, |(_, sigma)| 1.0 / (sigma * sigma));
+/// The normal matrix of a fit with its priors, made regular.
+fn normal_matrix(scatter: &Scatter, fit: &Fit) -> DMatrix<f64> {
+    let (mut matrix, _) = fit.space.with_priors(&fit.u, scatter.normal_equations(&fit.jacobian, &fit.residual));
+    for index in 0..fit.u.len() {
+        matrix[(index, index)] += 1e-6;
     }
-    normal
+    matrix
 }
 
 /// A shape of the new effect: its new coordinates at a small size, and at larger ones with their
@@ -263,11 +262,7 @@ fn scaled(shape: &[f64], sizes: &[f64], space: &Space, old: usize) -> Probe {
 pub fn promised_gain(data: &Dataset, scatter: &Scatter, base: &Fit, kind: EffectKind, least: f64) -> f64 {
     let space = base.space.with_effect(kind);
     let old = base.u.len();
-    let Some(cholesky) =
-        with_priors(scatter.normal_equations(&base.jacobian, &base.residual).0, &base.space).cholesky()
-    else {
-        return 0.0;
-    };
+    let Some(cholesky) = normal_matrix(scatter, base).cholesky() else { return 0.0 };
     let small: Vec<Valve> =
         probes(&space, old).iter().filter_map(|probe| space.valve(&full(base, &probe.small))).collect();
     let one_sided = space.coordinates[old].lower >= 0.0 && kind != EffectKind::OrificeLaw;

@@ -38,7 +38,7 @@ pub const DECISIVE: f64 = 20.0;
 
 /// The planned run that separates the two fits best.
 pub fn best_experiment(data: &Dataset, one: &Fit, other: &Fit) -> Option<Experiment> {
-    let noise = data.runs.first().map_or(ADDED_POSITION_NOISE_M, |run| run.channels[0].noise);
+    let noise = position_noise_m(data);
     let has_pressures = data.runs.iter().any(|run| run.channels.len() > 1);
     let mut plans = plans(data, &one.valve());
     for plan in &mut plans {
@@ -50,6 +50,11 @@ pub fn best_experiment(data: &Dataset, one: &Fit, other: &Fit) -> Option<Experim
         plan.separation / cost
     };
     plans.into_iter().max_by(|a, b| worth(a).total_cmp(&worth(b)))
+}
+
+/// Noise of the position in a planned run: that of the recorded ones, or of a channel that is to be added, m.
+pub fn position_noise_m(data: &Dataset) -> f64 {
+    data.runs.first().map_or(ADDED_POSITION_NOISE_M, |run| run.channels[0].noise)
 }
 
 fn plans(data: &Dataset, valve: &Valve) -> Vec<Experiment> {

@@ -8,26 +8,24 @@ use crate::forward::residuals;
 use crate::scatter::Scatter;
 
 /// Root mean square of the residuals of each condition, predicted by a fit to all the others, in units
-/// of the noise with the scatter of strokes taken out; nothing with fewer than two conditions.
+/// of the noise with the scatter of strokes taken out; nothing with fewer than two conditions or without Jacobian.
 pub fn held_out_rms(data: &Dataset, scatter: &Scatter, full: &Fit) -> Option<f64> {
     let groups = condition_groups(data);
-    if groups.len() < 2 {
+    if groups.len() < 2 || full.jacobian.is_empty() {
         return None;
     }
-    let valve = full.valve();
     let sums: Vec<(f64, f64)> = groups
         .par_iter()
         .filter_map(|group| {
-            let seen = data.only(|unit| !group.contains(&unit));
-            let unseen = data.only(|unit| group.contains(&unit));
+            let is_seen = |unit: usize| !group.contains(&unit);
+            let is_unseen = |unit: usize| group.contains(&unit);
+            let (seen, unseen) = (data.only(is_seen), data.only(is_unseen));
             // Close to where the full fit ended, with its Jacobian.
-            let options = FitOptions { steps: 1, tolerance: 0.1, stall: 0.0 };
-            let jacobian = full.jacobian.iter().map(|column| data.rows_of(column, |unit| !group.contains(&unit)));
-            let jacobian = jacobian.collect();
-            let scatter_seen = scatter.for_data(&seen, &valve);
-            let refitted = fit_with(&seen, &scatter_seen, &full.space, &full.u, jacobian, options)?;
+            let jacobian = full.jacobian.iter().map(|column| data.rows_of(column, is_seen)).collect();
+            let options = FitOptions { steps: 1, tolerance: 0.3, stall: 1e-3 };
+            let refitted = fit_with(&seen, &scatter.only(data, is_seen), &full.space, &full.u, jacobian, options)?;
             let residual = residuals(&unseen, &[refitted.valve()]).remove(0);
-            let clean = scatter.for_data(&unseen, &valve).without_scatter(&residual);
+            let clean = scatter.only(data, is_unseen).without_scatter(&residual);
             Some((clean.iter().map(|value| value * value).sum::<f64>(), clean.len() as f64))
         })
         .collect();

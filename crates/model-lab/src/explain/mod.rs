@@ -3,6 +3,7 @@
 pub mod candidate;
 pub mod experiment;
 pub mod held_out;
+pub mod impression;
 pub mod lack;
 pub mod model;
 pub mod outside;
@@ -108,7 +109,7 @@ pub fn calibrated(data: &Dataset, space: &Space) -> Option<Calibrated> {
 
 /// Root mean square of the residuals up to which a calibrated model shows the scatter of strokes well
 /// enough to make it linear.
-const NEARLY_FITS: f64 = 1.5;
+const SHOWS_SCATTER: f64 = 1.5;
 
 /// Explains what a model lacks on a dataset; nothing if not even the valve file's own values can be
 /// simulated.
@@ -116,7 +117,7 @@ pub fn explain(data: &Dataset, space: &Space, watch: &Watch<'_>) -> Option<Expla
     let Calibrated { datasheet_rms, fit: mut base, scatter } = calibrated(data, space)?;
     watch.tell(Progress::Calibrated { normalised_rms: base.normalised_rms(&scatter) });
     let mut view = View::new(data.clone(), scatter);
-    if view.scatter.is_known && base.normalised_rms(&view.scatter) < NEARLY_FITS {
+    if view.scatter.is_known && base.normalised_rms(&view.scatter) < SHOWS_SCATTER {
         view = view.through(data, &base);
         base = view.finely(&base);
     }

@@ -7,14 +7,16 @@
 //! parameters becomes a ready custom effect.
 
 use rayon::prelude::*;
-use valve_model::custom::{CustomEffect, CustomParameter, CustomTarget};
+use valve_model::custom::{CustomEffect, CustomParameter, CustomTarget, VARIABLE_NAMES, Variables};
 
 use super::Watch;
 use super::held_out::held_out_rms;
+use super::lack::lack_of_fit;
+use super::search::fits;
 use super::view::View;
 use crate::data::Dataset;
 use crate::fit::{Fit, FitOptions, fit};
-use crate::scatter::Scatter;
+use crate::space::Space;
 
 /// Knots of a table.
 const KNOTS: usize = 13;
@@ -63,11 +65,25 @@ pub struct Outside {
     pub held_out: Option<f64>,
 }
 
+impl Outside {
+    /// The formula at a place along its axis, SI.
+    pub fn formula_at(&self, at: f64) -> f64 {
+        let values = VARIABLE_NAMES.map(|name| match name {
+            name if name == self.axis.variable => at,
+            // A formula along one axis has no other variable.
+            _ => 0.0,
+        });
+        let parameters: Vec<f64> = self.effect.parameters().iter().map(|parameter| parameter.value).collect();
+        self.effect.formula().evaluate(&Variables { values }, &parameters)
+    }
+}
+
 /// Finds where what is missing sits, on top of a fit of the catalogue.
 pub fn outside(view: &View, calibrated: &Fit, watch: &Watch<'_>) -> Option<Outside> {
     let (data, scatter) = (&view.rough, &view.scatter);
     let base = &view.roughly(calibrated);
     let scales = Scales::new(data, base);
+    let first = &view.impression;
     let options = FitOptions { steps: 6, tolerance: 1.0, stall: 0.02 };
     let mut tables: Vec<(Axis, Vec<f64>, Fit)> = AXES
         .par_iter()
@@ -77,7 +93,7 @@ pub fn outside(view: &View, calibrated: &Fit, watch: &Watch<'_>) -> Option<Outsi
             }
             let (knots, effect) = table(*axis, &scales)?;
             let space = base.space.with_custom(&effect);
-            let fitted = fit(data, scatter, &space, &extended(base, &space.start()), options)?;
+            let fitted = fit(&first.data, &first.scatter, &space, &extended(base, &space.start()), options)?;
             Some((*axis, knots, fitted))
         })
         .collect();
@@ -86,9 +102,10 @@ pub fn outside(view: &View, calibrated: &Fit, watch: &Watch<'_>) -> Option<Outsi
     tables.truncate(2);
     let mut judged: Vec<_> = tables
         .into_iter()
-        .map(|(axis, knots, fitted)| {
+        .filter_map(|(axis, knots, fitted)| {
+            let fitted = fit(data, scatter, &fitted.space, &fitted.u, FitOptions { steps: 3, ..options })?;
             let held_out = if watch.is_stopped() { None } else { held_out_rms(data, scatter, &fitted) };
-            (axis, knots, fitted, held_out)
+            Some((axis, knots, fitted, held_out))
         })
         .collect();
     judged.sort_by(|a, b| a.3.unwrap_or(f64::MAX).total_cmp(&b.3.unwrap_or(f64::MAX)));
@@ -103,12 +120,11 @@ pub fn outside(view: &View, calibrated: &Fit, watch: &Watch<'_>) -> Option<Outsi
                 (c.value(1.0) - c.value(0.0)).abs() * fitted.sigma(first + index)
             })
             .collect();
-        let Some((fit, effect)) = formula(data, scatter, base, axis, &knots, &values, &fitted.u, &scales, watch) else {
+        let bar = best.as_ref().map_or(f64::INFINITY, |best| best.fit.cost + PENALTY * 2.0);
+        let start = &fitted.u[..first];
+        let Some((fit, effect)) = formula(view, base, axis, (&knots, &values), start, &scales, bar, watch) else {
             continue;
         };
-        if best.as_ref().is_some_and(|best| best.fit.cost + PENALTY * 2.0 < fit.cost) {
-            continue;
-        }
         let fit = view.finely(&fit);
         let effect = fit.space.custom_at(&fit.u).pop().unwrap_or(effect);
         let parameter_sigmas = (0..effect.parameters().len())
@@ -118,7 +134,11 @@ pub fn outside(view: &View, calibrated: &Fit, watch: &Watch<'_>) -> Option<Outsi
             })
             .collect();
         let held_out = held_out_rms(&view.fine, scatter, &fit);
+        let lack = lack_of_fit(&view.fine, &scatter.without_scatter(&fit.residual));
         best = Some(Outside { axis, knots, values, sigmas, table_held_out, effect, parameter_sigmas, fit, held_out });
+        if lack < fits(scatter) {
+            break;
+        }
     }
     best
 }
@@ -203,47 +223,50 @@ fn table(axis: Axis, scales: &Scales) -> Option<(Vec<f64>, CustomEffect)> {
     Some((knots, effect))
 }
 
-/// The formula that explains most for its number of parameters.
+/// The formula that explains most for its number of parameters, if its cost is below `bar`; the other
+/// parameters start where the table left them.
 #[expect(clippy::too_many_arguments, reason = "one step of the search above")]
 fn formula(
-    data: &Dataset,
-    scatter: &Scatter,
+    view: &View,
     base: &Fit,
     axis: Axis,
-    knots: &[f64],
-    values: &[f64],
-    table_u: &[f64],
+    (knots, values): (&[f64], &[f64]),
+    start: &[f64],
     scales: &Scales,
+    bar: f64,
     watch: &Watch<'_>,
 ) -> Option<(Fit, CustomEffect)> {
-    let attempt = |effect: &CustomEffect, start: Option<&[f64]>, steps: usize| {
-        let space = base.space.with_custom(effect);
-        let start = start.map_or_else(|| extended(base, &space.start()), <[f64]>::to_vec);
-        fit(data, scatter, &space, &start, FitOptions { steps, tolerance: 0.3, stall: 0.005 })
-    };
-    let score = |effect: &CustomEffect, fit: &Fit| fit.cost + PENALTY * effect.parameters().len() as f64;
-    let mut tried: Vec<(CustomEffect, Fit)> = shapes(axis, knots, values, scales)
-        .into_par_iter()
-        .filter_map(|effect| {
-            if watch.is_stopped() {
-                return None;
-            }
-            // The other parameters start where the table left them.
-            let space = base.space.with_custom(&effect);
-            let mut start = space.start();
-            start[..base.u.len()].copy_from_slice(&table_u[..base.u.len()]);
-            let fit = attempt(&effect, Some(&start), 4)?;
-            Some((effect, fit))
-        })
-        .collect();
-    tried.sort_by(|a, b| score(&a.0, &a.1).total_cmp(&score(&b.0, &b.1)));
-    tried.truncate(2);
-    let polished = tried.into_par_iter().filter_map(|(effect, fit)| {
-        let fit = attempt(&effect, Some(&fit.u), 12).unwrap_or(fit);
-        let custom = fit.space.custom_at(&fit.u).pop()?;
-        Some((fit, custom))
+    let score = |fit: &Fit| fit.cost + PENALTY * (fit.u.len() - base.u.len()) as f64;
+    let starts = shapes(axis, knots, values, scales).into_iter().map(|effect| {
+        let space = base.space.with_custom(&effect);
+        let own = space.start();
+        let u: Vec<f64> = start.iter().chain(&own[start.len()..]).copied().collect();
+        (space, u)
     });
-    polished.min_by(|a, b| score(&a.1, &a.0).total_cmp(&score(&b.1, &b.0)))
+    // All of them a little, the better ones further, the best ones to the end with all the data.
+    let few = &view.impression;
+    let mut at: Vec<(Space, Vec<f64>)> = starts.collect();
+    for (steps, remain) in [(2, BETTER), (6, BEST)] {
+        let fitted = at.into_par_iter().filter(|_| !watch.is_stopped());
+        let fits = fitted.filter_map(|(space, u)| fit(&few.data, &few.scatter, &space, &u, options(steps)));
+        let mut fits: Vec<Fit> = fits.collect();
+        fits.sort_by(|a, b| score(a).total_cmp(&score(b)));
+        // What is left to explain on a few of the runs is the least of what is left on all.
+        fits.retain(|first| first.cost < bar);
+        at = fits.into_iter().take(remain).map(|fit| (fit.space, fit.u)).collect();
+    }
+    let finished = at.into_par_iter().filter_map(|(space, u)| fit(&view.rough, &view.scatter, &space, &u, options(12)));
+    let best = finished.filter(|fit| fit.cost < bar).min_by(|a, b| score(a).total_cmp(&score(b)))?;
+    let effect = best.space.custom_at(&best.u).pop()?;
+    Some((best, effect))
+}
+
+/// How many formulas go on after a first look, and to the end.
+const BETTER: usize = 4;
+const BEST: usize = 2;
+
+fn options(steps: usize) -> FitOptions {
+    FitOptions { steps, tolerance: 0.3, stall: 0.005 }
 }
 
 /// Formulas whose starting values follow the table.

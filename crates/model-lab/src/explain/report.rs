@@ -68,6 +68,8 @@ pub struct CandidateReport {
     pub delta_bic: f64,
     /// Fall of chi-squared with priors against the calibrated model.
     pub gain: f64,
+    /// Strokes of which it takes off misfit, and all of them, where it was fitted as the best was.
+    pub agreeing: Option<(usize, usize)>,
     /// Why it was not chosen.
     pub rejected: Option<String>,
 }
@@ -202,7 +204,7 @@ pub(super) fn assemble(datasheet_rms: f64, found: &Found, watch: &Watch<'_>) -> 
         parameters: fitted_parameters(&best.fit, &recommended, scatter),
         recommended,
         twins: twin_reports,
-        candidates: candidates(found, &best, &held, watch),
+        candidates: candidates(found, &best, missing, &held, watch),
         steps,
         outside: found_outside,
         lack: found.lack,
@@ -256,7 +258,13 @@ pub fn fitted_parameters(fit: &Fit, kinds: &[EffectKind], scatter: &Scatter) -> 
 const PREDICTING: usize = 4;
 const NEAR: f64 = 2.0;
 
-fn candidates(found: &Found, best: &Model, held: &[Option<f64>], watch: &Watch<'_>) -> Vec<CandidateReport> {
+fn candidates(
+    found: &Found,
+    best: &Model,
+    missing: bool,
+    held: &[Option<f64>],
+    watch: &Watch<'_>,
+) -> Vec<CandidateReport> {
     let (data, scatter) = (&found.view.fine, &found.view.scatter);
     let base = &found.steps[0];
     // Residuals that hang together count less than their number.
@@ -269,6 +277,11 @@ fn candidates(found: &Found, best: &Model, held: &[Option<f64>], watch: &Watch<'
             distinct.push(model);
         }
     }
+    let unexplained = scatter.dot_by_unit(data, &base.fit.residual);
+    let agreeing = |fit: &Fit| {
+        let left = scatter.dot_by_unit(data, &fit.residual);
+        (unexplained.iter().zip(&left).filter(|(before, after)| after < before).count(), left.len())
+    };
     let best_rms = best.fit.normalised_rms(scatter);
     let predicts: Vec<Option<f64>> = distinct
         .par_iter()
@@ -288,7 +301,7 @@ fn candidates(found: &Found, best: &Model, held: &[Option<f64>], watch: &Watch<'
         let deflation = rms.max(1.0).powi(2);
         let behind = best.gain - model.gain;
         let rejected = if model.kinds == best.kinds {
-            None
+            missing.then(|| "explains most, and far too little".into())
         } else if !is_practical(model, scatter) {
             Some("is too small to be of any use".into())
         } else if best.kinds.is_empty() {
@@ -307,6 +320,7 @@ fn candidates(found: &Found, best: &Model, held: &[Option<f64>], watch: &Watch<'
             held_out_normalised_rms: predicts,
             delta_bic: added * count.ln() - gain / deflation,
             gain,
+            agreeing: predicts.map(|_| agreeing(&model.fit)),
             rejected,
         });
     }

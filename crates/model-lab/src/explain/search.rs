@@ -51,13 +51,18 @@ const NEAR: f64 = 60.0;
 /// So many of the best are looked at again when the scatter of strokes is seen anew.
 const CONTENDERS: usize = 6;
 
-/// Root mean square of the residuals up to which a model shows the scatter of strokes well enough for that.
+/// Root mean square of the residuals up to which a model is worth a closer look: it shows the scatter of
+/// strokes well enough, and its optimum is wanted exactly.
 const NEARLY_FITS: f64 = 3.0;
 
-/// How often the scatter of strokes is looked at again through an accepted model, and the share to which
-/// the lack of fit must fall each time.
-const LOOKS: usize = 3;
+/// The same up to which what is left may be scatter seen wrongly.
+const ALMOST_FITS: f64 = 1.5;
+
+/// How often the scatter of strokes is looked at again through an accepted model, the share to which the
+/// lack of fit must fall for a look to have helped, and how many looks in a row may not have.
+const LOOKS: usize = 6;
 const LESS: f64 = 0.8;
+const PATIENCE: usize = 2;
 
 /// A third effect is looked for if two leave at most this share of the misfit.
 const WORTH_A_THIRD: f64 = 0.5;
@@ -113,13 +118,20 @@ impl Search<'_> {
         let mut kinds = self.kinds.clone();
         let mut interrupted = false;
         for (depth, carried) in BEAM.into_iter().enumerate() {
-            let mut tried = self.tried(&beam, &kinds, depth);
+            let (first, others) = beam.split_at(1);
+            let effort = if depth == 0 { Effort::THOROUGH } else { Effort::QUICK };
+            let total = beam.len() * kinds.len();
+            let mut tried = self.tried(first, &kinds, effort, total);
+            if !others.is_empty() && !self.starts_to_fit(&tried) {
+                tried.extend(self.tried(others, &kinds, Effort::STAND_IN, total));
+                tried.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+            }
             interrupted |= self.watch.is_stopped();
             self.judge(&mut tried);
             self.without_useless(&mut tried);
             let needed = if depth == 0 { ACCEPT } else { ACCEPT_FURTHER.max(INEXACT * self.last().gain) };
             let mut found = self.better(&tried, needed);
-            if let Some(best) = found.as_ref().filter(|best| self.shows_scatter(best) && !interrupted) {
+            if let Some(best) = found.as_ref().filter(|best| self.shows_scatter(best, NEARLY_FITS) && !interrupted) {
                 // The scatter of strokes seen through a model that fits badly is seen wrongly: seen through
                 // the better one, everything is looked at again.
                 self.watch.tell(Progress::Doing("the scatter of strokes seen through the better model"));
@@ -135,18 +147,12 @@ impl Search<'_> {
             let Some(best) = found else { break };
             let mut best = self.settled(&best);
             let mut lack = self.lack(&best.fit);
-            for _ in 0..LOOKS {
-                if lack < fits(&self.view.scatter) || !self.shows_scatter(&best) || self.watch.is_stopped() {
-                    break;
-                }
+            if lack > fits(&self.view.scatter) && self.shows_scatter(&best, ALMOST_FITS) && !self.watch.is_stopped() {
                 // What is left may be scatter that was seen through a worse model.
-                self.look_through(&best.fit);
+                let clearest = self.clearest(&best.fit, lack);
+                self.look(clearest);
                 best = self.settled(&best);
-                let before = lack;
                 lack = self.lack(&best.fit);
-                if lack > LESS * before {
-                    break;
-                }
             }
             self.watch.tell(Progress::Accepted { kinds: best.kinds.clone(), lack });
             self.steps.retain(|step| step.kinds.len() < best.kinds.len());
@@ -181,13 +187,17 @@ impl Search<'_> {
         lack_of_fit(&self.view.fine, &self.view.scatter.without_scatter(&fine.residual))
     }
 
-    /// Every effect added to every model of the beam, simulated roughly, best first.
-    fn tried(&mut self, beam: &[Model], kinds: &[EffectKind], depth: usize) -> Vec<Model> {
-        let effort = |model: usize| match (depth, model) {
-            (0, _) => Effort::THOROUGH,
-            (_, 0) => Effort::QUICK,
-            _ => Effort::STAND_IN,
-        };
+    /// Whether the best of what was tried explains the data down to the noise.
+    fn starts_to_fit(&self, tried: &[Model]) -> bool {
+        tried.first().is_some_and(|best| {
+            best.fit.normalised_rms(&self.view.scatter) < NEARLY_FITS
+                && self.lack(&self.view.finely(&best.fit)) < fits(&self.view.scatter)
+        })
+    }
+
+    /// Every effect added to every model of the beam, simulated roughly, best first; `total` are to be tried at
+    /// this depth.
+    fn tried(&mut self, beam: &[Model], kinds: &[EffectKind], effort: Effort, total: usize) -> Vec<Model> {
         let view = &self.view;
         let base = view.roughly(&self.steps[0].fit);
         self.rough_base = base.cost + penalty(&base);
@@ -196,35 +206,35 @@ impl Search<'_> {
             .flat_map(|model| kinds.iter().map(move |kind| (model, *kind)))
             .filter(|(model, kind)| !rough[*model].kinds.contains(kind))
             .collect();
-        let total = jobs.len();
-        let started: Vec<(usize, EffectKind, Started)> = jobs
+        let mut started: Vec<(usize, EffectKind, Started)> = jobs
             .into_par_iter()
             .filter(|_| !self.watch.is_stopped())
             .filter_map(|(model, kind)| {
-                let started = start_effect(&view.rough, &view.scatter, &rough[model].fit, kind, effort(model))?;
+                let started = start_effect(view, &rough[model].fit, kind, effort)?;
                 Some((model, kind, started))
             })
             .collect();
-        // All are refined from several starts; those that even then cannot reach the best need no more.
-        let mut costs: Vec<f64> = started.iter().map(|(_, _, started)| started.best().cost).collect();
-        costs.sort_by(f64::total_cmp);
-        let best = costs.first().copied().unwrap_or(0.0);
-        let foremost = costs.get(FOREMOST).copied().unwrap_or(f64::INFINITY);
+        let finished = |(model, kind, fit): (usize, EffectKind, Fit)| {
+            let kinds: Vec<EffectKind> = rough[model].kinds.iter().copied().chain([kind]).collect();
+            self.watch.tell(Progress::Tried { depth: kinds.len(), total, kind, cost: fit.cost });
+            let gain = self.rough_base - fit.cost - penalty(&fit);
+            Model { kinds, fit, gain }
+        };
+        // Those that promise most are fitted to the end with all the data, and so is every other that could
+        // still come near them.
+        started.sort_by(|a, b| a.2.hope().total_cmp(&b.2.hope()));
+        let others = started.split_off(FOREMOST.min(started.len()));
         let mut tried: Vec<Model> = started
             .into_par_iter()
-            .filter_map(|(model, kind, started)| {
-                let hopeful = started.best().cost < foremost || started.hope() < best + NEAR;
-                let fit = if hopeful && !self.watch.is_stopped() {
-                    started.finished(&view.rough, &view.scatter, effort(model))?
-                } else {
-                    started.best().clone()
-                };
-                let kinds: Vec<EffectKind> = rough[model].kinds.iter().copied().chain([kind]).collect();
-                self.watch.tell(Progress::Tried { depth: kinds.len(), total, kind, cost: fit.cost });
-                let gain = self.rough_base - fit.cost - penalty(&fit);
-                Some(Model { kinds, fit, gain })
-            })
+            .filter_map(|(model, kind, started)| Some((model, kind, started.finished(view, effort)?)))
+            .map(finished)
             .collect();
+        let bar = NEAR + tried.iter().map(|model| model.fit.cost).fold(f64::INFINITY, f64::min);
+        tried.par_extend(others.into_par_iter().filter_map(|(model, kind, started)| {
+            let hopeful = started.hope() < bar && !self.watch.is_stopped();
+            let fit = if hopeful { started.finished(view, effort) } else { started.seen(view) };
+            Some(finished((model, kind, fit?)))
+        }));
         tried.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         tried
     }
@@ -288,13 +298,41 @@ impl Search<'_> {
     }
 
     /// Whether strokes are repeated and a model is near enough to them to show how they scatter.
-    fn shows_scatter(&self, model: &Model) -> bool {
-        self.view.scatter.is_known && model.fit.normalised_rms(&self.view.scatter) < NEARLY_FITS
+    fn shows_scatter(&self, model: &Model, rms: f64) -> bool {
+        self.view.scatter.is_known && model.fit.normalised_rms(&self.view.scatter) < rms
     }
 
-    /// Sees the scatter through a better model and the accepted models with that scatter.
+    /// Sees the scatter through a better model, and the accepted models with that scatter.
     fn look_through(&mut self, model: &Fit) {
-        self.view = self.view.through(self.recorded, model);
+        self.look(self.view.through(self.recorded, model));
+    }
+
+    /// Looks again and again through a model that leaves this lack of fit; the view that leaves least. Where
+    /// strokes are sensitive to what scatters, a look can be worse than the one before and lead to a better one.
+    fn clearest(&self, model: &Fit, mut least: f64) -> View {
+        let mut clearest = self.view.clone();
+        // Anew: nothing of what worse models made of the strokes.
+        let mut view = View::new(self.recorded.clone(), Scatter::estimate(self.recorded, &model.valve()));
+        let mut fit = model.clone();
+        let mut in_vain = 0;
+        for _ in 0..LOOKS {
+            view = view.through(self.recorded, &fit);
+            fit = view.finely(&fit);
+            let lack = lack_of_fit(&view.fine, &view.scatter.without_scatter(&fit.residual));
+            in_vain = if lack > LESS * least { in_vain + 1 } else { 0 };
+            if lack < least {
+                (least, clearest) = (lack, view.clone());
+            }
+            if lack < fits(&view.scatter) || in_vain > PATIENCE || self.watch.is_stopped() {
+                break;
+            }
+        }
+        clearest
+    }
+
+    /// Sees the accepted models in another way.
+    fn look(&mut self, view: View) {
+        self.view = view;
         for step in &mut self.steps {
             step.fit = self.view.finely(&step.fit);
         }
@@ -320,7 +358,7 @@ impl Search<'_> {
     /// A model at its optimum, without what its last effect has made needless, with the earlier ones found
     /// anew.
     fn settled(&self, model: &Model) -> Model {
-        let mut best = model.with(polished(&self.view.fine, &self.view.scatter, model.fit.clone()));
+        let mut best = model.with(self.polished(model.fit.clone()));
         for dropped in 0..best.kinds.len().saturating_sub(1) {
             if self.watch.is_stopped() || dropped + 1 >= best.kinds.len() {
                 break;
@@ -334,8 +372,8 @@ impl Search<'_> {
                 return self.settled(&smaller);
             }
             if self.lack(&best.fit) > fits(&self.view.scatter) {
-                let anew = add_effect(&self.view.rough, &self.view.scatter, &without, kind, Effort::THOROUGH)
-                    .map(|fit| polished(&self.view.fine, &self.view.scatter, self.view.finely(&fit)));
+                let anew = add_effect(&self.view, &without, kind, Effort::THOROUGH)
+                    .map(|fit| self.polished(self.view.finely(&fit)));
                 if let Some(anew) = anew.filter(|anew| anew.cost < best.fit.cost) {
                     kinds.push(kind);
                     best = Model { kinds, fit: anew, gain: 0.0 };
@@ -344,6 +382,12 @@ impl Search<'_> {
         }
         best.gain = self.steps[0].score() - best.score();
         best
+    }
+
+    /// A fit with its optimum made exact, if it is worth it.
+    fn polished(&self, fit: Fit) -> Fit {
+        let View { fine, scatter, .. } = &self.view;
+        if fit.normalised_rms(scatter) < NEARLY_FITS { polished(fine, scatter, fit) } else { fit }
     }
 
     /// Whether a model with several effects explains a good part of what the calibrated one does not.
@@ -388,7 +432,7 @@ pub fn excess(scatter: &Scatter, fit: &Fit) -> f64 {
 pub fn build(view: &View, base: &Fit, kinds: &[EffectKind]) -> Option<Fit> {
     let mut fit = base.clone();
     for kind in kinds {
-        fit = add_effect(&view.rough, &view.scatter, &fit, *kind, Effort::QUICK)?;
+        fit = add_effect(view, &fit, *kind, Effort::QUICK)?;
     }
     Some(fit)
 }

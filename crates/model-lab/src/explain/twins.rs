@@ -49,12 +49,12 @@ fn stand_ins(found: &Found, best: &Model, replaced: EffectKind, watch: &Watch<'_
             .par_iter()
             .filter(|kind| **kind != replaced && !already.contains(kind) && !watch.is_stopped())
             .filter_map(|kind| {
-                let start = |effort| start_effect(&view.rough, &view.scatter, &rest, *kind, effort);
+                let start = |effort| start_effect(view, &rest, *kind, effort);
                 let glance = start(Effort::GLANCE)?;
                 let fit = if glance.hope() < bar {
-                    start(Effort::STAND_IN)?.finished(&view.rough, &view.scatter, Effort::STAND_IN)?
+                    start(Effort::STAND_IN)?.finished(view, Effort::STAND_IN)?
                 } else {
-                    glance.best().clone()
+                    glance.seen(view)?
                 };
                 let kinds = others.iter().copied().chain([*kind]).collect();
                 Some(Model { kinds, fit, gain: 0.0 })

@@ -1,5 +1,6 @@
 //! A campaign as a search sees it: how finely it is simulated, and how its strokes scatter.
 
+use super::impression::Impression;
 use crate::calibrate::relinearised;
 use crate::data::Dataset;
 use crate::fit::{Fit, FitOptions, fit};
@@ -21,6 +22,8 @@ pub struct View {
     pub fine: Dataset,
     /// Simulated roughly: the way there.
     pub rough: Dataset,
+    /// A few of its runs, simulated roughly: where to start.
+    pub impression: Impression,
     /// The scatter from stroke to stroke.
     pub scatter: Scatter,
 }
@@ -28,7 +31,9 @@ pub struct View {
 impl View {
     /// A campaign with a known scatter.
     pub fn new(data: Dataset, scatter: Scatter) -> Self {
-        Self { rough: data.rough(), fine: data, scatter }
+        let rough = data.rough();
+        let impression = Impression::of(&rough, &scatter);
+        Self { fine: data, rough, impression, scatter }
     }
 
     /// The scatter seen anew, and made linear about what it most likely is in each stroke, through a
