@@ -103,6 +103,12 @@ pub struct ExplainArgs {
     /// Draw the error after each step to an .svg or .png file
     #[arg(long, value_name = "FILE")]
     pub plot_steps: Option<PathBuf>,
+    /// Draw where something sits that no effect explains, with its formula, to an .svg or .png file
+    #[arg(long, value_name = "FILE")]
+    pub plot_missing: Option<PathBuf>,
+    /// Draw what effects that cannot be told apart predict for the next experiment to an .svg or .png file
+    #[arg(long, value_name = "FILE")]
+    pub plot_experiment: Option<PathBuf>,
     /// How the result is printed
     #[arg(long, value_enum, default_value_t = Format::Text)]
     pub format: Format,

@@ -6,13 +6,15 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use model_lab::Space;
 use model_lab::explain::experiment::DECISIVE;
-use model_lab::explain::search::ACCEPT;
+use model_lab::explain::outside::Outside;
+use model_lab::explain::report::fitted_parameters;
 use model_lab::explain::{Explanation, Progress, Verdict, Watch, explain};
-use report::figures::{Candidate, LeaderboardFigure};
 
-use super::adopt::parameter_lines;
+use valve_model::EffectKind;
+
+use super::adopt::{parameter_lines, with_error};
 use super::campaign_input::CampaignInput;
-use super::{explain_json, ladder};
+use super::{explain_figures, explain_json, ladder};
 use crate::cli::{ExplainArgs, Format};
 use crate::failure::{Answer, Hinted};
 use crate::output::{self, Align, PlotFile, ProgressLine, TextTable};
@@ -22,6 +24,8 @@ pub fn run(args: &ExplainArgs) -> anyhow::Result<Answer> {
     let input = CampaignInput::read(&args.valve, &args.campaign)?;
     let plot = PlotFile::create(args.plot.as_deref())?;
     let plot_steps = PlotFile::create(args.plot_steps.as_deref())?;
+    let plot_missing = PlotFile::create(args.plot_missing.as_deref())?;
+    let plot_experiment = PlotFile::create(args.plot_experiment.as_deref())?;
     let stop = Arc::new(AtomicBool::new(false));
     let asked = Arc::clone(&stop);
     // Without the handler, Ctrl-C ends the program at once; the search itself does not need it.
@@ -42,11 +46,23 @@ pub fn run(args: &ExplainArgs) -> anyhow::Result<Answer> {
         Format::Json => output::print_json(&explain_json::document(&answer, &input.campaign.name))?,
     }
     if let Some(plot) = plot {
-        plot.write(&leaderboard(&answer, &input.campaign.name).figure())?;
+        plot.write(&explain_figures::leaderboard(&answer, &input.campaign.name, &headline(&answer)).figure())?;
     }
     if let Some(plot) = plot_steps {
         let figure = ladder::figure(&input.campaign.name, &headline(&answer), &answer.steps, &answer.scatter);
         plot.write(&figure.figure())?;
+    }
+    if let Some(plot) = plot_missing {
+        match &answer.outside {
+            Some(outside) => plot.write(&explain_figures::unexplained(outside, &input.campaign.name).figure())?,
+            None => output::note("nothing sits outside the catalogue: no picture of it was drawn"),
+        }
+    }
+    if let Some(plot) = plot_experiment {
+        match explain_figures::next_experiment(&answer, &input.data) {
+            Some(figure) => plot.write(&figure.figure())?,
+            None => output::note("no effects are left to be told apart: no picture of an experiment was drawn"),
+        }
     }
     Ok(Answer::Fine)
 }
@@ -73,10 +89,20 @@ fn ids(answer: &Explanation) -> String {
     answer.recommended.iter().map(|kind| kind.id()).collect::<Vec<_>>().join(" and ")
 }
 
+/// What was found, each effect with those that it cannot be told from.
+fn groups(answer: &Explanation) -> String {
+    let group = |kind: &EffectKind| {
+        let with = answer.twins.iter().filter(|twin| twin.kind == *kind).flat_map(|twin| &twin.with);
+        let names: Vec<&str> = with.map(|other| other.kind.id()).collect();
+        if names.is_empty() { kind.id().to_owned() } else { format!("{} (or {})", kind.id(), names.join(", or ")) }
+    };
+    answer.recommended.iter().map(group).collect::<Vec<_>>().join(" and ")
+}
+
 fn headline(answer: &Explanation) -> String {
     match answer.verdict {
         Verdict::Adequate => "nothing is missing beyond noise and the stated tolerances".into(),
-        Verdict::EffectFound => format!("missing: {}", ids(answer)),
+        Verdict::EffectFound => format!("missing: {}", groups(answer)),
         Verdict::OutsideCatalogue => {
             "something is missing, and no effect of the catalogue, nor a pair or triple, explains it".into()
         }
@@ -108,6 +134,9 @@ fn text(answer: &Explanation, campaign: &str) -> String {
                 other.behind,
                 likeness
             );
+            for line in parameter_lines(&fitted_parameters(&other.model.fit, &[other.kind], &answer.scatter)).lines() {
+                let _ = writeln!(text, "    {line}");
+            }
         }
         if let Some(plan) = &twin.experiment {
             let verb = if plan.separation >= DECISIVE { "would tell them apart" } else { "would help most" };
@@ -122,22 +151,30 @@ fn text(answer: &Explanation, campaign: &str) -> String {
         }
     }
     if let Some(outside) = &answer.outside {
-        let _ = writeln!(
-            text,
-            "What is missing acts as {} along {}. A formula for it leaves an error of {:.3} ({} on conditions left out); paste it into the valve file, then `valve adopt --effect {}`:\n\n{}",
-            outside.axis.target.id(),
-            outside.axis.variable,
-            outside.fit.normalised_rms(&answer.scatter),
-            outside.held_out.map_or_else(|| "-".to_owned(), |error| format!("{error:.3}")),
-            outside.effect.name(),
-            explain_json::effect_toml(outside),
-        );
+        text.push_str(&outside_text(outside, answer));
     }
     text.push('\n');
     text.push_str(&candidate_table(answer));
     for note in &answer.notes {
         let _ = writeln!(text, "\nnote: {note}");
     }
+    text
+}
+
+fn outside_text(outside: &Outside, answer: &Explanation) -> String {
+    let (target, along) = (outside.axis.target.id(), outside.axis.variable);
+    let mut text = format!("What is missing acts as {target} along {along}: {}\n", outside.effect.formula().source());
+    for (parameter, sigma) in outside.effect.parameters().iter().zip(&outside.parameter_sigmas) {
+        let _ = writeln!(text, "  {} = {}", parameter.name, with_error(parameter.value, *sigma, &parameter.unit));
+    }
+    let _ = write!(
+        text,
+        "It leaves an error of {:.3} ({} on conditions left out). Paste it into the valve file, then `valve adopt --effect {}`:\n\n{}",
+        outside.fit.normalised_rms(&answer.scatter),
+        outside.held_out.map_or_else(|| "-".to_owned(), |error| format!("{error:.3}")),
+        outside.effect.name(),
+        explain_json::effect_toml(outside),
+    );
     text
 }
 
@@ -157,25 +194,4 @@ fn candidate_table(answer: &Explanation) -> String {
         table.row(vec![name, format!("{:.1}", candidate.gain), error, left_out, why]);
     }
     table.render()
-}
-
-fn leaderboard(answer: &Explanation, campaign: &str) -> LeaderboardFigure {
-    LeaderboardFigure {
-        title: campaign.to_owned(),
-        subtitle: headline(answer),
-        candidates: answer
-            .candidates
-            .iter()
-            .filter(|candidate| candidate.kinds.len() == 1 || candidate.rejected.is_none())
-            .take(18)
-            .map(|candidate| Candidate {
-                name: candidate.kinds.iter().map(|kind| kind.id()).collect::<Vec<_>>().join(" + "),
-                gain: candidate.gain,
-                recommended: candidate.rejected.is_none(),
-                ..Candidate::default()
-            })
-            .collect(),
-        brackets: Vec::new(),
-        acceptance_gain: ACCEPT,
-    }
 }

@@ -7,7 +7,7 @@ use model_lab::explain::Explanation;
 use model_lab::explain::experiment::Experiment;
 use model_lab::explain::outside::Outside;
 use model_lab::explain::report::FittedParameter;
-use model_lab::scatter::SOURCES;
+use model_lab::scatter::{SOURCES, Scatter};
 use serde_json::{Map, Value, json};
 
 use super::ladder;
@@ -56,7 +56,7 @@ pub fn document(answer: &Explanation, campaign: &str) -> Value {
         "indistinguishable": indistinguishable,
         "candidates": candidates,
         "steps": ladder::value(&answer.steps),
-        "residual": answer.outside.as_ref().map(outside),
+        "residual": answer.outside.as_ref().map(|found| outside(found, &answer.scatter)),
         "lack_of_fit": answer.lack,
         "repeatability": if answer.scatter.is_known { Value::Object(scatter) } else { Value::Null },
         "notes": answer.notes,
@@ -116,7 +116,7 @@ pub fn run_toml(plan: &Experiment) -> String {
     text
 }
 
-fn outside(found: &Outside) -> Value {
+fn outside(found: &Outside, scatter: &Scatter) -> Value {
     let custom: Map<String, Value> = found
         .effect
         .parameters()
@@ -136,7 +136,7 @@ fn outside(found: &Outside) -> Value {
         "table_held_out_normalised_rms": found.table_held_out,
         "custom": { "acts_on": found.effect.target().id(), "formula": found.effect.formula().source(), "parameters": custom },
         "toml": effect_toml(found),
-        "normalised_rms_with_custom": found.fit.normalised_rms(&model_lab::Scatter::none()),
+        "normalised_rms_with_custom": found.fit.normalised_rms(scatter),
         "held_out_normalised_rms": found.held_out,
     })
 }

@@ -12,6 +12,7 @@ mod demo;
 mod effects;
 mod evaluate;
 mod explain;
+mod explain_figures;
 mod explain_json;
 mod ladder;
 mod manual;

@@ -3,14 +3,20 @@
 use std::fmt::Write;
 
 use serde_json::Value;
+use valve_file::ValveFile;
+use valve_model::EffectKind;
 
 use crate::support::Sandbox;
 
 /// The testbed valve with an effect that its file does not have.
-fn hidden_valve() -> valve_file::ValveFile {
-    let file = valve_file::ValveFile::parse(include_str!("../../models/testbed.toml"), "valve.toml").expect("a valve");
-    let effect = valve_model::Effect::new(valve_model::EffectKind::VentRestriction, &[Some(0.8)]).expect("an effect");
+fn valve_with(kind: EffectKind, values: &[Option<f64>]) -> ValveFile {
+    let file = ValveFile::parse(include_str!("../../models/testbed.toml"), "valve.toml").expect("a valve");
+    let effect = valve_model::Effect::new(kind, values).expect("an effect");
     file.with_effect(&effect).expect("a valve with it")
+}
+
+fn hidden_valve() -> ValveFile {
+    valve_with(EffectKind::VentRestriction, &[Some(0.8)])
 }
 
 /// Writes a log of the hidden valve with a leak from the supply that grows by 0.005 mm2 a cycle, and gives
@@ -36,10 +42,13 @@ fn hide_a_life(sandbox: &Sandbox) -> f64 {
     end as f64 / 4.0
 }
 
+fn hide_vent_restriction(sandbox: &Sandbox) {
+    hide(sandbox, &hidden_valve(), 1.0);
+}
+
 /// Writes a campaign of stroke times under several conditions, simulated with an effect that the
 /// valve file does not have.
-fn hide_vent_restriction(sandbox: &Sandbox) {
-    let hidden = hidden_valve();
+fn hide(sandbox: &Sandbox, hidden: &ValveFile, noise_ms: f64) {
     let parameters = hidden.valve().parameters().clone();
     let mut rows = String::from(
         "supply_pressure_psig,leak_to_atmosphere_mm2,leak_from_supply_mm2,temperature_k,close_time_s,open_time_s\n",
@@ -51,14 +60,16 @@ fn hide_vent_restriction(sandbox: &Sandbox) {
         };
         let cycle = &valve_model::cycle::cycles(&[(hidden.valve(), conditions)], &hidden.schedule(), 1, 1e-3)[0][0];
         // A fixed pattern in place of noise, of the stated size.
-        let off = [0.4e-3, -0.7e-3, 0.2e-3, 0.9e-3, -0.3e-3, -0.6e-3, 0.5e-3][index];
+        let off = 1e-3 * noise_ms * [0.4, -0.7, 0.2, 0.9, -0.3, -0.6, 0.5][index];
         let (close, open) = (cycle.close_time_s.expect("closes"), cycle.open_time_s.expect("opens"));
         writeln!(rows, "{psig},0,0,293.15,{:.4},{:.4}", close + off, open - off).expect("a string takes all");
     }
     sandbox.write("timings.csv", &rows);
     sandbox.write(
         "campaign.toml",
-        "name = \"hidden vent restriction\"\n\n[sensors]\ntiming_noise = \"1 ms\"\n\n[timings]\nfile = \"timings.csv\"\n",
+        &format!(
+            "name = \"hidden effect\"\n\n[sensors]\ntiming_noise = \"{noise_ms} ms\"\n\n[timings]\nfile = \"timings.csv\"\n"
+        ),
     );
 }
 
@@ -112,6 +123,30 @@ fn an_adopted_effect_reaches_the_remaining_life() {
     let off = |model: usize| (models[model]["told"][3]["eol_cycle"].as_f64().expect("an end of life") - end).abs();
     assert!(off(2) < 0.05 * end, "{answer:#}, true {end}");
     assert!(off(0) > 2.0 * off(2), "{answer:#}, true {end}");
+}
+
+#[test]
+fn pictures_are_drawn_of_what_there_is_to_show() {
+    let sandbox = Sandbox::new();
+    hide_vent_restriction(&sandbox);
+    let drawn = || {
+        let pictures = ["--plot", "all.svg", "--plot-missing", "missing.svg", "--plot-experiment", "next.svg"];
+        let output = sandbox.valve(&[&["explain", "valve.toml", "campaign.toml"][..], &pictures].concat());
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned())
+    };
+    let [said, notes] = drawn();
+    assert!(said.contains("missing: vent-restriction\n"), "{said}");
+    assert!(sandbox.read("all.svg").contains("vent-restriction"));
+    assert!(notes.contains("nothing sits outside the catalogue"), "{notes}");
+    assert!(notes.contains("no effects are left to be told apart"), "{notes}");
+    assert!(!sandbox.path("missing.svg").exists() && !sandbox.path("next.svg").exists());
+
+    // Which friction it is, stroke times do not tell.
+    hide(&sandbox, &valve_with(EffectKind::DryFriction, &[Some(60.0), Some(60.0), None]), 3.0);
+    let [said, _] = drawn();
+    assert!(said.contains("(or ") && said.contains("cannot be told from"), "{said}");
+    assert!(sandbox.read("next.svg").contains("apart by"));
 }
 
 #[test]

@@ -28,6 +28,20 @@ fn svg_is_well_formed_and_needs_nothing_else() {
 }
 
 #[test]
+fn a_key_names_only_what_is_drawn() {
+    use report::figures::{Candidate, LeaderboardFigure};
+    let drawn = |held_out_gain| {
+        let candidate =
+            Candidate { name: "dry-friction".to_owned(), gain: 500.0, held_out_gain, ..Candidate::default() };
+        LeaderboardFigure { candidates: vec![candidate], acceptance_gain: 30.0, ..LeaderboardFigure::default() }
+            .figure()
+            .to_svg()
+    };
+    assert!(drawn(Some(400.0)).contains("held out"));
+    assert!(!drawn(None).contains("held out"));
+}
+
+#[test]
 fn png_has_the_size_asked_for() {
     let (_, figure) = samples::all().swap_remove(0);
     let scene = figure.scene();

@@ -5,7 +5,7 @@ use report::figures::{
     Candidate, EffectFigure, ExperimentFigure, LeaderboardFigure, MissingFigure, MissingPoint, OverlayFigure,
     OverlayRun, ParameterShift, ParametersFigure, Prediction, PrognosisFigure, PrognosisPoint, SignatureFigure,
     StaircaseFigure, StaircaseStep, StripRow, StripsFigure, StudyFigure, StudyPoint, StudySeries, TableFigure,
-    TablePoint, TraceFigure, TwinBracket, TwinsFigure,
+    TablePoint, TraceFigure, TwinBracket, TwinsFigure, UnexplainedFigure,
 };
 
 /// Every figure with its name.
@@ -18,6 +18,7 @@ pub fn all() -> Vec<(&'static str, Figure)> {
         ("overlay", overlay()),
         ("strips", strips()),
         ("missing", missing()),
+        ("unexplained", unexplained()),
         ("leaderboard", leaderboard()),
         ("staircase", staircase()),
         ("parameters", parameters()),
@@ -218,6 +219,20 @@ fn missing() -> Figure {
             ("position (mm)".to_owned(), bins(1.0), bins(-1.0)),
             ("chamber pressure (kPa)".to_owned(), bins(0.3), bins(-0.2)),
         ],
+    }
+    .figure()
+}
+
+fn unexplained() -> Figure {
+    let bump = |at: f64| 10.0 + 90.0 * (-((at - 15.0) / 1.8_f64).powi(2)).exp();
+    let places = |count: u32| (0..=count).map(move |index| 25.4 * f64::from(index) / f64::from(count));
+    UnexplainedFigure {
+        title: "No effect of the catalogue explains it".to_owned(),
+        subtitle: "what is missing, fitted without a law, and a formula".to_owned(),
+        axis: "position (mm)".to_owned(),
+        quantity: "missing friction (N)".to_owned(),
+        table: places(12).map(|at| MissingPoint { at, value: bump(at), standard_error: 3.0 }).collect(),
+        formula: places(400).map(|at| [at, bump(at)]).collect(),
     }
     .figure()
 }

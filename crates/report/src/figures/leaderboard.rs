@@ -74,7 +74,7 @@ impl LeaderboardFigure {
             .iter()
             .enumerate()
             .filter_map(|(row, candidate)| Some([shown(candidate.held_out_gain?), row as f64]))
-            .collect();
+            .collect::<Vec<_>>();
         let best = self.candidates.iter().map(|candidate| candidate.gain).fold(0.0, f64::max);
         let top = 2.2 * best.max(2.0 * self.acceptance_gain);
         let mut label = "misfit removed after full refit (\u{394}\u{3c7}²)".to_owned();
@@ -92,11 +92,14 @@ impl LeaderboardFigure {
                 dashed: true,
                 text: String::new(),
             })
-            .with(Layer::Points { points: held_out, colour: GREEN, radius: 4.0, marker: Marker::Diamond })
             .keyed(Swatch::Square(BLUE), "recommended")
             .keyed(Swatch::Square(SKY), "also above the line")
-            .keyed(Swatch::Diamond(GREEN), "gain on runs held out")
             .keyed(Swatch::Dashed(VERMILLION), "needed to be accepted");
+        if !held_out.is_empty() {
+            panel = panel
+                .with(Layer::Points { points: held_out, colour: GREEN, radius: 4.0, marker: Marker::Diamond })
+                .keyed(Swatch::Diamond(GREEN), "gain on runs held out");
+        }
         for bracket in &self.brackets {
             let rows = [bracket.rows[0] as f64, bracket.rows[1] as f64];
             let layer = Layer::Bracket { rows, offset: 4.0, text: bracket.text.clone() };

@@ -15,6 +15,7 @@ mod study;
 mod table;
 mod trace;
 mod twins;
+mod unexplained;
 
 pub use effect::EffectFigure;
 pub use experiment::{ExperimentFigure, Prediction};
@@ -30,3 +31,4 @@ pub use study::{StudyFigure, StudyPoint, StudySeries};
 pub use table::{TableFigure, TablePoint};
 pub use trace::TraceFigure;
 pub use twins::TwinsFigure;
+pub use unexplained::UnexplainedFigure;
