@@ -106,6 +106,12 @@ fn headline(answer: &Explanation) -> String {
         Verdict::OutsideCatalogue => {
             "something is missing, and no effect of the catalogue, nor a pair or triple, explains it".into()
         }
+        Verdict::NotEnoughData if answer.interrupted && answer.recommended.is_empty() => {
+            "the search was cut short before it was known what is missing, if anything is".into()
+        }
+        Verdict::NotEnoughData if answer.interrupted => {
+            format!("something is missing; {} explains part of it, and the search was cut short there", ids(answer))
+        }
         Verdict::NotEnoughData => {
             format!("something is missing; {} explains it, and so do too many others", ids(answer))
         }

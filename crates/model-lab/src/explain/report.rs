@@ -22,7 +22,7 @@ pub enum Verdict {
     EffectFound,
     /// Something is missing and nothing in the catalogue explains it.
     OutsideCatalogue,
-    /// Something is missing and too many effects could be it.
+    /// Something is missing and too many effects could be it, or the search was cut short.
     NotEnoughData,
 }
 
@@ -182,7 +182,10 @@ pub(super) fn assemble(datasheet_rms: f64, found: &Found, watch: &Watch<'_>) -> 
         }
     }
     let group = twin_reports.iter().map(|twin| 1 + twin.with.len()).max().unwrap_or(1);
+    let interrupted = found.interrupted || watch.is_stopped();
     let verdict = match (best.kinds.is_empty(), missing) {
+        // What was not tried cannot be ruled out.
+        (_, true) | (true, false) if interrupted => Verdict::NotEnoughData,
         (_, true) => Verdict::OutsideCatalogue,
         (true, false) => Verdict::Adequate,
         (false, false) if group > LARGEST_GROUP => Verdict::NotEnoughData,
@@ -194,7 +197,7 @@ pub(super) fn assemble(datasheet_rms: f64, found: &Found, watch: &Watch<'_>) -> 
                 .into(),
         );
     }
-    if found.interrupted || watch.is_stopped() {
+    if interrupted {
         notes.push("the search was cut short; this is what was known by then".into());
     }
     // Beside something outside the catalogue no effect of it is certain.
@@ -212,7 +215,7 @@ pub(super) fn assemble(datasheet_rms: f64, found: &Found, watch: &Watch<'_>) -> 
         calibrated,
         best: best.fit,
         notes,
-        interrupted: found.interrupted || watch.is_stopped(),
+        interrupted,
     }
 }
 
