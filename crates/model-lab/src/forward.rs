@@ -66,23 +66,50 @@ pub fn record(valve: &Valve, nodes: &Nodes, times_s: &[f64], into: &mut Predicte
     }
 }
 
-/// The motion as a first-order lag shows it, exact for straight lines between nodes.
+/// Longest step between the nodes of a lagged motion, in time constants: beyond it a cubic no longer follows
+/// the decay.
+const LAG_STEP: f64 = 0.125;
+
+/// No step of the integrator is longer than this, s; a longer one is a valve at rest.
+const AT_REST_S: f64 = 5e-3;
+
+/// Time constants after which nothing of a lag is left.
+const LAG_IS_OVER: f64 = 40.0;
+
+/// The motion as a first-order lag shows it, exact for straight lines between nodes. While the valve rests,
+/// the sensor still comes after it; nodes are added there.
 fn lagged(nodes: &Nodes, lag: f64) -> Nodes {
+    let mut shown = Nodes::default();
+    let mut add = |time: f64, x: f64, y: f64| {
+        shown.time_s.push(time);
+        shown.position_m.push(y);
+        shown.velocity_m_per_s.push((x - y) / lag);
+    };
     let (time, x) = (&nodes.time_s, &nodes.position_m);
-    let mut y = Vec::with_capacity(x.len());
-    y.push(x[0]);
+    let mut y = x[0];
+    add(time[0], x[0], y);
     // Most steps are of one length.
     let (mut length, mut decay) = (0.0, 1.0);
     for i in 1..x.len() {
-        let h = time[i] - time[i - 1];
-        if h != length {
-            (length, decay) = (h, (-h / lag).exp());
+        let (start, whole) = (time[i - 1], time[i] - time[i - 1]);
+        let slope = if whole > 0.0 { (x[i] - x[i - 1]) / whole } else { 0.0 };
+        let from = y;
+        // x - slope lag + (y0 - x0 + slope lag) exp(-t/lag)
+        let after = |t: f64, decay: f64| x[i - 1] + slope * (t - lag) + (from - x[i - 1] + slope * lag) * decay;
+        if whole > AT_REST_S {
+            let mut t = LAG_STEP * lag;
+            while t < whole.min(LAG_IS_OVER * lag) {
+                add(start + t, x[i - 1] + slope * t, after(t, (-t / lag).exp()));
+                t += LAG_STEP * lag;
+            }
         }
-        let slope = if h > 0.0 { (x[i] - x[i - 1]) / h } else { 0.0 };
-        y.push(x[i] - slope * lag + (y[i - 1] - x[i - 1] + slope * lag) * decay);
+        if whole != length {
+            (length, decay) = (whole, (-whole / lag).exp());
+        }
+        y = after(whole, decay);
+        add(time[i], x[i], y);
     }
-    let velocity = x.iter().zip(&y).map(|(x, y)| (x - y) / lag).collect();
-    Nodes { time_s: time.clone(), position_m: y, velocity_m_per_s: velocity, ..Nodes::default() }
+    shown
 }
 
 /// The residuals of a dataset for each valve: data minus model in units of the noise, all blocks of
@@ -201,5 +228,29 @@ fn timing_residual(measured: Option<f64>, model: Option<f64>, window: f64, noise
         (Some(measured), model) => bounded((measured - model.unwrap_or(beyond)) / noise),
         (None, Some(model)) => bounded((window - model).max(0.0) / noise),
         (None, None) => 0.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_slow_sensor_still_moves_while_the_valve_rests() {
+        // 20 mm in 10 ms, then at rest in one step of two seconds.
+        let step = |i: u32| f64::from(i) * 1e-3;
+        let time_s: Vec<f64> = (0..=10).map(step).chain([2.01]).collect();
+        let position_m: Vec<f64> = (0..=10).map(|i| 2.0 * step(i)).chain([0.02]).collect();
+        let velocity_m_per_s = [vec![2.0; 10], vec![0.0; 2]].concat();
+        let nodes = Nodes { time_s, position_m, velocity_m_per_s, ..Nodes::default() };
+        let lag: f64 = 0.09;
+        let behind = 2.0 * lag * (1.0 - (-0.01 / lag).exp());
+        let times: Vec<f64> = (0..400).map(|i| 0.01 + f64::from(i) * 5e-3).collect();
+        let mut shown = Vec::new();
+        lagged(&nodes, lag).positions_at(&times, &mut shown);
+        for (time, shown) in times.iter().zip(shown) {
+            let expected = 0.02 - behind * (-(time - 0.01) / lag).exp();
+            assert!((shown - expected).abs() < 1e-7, "{time} s: {shown} instead of {expected}");
+        }
     }
 }
