@@ -5,6 +5,7 @@
 //! simulated once with its own most likely scatter; what it leaves there, and the direction from there
 //! back to no scatter, take the place of its residual. The scatter is then linear again.
 
+use rayon::prelude::*;
 use valve_model::Valve;
 
 use crate::data::Dataset;
@@ -21,10 +22,11 @@ pub fn relinearised(data: &Dataset, straight: &Dataset, scatter: &Scatter, valve
     let strokes = scatter.strokes(&now);
     let mut result = straight.clone();
     let mut start = 0;
-    for (index, run) in data.runs.iter().enumerate() {
+    let off = data.runs.par_iter().zip(&strokes).enumerate();
+    let scattered: Vec<_> = off.map(|(index, (_, off))| likeliest(data, index, valve, off, scatter)).collect();
+    for (index, (run, scattered)) in data.runs.iter().zip(scattered).enumerate() {
         let end = start + run.block_count();
-        let Some(off) = strokes.get(index) else { break };
-        let Some((share, left)) = likeliest(data, index, valve, off, scatter) else {
+        let Some((share, left)) = scattered else {
             start = end;
             continue;
         };

@@ -253,6 +253,9 @@ fn formula(
         fits.sort_by(|a, b| score(a).total_cmp(&score(b)));
         // What is left to explain on a few of the runs is the least of what is left on all.
         fits.retain(|first| first.cost < bar);
+        // Starts of one formula that came to the same.
+        let formula = |fit: &Fit| fit.space.custom_at(&fit.u).pop().map(|effect| effect.formula().source().to_owned());
+        fits.dedup_by(|b, a| b.cost < SAME * a.cost && formula(a) == formula(b));
         at = fits.into_iter().take(remain).map(|fit| (fit.space, fit.u)).collect();
     }
     let finished = at.into_par_iter().filter_map(|(space, u)| fit(&view.rough, &view.scatter, &space, &u, options(12)));
@@ -260,6 +263,9 @@ fn formula(
     let effect = best.space.custom_at(&best.u).pop()?;
     Some((best, effect))
 }
+
+/// Times the cost of a fit up to which another of the same formula is taken for the same.
+const SAME: f64 = 1.02;
 
 /// How many formulas go on after a first look, and to the end.
 const BETTER: usize = 4;

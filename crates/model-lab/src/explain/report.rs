@@ -9,6 +9,7 @@ use super::model::{Model, is_practical};
 use super::outside::{Outside, outside};
 use super::search::{Found, INEXACT, excess, fits};
 use super::twins::{Twin, twins};
+use super::view::View;
 use super::{Progress, Watch};
 use crate::fit::Fit;
 use crate::scatter::Scatter;
@@ -133,6 +134,9 @@ pub struct Explanation {
 /// Lack of fit beyond what is accepted in the search from which something is missing for sure.
 const MARGIN: f64 = 1.3;
 
+/// Root mean square of the residuals of a model that does not fit.
+const FAR: f64 = 3.0;
+
 /// A group larger than this names nothing.
 const LARGEST_GROUP: usize = 4;
 
@@ -145,7 +149,7 @@ pub(super) fn assemble(datasheet_rms: f64, found: &Found, watch: &Watch<'_>) -> 
     let held: Vec<Option<f64>> = found
         .steps
         .par_iter()
-        .map(|step| if watch.is_stopped() { None } else { held_out_rms(data, scatter, &step.fit) })
+        .map(|step| if watch.is_stopped() { None } else { held_out(&found.view, &step.fit) })
         .collect();
     let mut steps =
         vec![StepReport { step: "datasheet".into(), normalised_rms: datasheet_rms, held_out_normalised_rms: None }];
@@ -256,6 +260,12 @@ pub fn fitted_parameters(fit: &Fit, kinds: &[EffectKind], scatter: &Scatter) -> 
     all
 }
 
+/// The error on conditions left out; where much is left, a rough simulation shows it as well.
+fn held_out(view: &View, fit: &Fit) -> Option<f64> {
+    let far = fit.normalised_rms(&view.scatter) > FAR;
+    held_out_rms(if far { &view.rough } else { &view.fine }, &view.scatter, fit)
+}
+
 /// So many of the best candidates are also asked to predict left-out conditions, if their error is within
 /// this many times that of the best.
 const PREDICTING: usize = 4;
@@ -292,7 +302,7 @@ fn candidates(
         .map(|model| match found.steps.iter().position(|step| step.kinds == model.kinds) {
             Some(step) => held[step],
             None if watch.is_stopped() || model.fit.normalised_rms(scatter) > NEAR * best_rms => None,
-            None => held_out_rms(data, scatter, &model.fit),
+            None => held_out(&found.view, &model.fit),
         })
         .collect();
     let predicts = predicts.into_iter().chain(std::iter::repeat(None));

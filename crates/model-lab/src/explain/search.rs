@@ -48,8 +48,10 @@ const DEEPEST: usize = 3;
 /// Candidates within this of the best in the rough simulation are simulated finely.
 const NEAR: f64 = 60.0;
 
-/// So many of the best are looked at again when the scatter of strokes is seen anew.
+/// So many of the best are looked at again when the scatter of strokes is seen anew, if their cost is not
+/// this many times that of the best.
 const CONTENDERS: usize = 6;
+const FAR_BEHIND: f64 = 10.0;
 
 /// Root mean square of the residuals up to which a model is worth a closer look: it shows the scatter of
 /// strokes well enough, and its optimum is wanted exactly.
@@ -69,6 +71,9 @@ const WORTH_A_THIRD: f64 = 0.5;
 
 /// So many candidates are fitted to the end whatever they promise.
 const FOREMOST: usize = 4;
+
+/// Times the cost of a model beyond which, simulated roughly, another cannot be as good.
+const NEARLY: f64 = 1.5;
 
 /// How many fits of one depth are carried on to the next, by depth.
 const BEAM: [usize; DEEPEST] = [2, 1, 1];
@@ -121,13 +126,18 @@ impl Search<'_> {
             let (first, others) = beam.split_at(1);
             let effort = if depth == 0 { Effort::THOROUGH } else { Effort::QUICK };
             let total = beam.len() * kinds.len();
-            let mut tried = self.tried(first, &kinds, effort, total);
-            if !others.is_empty() && !self.starts_to_fit(&tried) {
-                tried.extend(self.tried(others, &kinds, Effort::STAND_IN, total));
+            let first = self.tried(first, &kinds, effort, total);
+            let judged = if others.is_empty() { None } else { self.fitting(&first) };
+            let mut tried = if let Some(judged) = judged {
+                judged
+            } else {
+                let others = self.tried(others, &kinds, Effort::STAND_IN, total);
+                let mut tried = [first, others].concat();
                 tried.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-            }
+                self.judge(&mut tried);
+                tried
+            };
             interrupted |= self.watch.is_stopped();
-            self.judge(&mut tried);
             self.without_useless(&mut tried);
             let needed = if depth == 0 { ACCEPT } else { ACCEPT_FURTHER.max(INEXACT * self.last().gain) };
             let mut found = self.better(&tried, needed);
@@ -187,17 +197,21 @@ impl Search<'_> {
         lack_of_fit(&self.view.fine, &self.view.scatter.without_scatter(&fine.residual))
     }
 
-    /// Whether the best of what was tried explains the data down to the noise.
-    fn starts_to_fit(&self, tried: &[Model]) -> bool {
-        tried.first().is_some_and(|best| {
-            best.fit.normalised_rms(&self.view.scatter) < NEARLY_FITS
-                && self.lack(&self.view.finely(&best.fit)) < fits(&self.view.scatter)
-        })
+    /// What was tried, judged, if the best of it explains the data down to the noise.
+    fn fitting(&self, tried: &[Model]) -> Option<Vec<Model>> {
+        let scatter = &self.view.scatter;
+        tried.first().filter(|best| best.fit.normalised_rms(scatter) < NEARLY_FITS)?;
+        let mut judged = tried.to_vec();
+        self.judge(&mut judged);
+        (self.lack(&judged[0].fit) < fits(scatter)).then_some(judged)
     }
 
     /// Every effect added to every model of the beam, simulated roughly, best first; `total` are to be tried at
     /// this depth.
     fn tried(&mut self, beam: &[Model], kinds: &[EffectKind], effort: Effort, total: usize) -> Vec<Model> {
+        if beam.is_empty() {
+            return Vec::new();
+        }
         let view = &self.view;
         let base = view.roughly(&self.steps[0].fit);
         self.rough_base = base.cost + penalty(&base);
@@ -347,7 +361,9 @@ impl Search<'_> {
         let view = &self.view;
         let base = view.roughly(&self.steps[0].fit);
         self.rough_base = base.cost + penalty(&base);
-        let count = tried.len().min(CONTENDERS);
+        let least = tried.iter().map(|model| model.fit.cost).fold(f64::INFINITY, f64::min);
+        let contends = |model: &Model| model.fit.cost < FAR_BEHIND * least;
+        let count = tried.iter().take(CONTENDERS).take_while(|model| contends(model)).count();
         tried[..count].par_iter_mut().for_each(|model| {
             model.fit = view.roughly(&model.fit);
             model.gain = self.rough_base - model.score();
@@ -367,9 +383,12 @@ impl Search<'_> {
             let kind = kinds.remove(dropped);
             let base = self.view.roughly(&self.steps[0].fit);
             let Some(without) = build(&self.view, &base, &kinds) else { continue };
-            let smaller = Model { kinds: kinds.clone(), fit: self.view.finely(&without), gain: 0.0 };
-            if smaller.score() < best.score() + ACCEPT {
-                return self.settled(&smaller);
+            // Only one that comes near has to be simulated finely.
+            if without.cost < NEARLY * best.fit.cost {
+                let smaller = Model { kinds: kinds.clone(), fit: self.view.finely(&without), gain: 0.0 };
+                if smaller.score() < best.score() + ACCEPT {
+                    return self.settled(&smaller);
+                }
             }
             if self.lack(&best.fit) > fits(&self.view.scatter) {
                 let anew = add_effect(&self.view, &without, kind, Effort::THOROUGH)

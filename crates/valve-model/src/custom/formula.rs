@@ -177,7 +177,7 @@ fn push<R: Real>(stack: &mut [R; MAX_DEPTH], top: &mut usize, value: R) {
 #[inline(always)]
 fn call<R: Real>(function: Function, a: R) -> R {
     match function {
-        Function::Exp => a.map(libm::exp),
+        Function::Exp => a.exp(),
         Function::Ln => a.map(libm::log),
         Function::Sqrt => a.sqrt(),
         Function::Sin => a.map(libm::sin),
