@@ -58,7 +58,7 @@ pub fn cycles_with(
     let mut times: Vec<Vec<CycleTimes>> = vec![Vec::new(); valves.len()];
     let mut active: Vec<usize> = (0..valves.len()).collect();
     for cycle in 1..=cycles {
-        let mut ends: Vec<State<f64>> = Vec::with_capacity(active.len());
+        let mut ends: Vec<State<f64>> = active.iter().map(|index| *runs[*index].initial()).collect();
         let batch: Vec<Prepared> = active
             .iter()
             .map(|index| {
@@ -71,7 +71,7 @@ pub fn cycles_with(
             let strokes = strokes(valves[active[position]].0, &commands, nodes);
             times[active[position]]
                 .push(CycleTimes { close_time_s: strokes[0].time_s, open_time_s: strokes[1].time_s });
-            ends.push(*end);
+            ends[position] = *end;
         });
         let mut still = Vec::with_capacity(active.len());
         for (index, end) in active.iter().zip(ends) {

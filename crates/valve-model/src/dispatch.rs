@@ -4,9 +4,8 @@
 //! is sound only where the machine has them, which is asked first. Results do not depend on the
 //! choice (see [`crate::real`]).
 
-use crate::integrator::{LaneRun, Recorder, integrate};
+use crate::integrator::{LaneRun, Recorder, Take, integrate};
 use crate::real::Lanes;
-use crate::rhs::State;
 
 /// How many runs advance together.
 pub const LANES: usize = 8;
@@ -57,42 +56,43 @@ impl InstructionSet {
     }
 }
 
-/// Integrates up to [`LANES`] runs side by side, with the baseline where the machine lacks `set`.
+/// Integrates runs side by side in [`LANES`] lanes, with the baseline where the machine lacks `set`.
 #[cfg_attr(target_arch = "x86_64", expect(unsafe_code, reason = "each call follows a test for its instructions"))]
 pub(crate) fn integrate_lanes(
     set: InstructionSet,
     base: bool,
     runs: &[LaneRun<'_>],
     recorder: &mut Recorder<Lanes<LANES>>,
-) -> Vec<State<f64>> {
+    take: &mut Take<'_>,
+) {
     match set {
         #[cfg(target_arch = "x86_64")]
         InstructionSet::Avx512 if set.is_available() => {
             // SAFETY: the machine has AVX-512 F and DQ.
-            unsafe { with_avx512(base, runs, recorder) }
+            unsafe { with_avx512(base, runs, recorder, take) }
         }
         #[cfg(target_arch = "x86_64")]
         InstructionSet::Avx2 if set.is_available() => {
             // SAFETY: the machine has AVX2.
-            unsafe { with_avx2(base, runs, recorder) }
+            unsafe { with_avx2(base, runs, recorder, take) }
         }
-        _ => either(base, runs, recorder),
+        _ => either(base, runs, recorder, take),
     }
 }
 
 #[inline(always)]
-fn either(base: bool, runs: &[LaneRun<'_>], recorder: &mut Recorder<Lanes<LANES>>) -> Vec<State<f64>> {
-    if base { integrate::<_, true>(runs, recorder) } else { integrate::<_, false>(runs, recorder) }
+fn either(base: bool, runs: &[LaneRun<'_>], recorder: &mut Recorder<Lanes<LANES>>, take: &mut Take<'_>) {
+    if base { integrate::<_, true>(runs, recorder, take) } else { integrate::<_, false>(runs, recorder, take) }
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512dq")]
-fn with_avx512(base: bool, runs: &[LaneRun<'_>], recorder: &mut Recorder<Lanes<LANES>>) -> Vec<State<f64>> {
-    either(base, runs, recorder)
+fn with_avx512(base: bool, runs: &[LaneRun<'_>], recorder: &mut Recorder<Lanes<LANES>>, take: &mut Take<'_>) {
+    either(base, runs, recorder, take);
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
-fn with_avx2(base: bool, runs: &[LaneRun<'_>], recorder: &mut Recorder<Lanes<LANES>>) -> Vec<State<f64>> {
-    either(base, runs, recorder)
+fn with_avx2(base: bool, runs: &[LaneRun<'_>], recorder: &mut Recorder<Lanes<LANES>>, take: &mut Take<'_>) {
+    either(base, runs, recorder, take);
 }

@@ -181,6 +181,12 @@ impl<R: Real> Pressure<R> {
     pub fn of(pa: R) -> Self {
         Self { pa, inverse: R::splat(1.0) / pa }
     }
+
+    /// Puts a pressure into a lane.
+    pub fn set_lane(&mut self, lane: usize, from: Pressure<f64>) {
+        self.pa.set_lane(lane, from.pa);
+        self.inverse.set_lane(lane, from.inverse);
+    }
 }
 
 /// A polynomial by pairs (Estrin), which shortens the chain of dependent operations.

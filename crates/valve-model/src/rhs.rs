@@ -3,7 +3,7 @@
 //! Kulkarni et al. 2014, section 3, with its slips put right: the spring force is k (L - x + x0),
 //! filling closes the valve, and the choked test of a flow that runs back uses the inverted ratio.
 
-use crate::coefficients::{Coefficients, LEAST_FRICTION_N, Terms};
+use crate::coefficients::{Coefficients, Equations, LEAST_FRICTION_N, Terms};
 use crate::custom::{CustomEffect, CustomTarget, Variables};
 use crate::orifice::{Blend, Pressure};
 use crate::real::Real;
@@ -178,6 +178,22 @@ impl<'a, R: Real> System<'a, R> {
             terms,
             custom,
             custom_parameters,
+        }
+    }
+
+    /// Puts another valve, or other conditions, with the same groups of terms into a lane.
+    pub fn set_lane(&mut self, lane: usize, equations: &Equations) {
+        let c = &equations.coefficients;
+        self.coefficients.set_lane(lane, c);
+        self.supply.set_lane(lane, Pressure::of(c.supply));
+        self.ambient.set_lane(lane, Pressure::of(c.ambient));
+        self.exhaust.set_lane(lane, Pressure::of(c.exhaust));
+        self.leaks_in |= c.leak_in != 0.0;
+        self.leaks_out |= c.leak_out != 0.0;
+        for (packed, values) in self.custom_parameters.iter_mut().zip(equations.custom_values()) {
+            for (pack, value) in packed.iter_mut().zip(values) {
+                pack.set_lane(lane, value);
+            }
         }
     }
 

@@ -1,15 +1,17 @@
 //! Runs in, nodes out: the entry to the integrator, for one run or for many.
 
+use std::borrow::Borrow;
 use std::cell::Cell;
+use std::sync::Arc;
 
 use crate::coefficients::Equations;
 use crate::command::{CommandEdge, Segment, Solenoid, segments};
 use crate::conditions::Conditions;
 use crate::dispatch::{InstructionSet, LANES, integrate_lanes};
 use crate::driven::Driven;
-use crate::integrator::{LaneRun, Pace, Recorder, integrate};
+use crate::integrator::{LaneRun, Pace, Recorder, Take, integrate};
 use crate::params::Valve;
-use crate::real::{Lanes, Real};
+use crate::real::Lanes;
 use crate::rest::vented_rest;
 use crate::rhs::State;
 
@@ -26,7 +28,7 @@ pub struct Run {
     /// Its end, s.
     pub end_s: f64,
     /// Measured pressures that drive the model, if any.
-    pub driven: Option<Driven>,
+    pub driven: Option<Arc<Driven>>,
 }
 
 /// A run made ready: equations, segments, substeps and the state it starts from.
@@ -36,7 +38,7 @@ pub struct Prepared {
     segments: Vec<Segment>,
     initial: State<f64>,
     pace: Pace,
-    driven: Option<Driven>,
+    driven: Option<Arc<Driven>>,
 }
 
 impl Prepared {
@@ -95,11 +97,12 @@ impl Prepared {
             segments: &self.segments,
             initial: self.initial,
             pace: self.pace,
-            driven: self.driven.as_ref(),
+            driven: self.driven.as_deref(),
         }
     }
 
-    fn fits_beside(&self, other: &Self) -> bool {
+    /// Whether it has the same groups of terms as another run, so that they can share the lanes.
+    pub fn fits_beside(&self, other: &Self) -> bool {
         let same_formulas = self.equations.custom.len() == other.equations.custom.len()
             && self
                 .equations
@@ -126,118 +129,59 @@ pub struct Nodes {
     pub pipe_pressure_pa: Vec<f64>,
 }
 
-/// Simulates runs side by side, as many at a time as fit, and hands the nodes and the final state of
-/// each to `consume` with its index. Runs with the same groups of terms should stand together.
-pub fn simulate(runs: &[Prepared], pressures: bool, consume: impl FnMut(usize, &Nodes, &State<f64>)) {
+/// Simulates runs side by side and hands the nodes and the final state of each to `consume` with its index,
+/// in the order in which they end. Runs with the same groups of terms share the lanes.
+pub fn simulate<P: Borrow<Prepared>>(runs: &[P], pressures: bool, consume: impl FnMut(usize, &Nodes, &State<f64>)) {
     simulate_with(InstructionSet::widest(), runs, pressures, consume);
 }
 
 /// As [`simulate`], with chosen instructions; the results are the same with any.
-pub fn simulate_with(
+pub fn simulate_with<P: Borrow<Prepared>>(
     set: InstructionSet,
-    runs: &[Prepared],
+    runs: &[P],
     pressures: bool,
     mut consume: impl FnMut(usize, &Nodes, &State<f64>),
 ) {
-    let mut memory = SPARE.take().unwrap_or_default();
-    let Memory { nodes, recorder } = &mut memory;
-    let mut next = 0;
-    while next < runs.len() {
-        let mates = runs[next..].iter().take(LANES).take_while(|run| run.fits_beside(&runs[next])).count();
-        let batch: Vec<LaneRun<'_>> = runs[next..next + mates].iter().map(Prepared::lane_run).collect();
-        if mates == 1 {
-            let mut single = Recorder::new(pressures);
-            let state = scalar(&batch, &mut single);
-            copy_lanes(&single, &mut nodes[..1]);
-            consume(next, &nodes[0], &state);
+    let mut recorder = SPARE.take().unwrap_or_else(Recorder::new);
+    let mut waiting: Vec<usize> = (0..runs.len()).collect();
+    while let Some(first) = waiting.first().map(|first| runs[*first].borrow()) {
+        let (mates, others): (Vec<usize>, Vec<usize>) =
+            waiting.into_iter().partition(|index| runs[*index].borrow().fits_beside(first));
+        let batch: Vec<LaneRun<'_>> = mates.iter().map(|index| runs[*index].borrow().lane_run()).collect();
+        let mut take = |mate: usize, nodes: &Nodes, state: &State<f64>| consume(mates[mate], nodes, state);
+        let base = first.equations.terms.is_base();
+        if mates.len() == 1 {
+            scalar(base, &batch, &mut Recorder::new(), pressures, &mut take);
         } else {
             recorder.clear(pressures);
-            let base = batch[0].equations.terms.is_base();
-            let states = integrate_lanes(set, base, &batch, recorder);
-            copy_lanes(recorder, &mut nodes[..mates]);
-            for (lane, state) in states.iter().enumerate() {
-                consume(next + lane, &nodes[lane], state);
-            }
+            integrate_lanes(set, base, &batch, &mut recorder, &mut take);
         }
-        next += mates;
+        waiting = others;
     }
-    if memory.recorder.time.capacity() <= MOST_SPARE_NODES {
-        SPARE.set(Some(memory));
-    }
-}
-
-/// What a batch writes to; kept for the next one of the thread, since fresh memory costs more than
-/// what is written to it.
-struct Memory {
-    nodes: Vec<Nodes>,
-    recorder: Recorder<Lanes<LANES>>,
-}
-
-impl Default for Memory {
-    fn default() -> Self {
-        Self { nodes: vec![Nodes::default(); LANES], recorder: Recorder::new(false) }
+    if recorder.capacity() <= MOST_SPARE_NODES {
+        SPARE.set(Some(recorder));
     }
 }
 
-/// Memory for more nodes than this is given back (some 50 MB with pressures).
-const MOST_SPARE_NODES: usize = 1 << 17;
+/// Memory for more nodes than this is given back (some 40 MB with pressures).
+const MOST_SPARE_NODES: usize = 1 << 20;
 
 thread_local! {
-    static SPARE: Cell<Option<Memory>> = const { Cell::new(None) };
+    /// What a batch writes to; kept for the next one of the thread, since fresh memory costs more than what
+    /// is written to it.
+    static SPARE: Cell<Option<Recorder<Lanes<LANES>>>> = const { Cell::new(None) };
 }
 
 /// Simulates runs one at a time on the scalar path; the definition that the lanes must meet.
 pub fn simulate_scalar(runs: &[Prepared], pressures: bool, mut consume: impl FnMut(usize, &Nodes, &State<f64>)) {
-    let mut nodes = [Nodes::default()];
+    let mut recorder = Recorder::new();
     for (index, run) in runs.iter().enumerate() {
-        let mut recorder = Recorder::new(pressures);
-        let state = scalar(&[run.lane_run()], &mut recorder);
-        copy_lanes(&recorder, &mut nodes);
-        consume(index, &nodes[0], &state);
+        let mut take = |_: usize, nodes: &Nodes, state: &State<f64>| consume(index, nodes, state);
+        scalar(run.equations.terms.is_base(), &[run.lane_run()], &mut recorder, pressures, &mut take);
     }
 }
 
-fn scalar(run: &[LaneRun<'_>], recorder: &mut Recorder<f64>) -> State<f64> {
-    let states = if run[0].equations.terms.is_base() {
-        integrate::<f64, true>(run, recorder)
-    } else {
-        integrate::<f64, false>(run, recorder)
-    };
-    states[0]
-}
-
-/// Hands each lane of a recorder to nodes of its own.
-fn copy_lanes<R: Real>(recorder: &Recorder<R>, nodes: &mut [Nodes]) {
-    for (lane, nodes) in nodes.iter_mut().enumerate() {
-        for (_, to) in nodes.channels(recorder) {
-            to.clear();
-            to.reserve(recorder.lane_length(lane));
-        }
-    }
-    // All lanes of a block while it is in the cache.
-    for start in (0..recorder.time.len()).step_by(COPY_BLOCK) {
-        for (lane, nodes) in nodes.iter_mut().enumerate() {
-            let end = recorder.lane_length(lane).min(start + COPY_BLOCK);
-            for (from, to) in nodes.channels(recorder) {
-                let block = from.get(start.min(from.len())..end.min(from.len())).unwrap_or_default();
-                to.extend(block.iter().map(|pack| pack.lane(lane)));
-            }
-        }
-    }
-}
-
-/// Nodes copied at a time.
-const COPY_BLOCK: usize = 64;
-
-impl Nodes {
-    /// Each channel of a recorder with the list that takes it.
-    fn channels<'a, R: Real>(&'a mut self, recorder: &'a Recorder<R>) -> [(&'a Vec<R>, &'a mut Vec<f64>); 5] {
-        [
-            (&recorder.time, &mut self.time_s),
-            (&recorder.position, &mut self.position_m),
-            (&recorder.velocity, &mut self.velocity_m_per_s),
-            (&recorder.chamber_pressure, &mut self.chamber_pressure_pa),
-            (&recorder.pipe_pressure, &mut self.pipe_pressure_pa),
-        ]
-    }
+fn scalar(base: bool, run: &[LaneRun<'_>], recorder: &mut Recorder<f64>, pressures: bool, take: &mut Take<'_>) {
+    recorder.clear(pressures);
+    if base { integrate::<f64, true>(run, recorder, take) } else { integrate::<f64, false>(run, recorder, take) }
 }

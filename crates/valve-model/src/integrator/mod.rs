@@ -16,6 +16,7 @@ use crate::command::Segment;
 use crate::driven::Driven;
 use crate::real::Real;
 use crate::rhs::{Inputs, State, System};
+use crate::simulate::Nodes;
 
 /// One run as the integrator takes it.
 pub(crate) struct LaneRun<'a> {
@@ -38,113 +39,184 @@ pub(super) struct Front<R> {
     since_command: R,
 }
 
-/// Integrates up to `R::LANES` runs with the same groups of terms; returns their final states.
+/// What takes a run that is over: its index, its nodes and its final state.
+pub(crate) type Take<'a> = dyn FnMut(usize, &Nodes, &State<f64>) + 'a;
+
+/// Integrates runs with the same groups of terms, as many at a time as there are lanes: a lane whose run is
+/// over takes the next one. Hands each to `take` when it is over.
 #[inline(always)]
 pub(crate) fn integrate<R: Real, const BASE: bool>(
     runs: &[LaneRun<'_>],
     recorder: &mut Recorder<R>,
-) -> Vec<State<f64>> {
-    let (mut system, mut front) = pack(runs);
-    let terms = &system.terms;
-    // A custom formula may depend on time, and measured pressures do.
-    let formulas_rest = system.custom.iter().all(|effect| !effect.formula().depends_on_time());
-    let may_settle = formulas_rest && !(terms.driven_pipe || terms.driven_chamber);
-    let mut clocks: Vec<Clock> = runs.iter().map(|run| Clock::new(run.segments, run.pace, may_settle)).collect();
-    for (lane, clock) in clocks.iter_mut().enumerate() {
-        clock.load(lane, &mut front, &mut system.coefficients);
-    }
-    march::<R, BASE>(&mut system, runs, &mut clocks, &mut front, recorder);
-    (0..runs.len()).map(|lane| front.state.lane(lane)).collect()
-}
-
-/// Puts the runs side by side.
-#[inline(never)]
-fn pack<'a, R: Real>(runs: &[LaneRun<'a>]) -> (System<'a, R>, Front<R>) {
-    let first = &runs[0];
-    let mut coefficients = Coefficients::splat(&first.equations.coefficients);
-    let mut state = State::splat(&first.initial);
-    let mut custom_parameters: Vec<Vec<R>> =
-        first.equations.custom_values().iter().map(|values| values.iter().map(|v| R::splat(*v)).collect()).collect();
-    for (lane, run) in runs.iter().enumerate().skip(1) {
-        coefficients.set_lane(lane, &run.equations.coefficients);
-        state.set_lane(lane, &run.initial);
-        for (packed, values) in custom_parameters.iter_mut().zip(run.equations.custom_values()) {
-            for (pack, value) in packed.iter_mut().zip(values) {
-                pack.set_lane(lane, value);
-            }
-        }
-    }
-    let system = System::new(coefficients, first.equations.terms, &first.equations.custom, custom_parameters);
-    let zero = R::splat(0.0);
-    let front = Front { state, time: zero, step: zero, wait: zero, spool: zero, spool_rate: zero, since_command: zero };
-    (system, front)
-}
-
-/// Takes steps until every lane is at the end of its run.
-#[inline(always)]
-fn march<R: Real, const BASE: bool>(
-    system: &mut System<'_, R>,
-    runs: &[LaneRun<'_>],
-    clocks: &mut [Clock],
-    front: &mut Front<R>,
-    recorder: &mut Recorder<R>,
+    take: &mut Take<'_>,
 ) {
-    let driven = !BASE && (system.terms.driven_pipe || system.terms.driven_chamber);
-    let mut start = front.inputs();
-    if driven {
-        drive(runs, &mut start, front.time);
+    let mut batch = Batch::<R>::new(runs);
+    let mut inputs = batch.inputs::<BASE>();
+    for lane in 0..batch.lanes.len() {
+        recorder.begin::<BASE>(lane, &batch.system, &batch.front, &inputs);
     }
-    recorder.node::<BASE>(system, front, &start);
-    while let Some(count) = clocks.iter().filter_map(Clock::steps_left).min() {
+    batch.hand_over::<BASE>(recorder, take);
+    inputs = batch.inputs::<BASE>();
+    while let Some(count) = batch.lanes.iter().filter_map(|lane| lane.clock.steps_left()).min() {
         for _ in 0..count {
-            let half = front.step * R::splat(0.5);
-            let (mut middle, mut end) = front.later_inputs();
-            if driven {
-                drive(runs, &mut middle, front.time + half);
-                drive(runs, &mut end, front.time + front.step);
-            }
-            let stages = [(R::splat(0.0), &start), (half, &middle), (half, &middle), (front.step, &end)];
-            let mut sum = front.state;
-            let mut rate = State::splat(&State::ZERO);
-            // A loop, so that the equations are compiled once for each instruction set.
-            for ((ahead, inputs), weight) in stages.into_iter().zip(WEIGHTS) {
-                rate = system.rates::<BASE>(&front.state.advanced::<BASE>(&rate, ahead), inputs);
-                sum = sum.advanced::<BASE>(&rate, front.step * R::splat(weight));
-            }
-            front.state = sum;
-            front.time = front.time + front.step + front.wait;
-            front.spool = end.spool;
-            front.since_command = end.since_command;
-            start = end;
-            recorder.node::<BASE>(system, front, &end);
+            inputs = batch.step::<BASE>(&inputs);
+            recorder.node::<BASE>(&batch.system, &batch.front, &inputs);
         }
-        for (lane, clock) in clocks.iter_mut().enumerate() {
+        batch.count_steps::<BASE>(count, recorder, take);
+        inputs = batch.inputs::<BASE>();
+    }
+}
+
+/// The runs in the lanes and those that wait for one.
+struct Batch<'a, R> {
+    runs: &'a [LaneRun<'a>],
+    /// The next run that waits.
+    next: usize,
+    system: System<'a, R>,
+    front: Front<R>,
+    lanes: Vec<InLane>,
+    may_settle: bool,
+    driven: bool,
+}
+
+/// The run in one lane.
+struct InLane {
+    run: usize,
+    clock: Clock,
+}
+
+impl<'a, R: Real> Batch<'a, R> {
+    /// The first runs in the lanes.
+    #[inline(never)]
+    fn new(runs: &'a [LaneRun<'a>]) -> Self {
+        let first = &runs[0];
+        let coefficients = Coefficients::splat(&first.equations.coefficients);
+        let custom_parameters: Vec<Vec<R>> = first
+            .equations
+            .custom_values()
+            .iter()
+            .map(|values| values.iter().map(|v| R::splat(*v)).collect())
+            .collect();
+        let terms = first.equations.terms;
+        let system = System::new(coefficients, terms, &first.equations.custom, custom_parameters);
+        // A custom formula may depend on time, and measured pressures do.
+        let formulas_rest = system.custom.iter().all(|effect| !effect.formula().depends_on_time());
+        let driven = terms.driven_pipe || terms.driven_chamber;
+        let zero = R::splat(0.0);
+        let front = Front {
+            state: State::splat(&first.initial),
+            time: zero,
+            step: zero,
+            wait: zero,
+            spool: zero,
+            spool_rate: zero,
+            since_command: zero,
+        };
+        let (lanes, may_settle) = (Vec::with_capacity(R::LANES), formulas_rest && !driven);
+        let mut batch = Self { runs, next: 0, system, front, lanes, may_settle, driven };
+        for lane in 0..R::LANES.min(runs.len()) {
+            let clock = batch.load(lane);
+            batch.lanes.push(InLane { run: lane, clock });
+        }
+        batch
+    }
+
+    /// Puts the next run that waits into a lane; its clock.
+    fn load(&mut self, lane: usize) -> Clock {
+        let run = &self.runs[self.next];
+        self.next += 1;
+        self.system.set_lane(lane, run.equations);
+        self.front.state.set_lane(lane, &run.initial);
+        let mut clock = Clock::new(run.segments, run.pace, self.may_settle);
+        clock.load(lane, &mut self.front, &mut self.system.coefficients);
+        clock
+    }
+
+    /// The inputs at the start of a step.
+    #[inline(always)]
+    fn inputs<const BASE: bool>(&self) -> Inputs<R> {
+        let mut inputs = self.front.inputs();
+        self.drive::<BASE>(&mut inputs, self.front.time);
+        inputs
+    }
+
+    /// Takes one step in every lane; the inputs at its end.
+    #[inline(always)]
+    fn step<const BASE: bool>(&mut self, start: &Inputs<R>) -> Inputs<R> {
+        let front = &self.front;
+        let half = front.step * R::splat(0.5);
+        let (mut middle, mut end) = front.later_inputs();
+        self.drive::<BASE>(&mut middle, front.time + half);
+        self.drive::<BASE>(&mut end, front.time + front.step);
+        let stages = [(R::splat(0.0), start), (half, &middle), (half, &middle), (front.step, &end)];
+        let mut sum = front.state;
+        let mut rate = State::splat(&State::ZERO);
+        // A loop, so that the equations are compiled once for each instruction set.
+        for ((ahead, inputs), weight) in stages.into_iter().zip(WEIGHTS) {
+            rate = self.system.rates::<BASE>(&front.state.advanced::<BASE>(&rate, ahead), inputs);
+            sum = sum.advanced::<BASE>(&rate, front.step * R::splat(weight));
+        }
+        let front = &mut self.front;
+        front.state = sum;
+        front.time = front.time + front.step + front.wait;
+        front.spool = end.spool;
+        front.since_command = end.since_command;
+        end
+    }
+
+    /// Counts steps as taken in every lane, and loads what is then due.
+    #[inline(always)]
+    fn count_steps<const BASE: bool>(&mut self, count: u32, recorder: &mut Recorder<R>, take: &mut Take<'_>) {
+        let mut any_over = false;
+        for (lane, InLane { clock, .. }) in self.lanes.iter_mut().enumerate() {
             if clock.finish_steps(count) {
-                clock.load(lane, front, &mut system.coefficients);
+                clock.load(lane, &mut self.front, &mut self.system.coefficients);
+                any_over |= clock.is_done();
             }
-            recorder.close_lane_if(lane, clock.is_done());
         }
-        start = front.inputs();
-        if driven {
-            drive(runs, &mut start, front.time);
+        if any_over {
+            self.hand_over::<BASE>(recorder, take);
+        }
+    }
+
+    /// Hands over the runs that are over, and puts those that wait in their place.
+    #[inline(never)]
+    fn hand_over<const BASE: bool>(&mut self, recorder: &mut Recorder<R>, take: &mut Take<'_>) {
+        for lane in 0..self.lanes.len() {
+            while self.lanes[lane].clock.is_done() && recorder.is_busy(lane) {
+                take(self.lanes[lane].run, recorder.end(lane), &self.front.state.lane(lane));
+                if self.next < self.runs.len() {
+                    let run = self.next;
+                    let clock = self.load(lane);
+                    self.lanes[lane] = InLane { run, clock };
+                    recorder.begin::<BASE>(lane, &self.system, &self.front, &self.inputs::<BASE>());
+                }
+            }
+        }
+    }
+
+    /// Fills in the measured pressures at each lane's time.
+    #[inline(always)]
+    fn drive<const BASE: bool>(&self, inputs: &mut Inputs<R>, time: R) {
+        if !BASE && self.driven {
+            self.drive_lanes(inputs, time);
+        }
+    }
+
+    #[inline(never)]
+    fn drive_lanes(&self, inputs: &mut Inputs<R>, time: R) {
+        for (lane, InLane { run, .. }) in self.lanes.iter().enumerate() {
+            if let Some(driven) = self.runs[*run].driven {
+                let (pipe, chamber) = driven.at(time.lane(lane));
+                inputs.pipe_pressure.set_lane(lane, pipe);
+                inputs.chamber_pressure.set_lane(lane, chamber);
+            }
         }
     }
 }
 
 /// Weights of the stages of the classical fourth-order method (Kutta 1901).
 const WEIGHTS: [f64; 4] = [1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0];
-
-/// Fills in the measured pressures at each lane's time.
-#[inline(never)]
-fn drive<R: Real>(runs: &[LaneRun<'_>], inputs: &mut Inputs<R>, time: R) {
-    for (lane, run) in runs.iter().enumerate() {
-        if let Some(driven) = run.driven {
-            let (pipe, chamber) = driven.at(time.lane(lane));
-            inputs.pipe_pressure.set_lane(lane, pipe);
-            inputs.chamber_pressure.set_lane(lane, chamber);
-        }
-    }
-}
 
 impl<R: Real> Front<R> {
     #[inline(always)]
