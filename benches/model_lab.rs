@@ -1,7 +1,6 @@
 //! A campaign of seven runs of 9 s: compared, calibrated and explained.
 
 use std::hint::black_box;
-use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use blind_benchmark::draw::{DrawSpec, draw};
@@ -37,9 +36,7 @@ fn model_lab(criterion: &mut Criterion) {
         group.bench_function("calibrate 7 parameters", |b| {
             b.iter(|| Calibration::of(black_box(space), data, file.valve(), CalibrateOptions::default()));
         });
-        let stop = AtomicBool::new(false);
-        let watch = Watch { report: &|_| (), stop: &stop };
-        group.bench_function("explain", |b| b.iter(|| explain(black_box(data), space, &watch)));
+        group.bench_function("explain", |b| b.iter(|| explain(black_box(data), space, &Watch::nobody())));
         group.finish();
     }
 }

@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use model_lab::Space;
 use model_lab::calibrate::polished;
+use model_lab::explain::Watch;
 use model_lab::explain::candidate::{Effort, add_effect};
 use model_lab::explain::held_out::held_out_rms;
 use model_lab::explain::report::{FittedParameter, StepReport, fitted_parameters};
@@ -67,7 +68,7 @@ pub fn run(args: &AdoptArgs) -> anyhow::Result<Answer> {
     for addition in &additions {
         let base = view.roughly(&best);
         let added = match addition {
-            Addition::Catalogue(kind) => add_effect(&view, &base, *kind, Effort::THOROUGH),
+            Addition::Catalogue(kind) => add_effect(&view, &base, *kind, Effort::THOROUGH, &Watch::nobody()),
             // A formula has values of its own to start from.
             Addition::Own(effect) => {
                 let space = base.space.with_custom(effect);

@@ -4,6 +4,8 @@
 //! averaged into a block, which loses nothing (the model is averaged over the same samples) and makes
 //! every fit as many times cheaper.
 
+use std::sync::Arc;
+
 use campaign::{Campaign, Run as RecordedRun, TimingRow, ValveFacts, estimate_position_noise_m};
 use valve_model::driven::Driven;
 use valve_model::simulate::DEFAULT_STEP_S;
@@ -285,7 +287,7 @@ fn run_data(recorded: &RecordedRun, campaign: &Campaign, position_noise: f64) ->
         conditions: conditions(&recorded.conditions),
         commands: recorded.commands.iter().map(|edge| CommandEdge { time_s: edge.time_s, close: edge.close }).collect(),
         end_s: trace.time_s.last().copied().unwrap_or(0.0),
-        driven,
+        driven: driven.map(Arc::new),
     };
     let mut channels = vec![channel(Channel::Position, &trace.time_s, &trace.position_m, position_noise)];
     let pressures = [

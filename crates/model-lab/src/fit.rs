@@ -7,6 +7,7 @@
 use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 use valve_model::Valve;
 
 use crate::data::Dataset;
@@ -47,7 +48,7 @@ pub struct Fit {
     pub covariance: DMatrix<f64>,
     /// The residuals at the best point, in units of the noise.
     pub residual: Vec<f64>,
-    /// Columns of the Jacobian of the residuals near the best point; none where it was not looked at.
+    /// Columns of the Jacobian of the residuals near the best point.
     pub jacobian: Vec<Vec<f64>>,
     /// What a full step from the best point promises to take off the cost, to first order.
     pub promised: f64,
@@ -107,109 +108,268 @@ const LEAST_DAMPING: f64 = 1e-9;
 /// is as short as the last one.
 const CARRIED_ON: [f64; 2] = [2.0, 8.0];
 
-/// Fits a space to a dataset from a starting point; nothing if that is no possible valve.
-pub fn fit(data: &Dataset, scatter: &Scatter, space: &Space, start: &[f64], options: FitOptions) -> Option<Fit> {
-    let at = Point::new(data, scatter, space, space.clamped(start))?;
-    let columns = jacobian(data, space, &at.u, &at.residual, &first_differences(space, &at.u));
-    Some(fit_from(data, scatter, space, at, columns, options))
+/// A fit to be made.
+#[derive(Debug, Clone)]
+pub struct Task<'a> {
+    /// The space.
+    pub space: &'a Space,
+    /// Where it starts; what is out of bounds is moved to them.
+    pub start: Vec<f64>,
+    /// The first columns of the Jacobian, if they are known from a point close by.
+    pub known: Vec<Vec<f64>>,
+    /// When it ends.
+    pub options: FitOptions,
 }
 
-/// The same with the Jacobian of a point close by.
+impl<'a> Task<'a> {
+    /// A fit carried on.
+    pub fn from(fit: &'a Fit, options: FitOptions) -> Self {
+        Self { space: &fit.space, start: fit.u.clone(), known: Vec::new(), options }
+    }
+}
+
+/// Fits a space to a dataset from a starting point; nothing if that is no possible valve.
+pub fn fit(data: &Dataset, scatter: &Scatter, space: &Space, start: &[f64], options: FitOptions) -> Option<Fit> {
+    fit_with(data, scatter, space, start, Vec::new(), options)
+}
+
+/// The same with the Jacobian of a point close by, or its first columns.
 pub fn fit_with(
     data: &Dataset,
     scatter: &Scatter,
     space: &Space,
     start: &[f64],
-    jacobian: Vec<Vec<f64>>,
+    known: Vec<Vec<f64>>,
     options: FitOptions,
 ) -> Option<Fit> {
-    let at = Point::new(data, scatter, space, space.clamped(start))?;
-    Some(fit_from(data, scatter, space, at, jacobian, options))
+    fit_all(data, scatter, vec![Task { space, start: start.to_vec(), known, options }]).pop()?
 }
 
-/// The same in a space with more coordinates than that of a fit at hand (whose come first), and with its
-/// Jacobian for those: good enough to see which of several starts is best.
-pub fn fit_near(
-    data: &Dataset,
-    scatter: &Scatter,
-    space: &Space,
-    near: &Fit,
-    start: &[f64],
-    options: FitOptions,
-) -> Option<Fit> {
-    let at = Point::new(data, scatter, space, space.clamped(start))?;
-    let known = near.jacobian.len();
-    let mut columns = near.jacobian.clone();
-    columns.extend(some_columns(data, space, &at.u, &at.residual, &first_differences(space, &at.u), known..at.u.len()));
-    Some(fit_from(data, scatter, space, at, columns, options))
+/// Makes several fits to one dataset side by side: what all of them want simulated next is simulated together,
+/// which fills the lanes. Each comes out as if it were made alone; nothing where a start is no possible valve.
+pub fn fit_all(data: &Dataset, scatter: &Scatter, tasks: Vec<Task<'_>>) -> Vec<Option<Fit>> {
+    let mut fittings: Vec<Option<Fitting<'_>>> = tasks.into_iter().map(|task| Fitting::new(scatter, task)).collect();
+    loop {
+        let mut active: Vec<&mut Fitting<'_>> =
+            fittings.iter_mut().flatten().filter(|fitting| !fitting.wanted.is_empty()).collect();
+        if active.is_empty() {
+            break;
+        }
+        let valves: Vec<Valve> = active.iter_mut().flat_map(|fitting| fitting.wanted.drain(..)).collect();
+        let mut simulated = residuals(data, &valves).into_iter();
+        let answers: Vec<Vec<Vec<f64>>> =
+            active.iter().map(|fitting| simulated.by_ref().take(fitting.asked.count()).collect()).collect();
+        active.into_par_iter().zip(answers).for_each(|(fitting, answers)| fitting.take(answers));
+    }
+    fittings.into_par_iter().map(|fitting| fitting.map(Fitting::finished)).collect()
 }
 
-fn fit_from(
-    data: &Dataset,
-    scatter: &Scatter,
-    space: &Space,
-    mut at: Point,
-    mut columns: Vec<Vec<f64>>,
+/// A fit that is being made.
+struct Fitting<'a> {
+    scatter: &'a Scatter,
+    space: &'a Space,
     options: FitOptions,
-) -> Fit {
-    let mut damping = 1e-3;
-    let mut converged = false;
-    let mut last_move: Option<Vec<f64>> = None;
-    let (mut jacobians, mut age) = (0, 0);
-    let mut cost_then = at.cost;
-    while jacobians < options.steps {
-        let above_noise = at.cost - 1.2 * at.residual.len() as f64;
-        let tolerance = options.tolerance.max(NO_STEP * options.stall * above_noise);
-        let (matrix, gradient) = space.with_priors(&at.u, scatter.normal_equations(&columns, &at.residual));
-        let trials = trials(space, &at.u, &matrix, &gradient, damping, last_move.as_deref(), tolerance);
-        let best = best_of(data, scatter, space, &trials);
-        let gain = best.as_ref().map_or(0.0, |(_, point)| at.cost - point.cost);
-        let mut renew = age + 1 >= STEPS_PER_JACOBIAN;
-        if let Some((index, point)) = best.filter(|_| gain > 0.0) {
-            let trial = &trials[index];
-            damping = trial.damping.clamp(LEAST_DAMPING, 1e6);
-            let moved: Vec<f64> = point.u.iter().zip(&at.u).map(|(to, from)| to - from).collect();
-            let change: Vec<f64> = point.residual.iter().zip(&at.residual).map(|(to, from)| to - from).collect();
+    at: Point,
+    columns: Vec<Vec<f64>>,
+    damping: f64,
+    converged: bool,
+    last_move: Option<Vec<f64>>,
+    /// Jacobians used up, steps taken with this one, and the cost where it was made.
+    jacobians: usize,
+    age: usize,
+    cost_then: f64,
+    /// What it waits for.
+    asked: Asked,
+    /// The valves to simulate for it.
+    wanted: Vec<Valve>,
+}
+
+/// What a fit waits for.
+enum Asked {
+    /// It has ended.
+    Nothing,
+    /// The point it starts from and columns of the Jacobian there.
+    Start(Columns),
+    /// All columns of the Jacobian.
+    Jacobian(Columns),
+    /// Steps, with the normal matrix that they come from, the least that they must gain and what is above the
+    /// noise.
+    Trials { trials: Vec<Trial>, matrix: DMatrix<f64>, tolerance: f64, above_noise: f64 },
+}
+
+/// Columns of a Jacobian that are asked for.
+struct Columns {
+    /// The differences; nothing where a column is no possible valve.
+    steps: Vec<Option<f64>>,
+}
+
+impl Asked {
+    /// How many valves are simulated for it.
+    fn count(&self) -> usize {
+        match self {
+            Self::Nothing => 0,
+            Self::Start(columns) => 1 + columns.count(),
+            Self::Jacobian(columns) => columns.count(),
+            Self::Trials { trials, .. } => trials.len(),
+        }
+    }
+}
+
+impl Columns {
+    /// Columns of the Jacobian at a point, and the valves they need.
+    fn new(space: &Space, u: &[f64], steps: &[f64], which: Range<usize>) -> (Self, Vec<Valve>) {
+        let mut valves = Vec::with_capacity(which.len());
+        let steps = which
+            .map(|index| {
+                let mut point = u.to_vec();
+                point[index] += steps[index];
+                valves.push(space.valve(&point)?);
+                Some(steps[index])
+            })
+            .collect();
+        (Self { steps }, valves)
+    }
+
+    fn count(&self) -> usize {
+        self.steps.iter().flatten().count()
+    }
+
+    /// The columns, from what was simulated and the residuals at the point.
+    fn filled(&self, simulated: &[Vec<f64>], residual: &[f64]) -> Vec<Vec<f64>> {
+        let mut simulated = simulated.iter();
+        let column = |step: &Option<f64>| match step.and_then(|step| Some((step, simulated.next()?))) {
+            Some((step, changed)) => changed.iter().zip(residual).map(|(a, b)| (a - b) / step).collect(),
+            None => vec![0.0; residual.len()],
+        };
+        self.steps.iter().map(column).collect()
+    }
+}
+
+impl<'a> Fitting<'a> {
+    fn new(scatter: &'a Scatter, task: Task<'a>) -> Option<Self> {
+        let Task { space, start, known, options } = task;
+        let u = space.clamped(&start);
+        let mut wanted = vec![space.valve(&u)?];
+        let (columns, valves) = Columns::new(space, &u, &first_differences(space, &u), known.len()..u.len());
+        wanted.extend(valves);
+        Some(Self {
+            scatter,
+            space,
+            options,
+            at: Point { u, residual: Vec::new(), chi2: 0.0, cost: 0.0 },
+            columns: known,
+            damping: 1e-3,
+            converged: false,
+            last_move: None,
+            jacobians: 0,
+            age: 0,
+            cost_then: 0.0,
+            asked: Asked::Start(columns),
+            wanted,
+        })
+    }
+
+    /// Takes what it asked for, and asks for what it needs next, if anything.
+    fn take(&mut self, mut simulated: Vec<Vec<f64>>) {
+        match core::mem::replace(&mut self.asked, Asked::Nothing) {
+            Asked::Nothing => {}
+            Asked::Start(columns) => {
+                let residual = simulated.remove(0);
+                self.columns.extend(columns.filled(&simulated, &residual));
+                self.at = Point::with(self.scatter, self.space, core::mem::take(&mut self.at.u), residual);
+                self.cost_then = self.at.cost;
+                self.try_steps();
+            }
+            Asked::Jacobian(columns) => {
+                self.columns = columns.filled(&simulated, &self.at.residual);
+                self.try_steps();
+            }
+            Asked::Trials { trials, matrix, tolerance, above_noise } => {
+                let best = best_of(self.scatter, self.space, trials, simulated);
+                self.step(best, &matrix, tolerance, above_noise);
+            }
+        }
+    }
+
+    /// Asks for the next steps, if any is worth it.
+    fn try_steps(&mut self) {
+        if self.jacobians >= self.options.steps {
+            return;
+        }
+        let above_noise = self.at.cost - 1.2 * self.at.residual.len() as f64;
+        let tolerance = self.options.tolerance.max(NO_STEP * self.options.stall * above_noise);
+        let (matrix, gradient) = self.normal_equations();
+        let trials =
+            trials(self.space, &self.at.u, &matrix, &gradient, self.damping, self.last_move.as_deref(), tolerance);
+        if trials.is_empty() {
+            self.step(None, &matrix, tolerance, above_noise);
+        } else {
+            self.wanted = trials.iter().map(|trial| trial.valve.clone()).collect();
+            self.asked = Asked::Trials { trials, matrix, tolerance, above_noise };
+        }
+    }
+
+    /// Goes to the best of the steps tried, if it is better than where it is.
+    fn step(&mut self, best: Option<(Trial, Point)>, matrix: &DMatrix<f64>, tolerance: f64, above_noise: f64) {
+        let none_promised = best.is_none();
+        let gain = best.as_ref().map_or(0.0, |(_, point)| self.at.cost - point.cost);
+        let mut renew = self.age + 1 >= STEPS_PER_JACOBIAN;
+        if let Some((trial, point)) = best.filter(|_| gain > 0.0) {
+            self.damping = trial.damping.clamp(LEAST_DAMPING, 1e6);
+            let moved: Vec<f64> = point.u.iter().zip(&self.at.u).map(|(to, from)| to - from).collect();
+            let change: Vec<f64> = point.residual.iter().zip(&self.at.residual).map(|(to, from)| to - from).collect();
             renew |= gain < TRUSTED * trial.promised || gain < tolerance;
             if !renew {
-                update(&mut columns, &matrix, &moved, &change);
+                update(&mut self.columns, matrix, &moved, &change);
             }
-            at = point;
-            last_move = Some(moved);
-        } else if age == 0 {
-            if trials.is_empty() || damping > 1e6 {
-                converged = true;
-                break;
+            self.at = point;
+            self.last_move = Some(moved);
+        } else if self.age == 0 {
+            if none_promised || self.damping > 1e6 {
+                self.converged = true;
+                return;
             }
-            damping *= 1e3;
-            jacobians += 1;
-            continue;
+            self.damping *= 1e3;
+            self.jacobians += 1;
+            return self.try_steps();
         } else {
             renew = true;
         }
-        age += 1;
+        self.age += 1;
         if renew {
-            if age == 1 && gain < tolerance {
-                converged = true;
+            self.converged = self.age == 1 && gain < tolerance;
+            let gained = self.cost_then - self.at.cost;
+            self.jacobians += 1;
+            if self.converged || gained < self.options.stall * above_noise {
+                return;
             }
-            let gained = cost_then - at.cost;
-            jacobians += 1;
-            if converged || gained < options.stall * above_noise {
-                break;
+            (self.age, self.cost_then) = (0, self.at.cost);
+            if self.jacobians < self.options.steps {
+                let differences = differences(self.space, &self.at.u, matrix, &self.at.residual);
+                let all = 0..self.at.u.len();
+                let (columns, valves) = Columns::new(self.space, &self.at.u, &differences, all);
+                self.asked = Asked::Jacobian(columns);
+                self.wanted = valves;
+                return;
             }
-            if jacobians < options.steps {
-                let differences = differences(space, &at.u, &matrix, &at.residual);
-                columns = jacobian(data, space, &at.u, &at.residual, &differences);
-            }
-            (age, cost_then) = (0, at.cost);
         }
+        self.try_steps();
     }
-    let (matrix, gradient) = space.with_priors(&at.u, scatter.normal_equations(&columns, &at.residual));
-    let promised =
-        damped_step(space, &at.u, &matrix, &gradient, LEAST_DAMPING).map_or(0.0, |(_, promised)| promised.max(0.0));
-    let covariance = inverse(&matrix);
-    let Point { u, residual, chi2, cost } = at;
-    Fit { space: space.clone(), u, chi2, cost, covariance, residual, jacobian: columns, promised, converged }
+
+    /// The normal matrix and the gradient, with priors.
+    fn normal_equations(&self) -> (DMatrix<f64>, DVector<f64>) {
+        self.space.with_priors(&self.at.u, self.scatter.normal_equations(&self.columns, &self.at.residual))
+    }
+
+    fn finished(self) -> Fit {
+        let (matrix, gradient) = self.normal_equations();
+        let promised = damped_step(self.space, &self.at.u, &matrix, &gradient, LEAST_DAMPING)
+            .map_or(0.0, |(_, promised)| promised.max(0.0));
+        let covariance = inverse(&matrix);
+        let Point { u, residual, chi2, cost } = self.at;
+        let (space, jacobian, converged) = (self.space.clone(), self.columns, self.converged);
+        Fit { space, u, chi2, cost, covariance, residual, jacobian, promised, converged }
+    }
 }
 
 /// A point of a space that was simulated.
@@ -221,11 +381,6 @@ struct Point {
 }
 
 impl Point {
-    fn new(data: &Dataset, scatter: &Scatter, space: &Space, u: Vec<f64>) -> Option<Self> {
-        let residual = residuals(data, &[space.valve(&u)?]).remove(0);
-        Some(Self::with(scatter, space, u, residual))
-    }
-
     fn with(scatter: &Scatter, space: &Space, u: Vec<f64>, residual: Vec<f64>) -> Self {
         let chi2 = scatter.dot(&residual, &residual);
         let cost = chi2 + prior_cost(space, &u);
@@ -274,15 +429,13 @@ fn trials(
     trials
 }
 
-/// The trial of the lowest cost, with its index.
-fn best_of(data: &Dataset, scatter: &Scatter, space: &Space, trials: &[Trial]) -> Option<(usize, Point)> {
-    let valves: Vec<Valve> = trials.iter().map(|trial| trial.valve.clone()).collect();
-    residuals(data, &valves)
-        .into_iter()
-        .zip(trials)
-        .map(|(residual, trial)| Point::with(scatter, space, trial.u.clone(), residual))
-        .enumerate()
-        .min_by(|a, b| a.1.cost.total_cmp(&b.1.cost))
+/// The trial of the lowest cost.
+fn best_of(scatter: &Scatter, space: &Space, trials: Vec<Trial>, simulated: Vec<Vec<f64>>) -> Option<(Trial, Point)> {
+    let tried = trials.into_iter().zip(simulated).map(|(trial, residual)| {
+        let point = Point::with(scatter, space, trial.u.clone(), residual);
+        (trial, point)
+    });
+    tried.min_by(|a, b| a.1.cost.total_cmp(&b.1.cost))
 }
 
 /// Broyden's update of the Jacobian, with coordinates weighed by how much the residuals feel them.
@@ -325,39 +478,6 @@ fn differences(space: &Space, u: &[f64], matrix: &DMatrix<f64>, residual: &[f64]
         .map(|(index, first)| {
             let share = told / matrix[(index, index)].max(1e-12).sqrt() / first.abs();
             first * share.clamp(FINEST, 1.0)
-        })
-        .collect()
-}
-
-/// The columns of the Jacobian of the residuals, simulated side by side.
-pub fn jacobian(data: &Dataset, space: &Space, u: &[f64], residual: &[f64], steps: &[f64]) -> Vec<Vec<f64>> {
-    some_columns(data, space, u, residual, steps, 0..u.len())
-}
-
-fn some_columns(
-    data: &Dataset,
-    space: &Space,
-    u: &[f64],
-    residual: &[f64],
-    steps: &[f64],
-    which: Range<usize>,
-) -> Vec<Vec<f64>> {
-    let moved: Vec<Option<Valve>> = which
-        .clone()
-        .map(|index| {
-            let mut point = u.to_vec();
-            point[index] += steps[index];
-            space.valve(&point)
-        })
-        .collect();
-    let valves: Vec<Valve> = moved.iter().flatten().cloned().collect();
-    let mut simulated = residuals(data, &valves).into_iter();
-    moved
-        .iter()
-        .zip(&steps[which])
-        .map(|(valve, step)| match valve.as_ref().and_then(|_| simulated.next()) {
-            Some(changed) => changed.iter().zip(residual).map(|(a, b)| (a - b) / step).collect(),
-            None => vec![0.0; residual.len()],
         })
         .collect()
 }

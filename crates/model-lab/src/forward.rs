@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 use valve_model::cycle::{CycleTimes, cycles, cycles_with};
+use valve_model::dispatch::LANES;
 use valve_model::simulate::DEFAULT_STEP_S;
 use valve_model::{EffectKind, Nodes, Prepared, Valve, simulate};
 
@@ -10,8 +11,11 @@ use crate::data::{Channel, ChannelData, Dataset, Fineness, RunData};
 /// Residuals beyond this many standard deviations carry no more information.
 const LARGEST_RESIDUAL: f64 = 1e4;
 
-/// Runs handed to one task; a multiple of the lanes.
-const CHUNK: usize = 8;
+/// Runs handed to one task, at least and at most: the lanes filled once, and often.
+const BATCH: (usize, usize) = (LANES, 8 * LANES);
+
+/// Tasks for each thread, so that none waits long for another.
+const TASKS: usize = 4;
 
 /// What a recorder would have written down of a simulated run, at its sample times.
 #[derive(Debug, Clone, Default)]
@@ -118,31 +122,45 @@ pub fn residuals(data: &Dataset, valves: &[Valve]) -> Vec<Vec<f64>> {
     let count = data.residual_count();
     let fineness = data.fineness;
     let mut all: Vec<Vec<f64>> = valves.iter().map(|_| Vec::with_capacity(count)).collect();
-    let jobs: Vec<(usize, usize)> =
-        (0..data.runs.len()).flat_map(|run| (0..valves.len()).map(move |set| (run, set))).collect();
-    let parts: Vec<Vec<Vec<f64>>> = jobs
-        .par_chunks(CHUNK)
-        .map(|chunk| {
-            let mut out: Vec<Vec<f64>> = vec![Vec::new(); chunk.len()];
-            let prepared: Vec<Prepared> = chunk
-                .iter()
-                .map(|(run, set)| {
-                    Prepared::new(&valves[*set], &data.runs[*run].run, fineness.step_s)
-                        .with_most_substeps(fineness.most_substeps)
-                })
-                .collect();
-            let pressures = chunk.iter().any(|(run, _)| data.runs[*run].channels.len() > 1);
+    let alike = alike(data);
+    let jobs: Vec<(&[usize], usize)> =
+        alike.iter().flat_map(|runs| (0..valves.len()).map(move |set| (runs.as_slice(), set))).collect();
+    let prepared: Vec<Prepared> = jobs
+        .par_iter()
+        .map(|(runs, set)| {
+            Prepared::new(&valves[*set], &data.runs[runs[0]].run, fineness.step_s)
+                .with_most_substeps(fineness.most_substeps)
+        })
+        .collect();
+    let pressures = data.runs.iter().any(|run| run.channels.len() > 1);
+    let mut parts: Vec<(usize, Vec<Vec<f64>>)> = batches(&prepared)
+        .par_iter()
+        .flat_map_iter(|batch| {
             let mut predicted = Predicted::default();
-            simulate(&prepared, pressures, |index, nodes, _| {
-                let (run, set) = chunk[index];
-                record(&valves[set], nodes, &data.runs[run].times_s, &mut predicted);
-                run_residuals(&data.runs[run], &predicted, &mut out[index]);
+            let mut out = Vec::with_capacity(batch.len());
+            let runs: Vec<&Prepared> = batch.iter().map(|job| &prepared[*job]).collect();
+            simulate(&runs, pressures, |index, nodes, _| {
+                let (runs, set) = jobs[batch[index]];
+                let residuals = runs.iter().map(|run| {
+                    let run = &data.runs[*run];
+                    record(&valves[set], nodes, &run.times_s, &mut predicted);
+                    run_residuals(run, &predicted)
+                });
+                out.push((batch[index], residuals.collect()));
             });
             out
         })
         .collect();
-    for ((_, set), part) in jobs.iter().zip(parts.into_iter().flatten()) {
-        all[*set].extend_from_slice(&part);
+    parts.sort_unstable_by_key(|(job, _)| *job);
+    for run in 0..data.runs.len() {
+        let place = |runs: &Vec<usize>| runs.iter().position(|other| *other == run);
+        let Some((group, member)) = alike.iter().enumerate().find_map(|(group, runs)| Some((group, place(runs)?)))
+        else {
+            continue;
+        };
+        for (set, all) in all.iter_mut().enumerate() {
+            all.extend_from_slice(&parts[group * valves.len() + set].1[member]);
+        }
     }
     if !data.timing_rows.is_empty() {
         let times = timing_predictions(data, valves);
@@ -153,11 +171,38 @@ pub fn residuals(data: &Dataset, valves: &[Valve]) -> Vec<Vec<f64>> {
     all
 }
 
-/// Residuals of the blocks of one run.
-fn run_residuals(run: &RunData, predicted: &Predicted, into: &mut Vec<f64>) {
-    for channel in &run.channels {
-        channel_residuals(channel, predicted.channel(channel.channel), into);
+/// The runs of a dataset by index, those that are simulated alike together.
+fn alike(data: &Dataset) -> Vec<Vec<usize>> {
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    for (index, run) in data.runs.iter().enumerate() {
+        match groups.iter_mut().find(|group| data.runs[group[0]].run == run.run) {
+            Some(group) => group.push(index),
+            None => groups.push(vec![index]),
+        }
     }
+    groups
+}
+
+/// Runs in batches: together those that share the lanes, and enough batches for all threads.
+fn batches(runs: &[Prepared]) -> Vec<Vec<usize>> {
+    let mut kinds: Vec<Vec<usize>> = Vec::new();
+    for (index, run) in runs.iter().enumerate() {
+        match kinds.iter_mut().find(|kind| runs[kind[0]].fits_beside(run)) {
+            Some(kind) => kind.push(index),
+            None => kinds.push(vec![index]),
+        }
+    }
+    let length = runs.len().div_ceil(TASKS * rayon::current_num_threads()).clamp(BATCH.0, BATCH.1);
+    kinds.iter().flat_map(|kind| kind.chunks(length.next_multiple_of(LANES))).map(<[usize]>::to_vec).collect()
+}
+
+/// Residuals of the blocks of one run.
+fn run_residuals(run: &RunData, predicted: &Predicted) -> Vec<f64> {
+    let mut residual = Vec::with_capacity(run.block_count());
+    for channel in &run.channels {
+        channel_residuals(channel, predicted.channel(channel.channel), &mut residual);
+    }
+    residual
 }
 
 fn channel_residuals(channel: &ChannelData, model: &[f64], into: &mut Vec<f64>) {
@@ -188,7 +233,7 @@ pub fn timing_predictions(data: &Dataset, valves: &[Valve]) -> Vec<Vec<CycleTime
             .flat_map(|group| (0..valves.len()).map(move |set| (group, set)))
             .collect();
         let parts: Vec<Vec<Vec<CycleTimes>>> = jobs
-            .par_chunks(CHUNK)
+            .par_chunks(BATCH.1)
             .map(|chunk| {
                 let batch: Vec<_> =
                     chunk.iter().map(|(group, set)| (&valves[*set], data.timing_groups[*group].conditions)).collect();

@@ -5,7 +5,6 @@ mod summary;
 pub use summary::Summary;
 
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use anyhow::{Context, Result};
@@ -111,10 +110,8 @@ impl Drawn {
 pub fn score(drawn: &Campaign, parent: &Path) -> Result<Scored> {
     let Drawn { data, space, .. } =
         Drawn::through_files(drawn, parent).with_context(|| format!("{}, as it was drawn", drawn.name))?;
-    let stop = AtomicBool::new(false);
     let start = Instant::now();
-    let answer = explain(&data, &space, &Watch { report: &|_| (), stop: &stop })
-        .context("the valve file's own values cannot be simulated")?;
+    let answer = explain(&data, &space, &Watch::nobody()).context("the valve file's own values cannot be simulated")?;
     Ok(scored(drawn, &answer, start.elapsed().as_secs_f64()))
 }
 

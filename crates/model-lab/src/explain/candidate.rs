@@ -6,12 +6,14 @@
 //! side, and the most promising ones are refined.
 
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 use valve_model::{EffectKind, Valve};
 
+use super::Watch;
 use super::impression::Impression;
 use super::view::View;
 use crate::data::Dataset;
-use crate::fit::{Fit, FitOptions, fit, fit_near, prior_cost};
+use crate::fit::{Fit, FitOptions, Task, fit_all, prior_cost};
 use crate::forward::residuals;
 use crate::scatter::Scatter;
 use crate::space::{Space, Target};
@@ -50,8 +52,9 @@ impl Effort {
 const BELIEVED: f64 = 5.0;
 
 /// Adds an effect to a model fitted roughly and refits everything; nothing if no start could be simulated.
-pub fn add_effect(view: &View, base: &Fit, kind: EffectKind, effort: Effort) -> Option<Fit> {
-    start_effect(view, base, kind, effort)?.finished(view, effort)
+pub fn add_effect(view: &View, base: &Fit, kind: EffectKind, effort: Effort, watch: &Watch<'_>) -> Option<Fit> {
+    let started = start_effects(view, &[(base, kind)], effort, watch).pop()?;
+    finished(view, started.iter(), effort).pop()?
 }
 
 /// A candidate fitted to the first impression.
@@ -61,32 +64,63 @@ pub struct Started {
     fit: Fit,
 }
 
-/// Starts an effect on top of a model fitted roughly; nothing if no start could be simulated.
-pub fn start_effect(view: &View, base: &Fit, kind: EffectKind, effort: Effort) -> Option<Started> {
-    let space = &base.space.with_effect(kind);
-    let Impression { data, scatter, .. } = &view.impression;
-    let base = view.impression.shown(&view.rough, base);
-    let points = profile_points(scatter, &base, space, data);
-    let usable: Vec<(Vec<f64>, Valve)> =
-        points.into_iter().filter_map(|u| space.valve(&u).map(|valve| (u, valve))).collect();
-    let valves: Vec<Valve> = usable.iter().map(|(_, valve)| valve.clone()).collect();
-    let mut ranked: Vec<(f64, &Vec<f64>)> = residuals(data, &valves)
-        .iter()
-        .zip(&usable)
-        .map(|(residual, (u, _))| (scatter.dot(residual, residual) + prior_cost(space, u), u))
-        .collect();
-    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
-    // The better half of the starts goes on, then the best.
-    let starts = spread(&ranked, effort.starts, base.u.len());
-    let fits = best_first(starts.iter().filter_map(|u| fit_near(data, scatter, space, &base, u, FIRST)));
-    let better = fits.into_iter().take(effort.starts.div_ceil(2));
-    let goes_on = FitOptions { steps: 2, ..FIRST };
-    let mut best =
-        best_first(better.filter_map(|from| fit(data, scatter, space, &from.u, goes_on))).into_iter().next()?;
-    if !best.converged {
-        best = fit(data, scatter, space, &best.u, to_the_end(effort))?;
+/// Starts effects, each on top of a model fitted roughly, side by side; nothing where no start could be
+/// simulated, or where the search is stopped before they are.
+pub fn start_effects(
+    view: &View,
+    jobs: &[(&Fit, EffectKind)],
+    effort: Effort,
+    watch: &Watch<'_>,
+) -> Vec<Option<Started>> {
+    let none = vec![None; jobs.len()];
+    if watch.is_stopped() {
+        return none;
     }
-    Some(Started { fit: best })
+    let Impression { data, scatter, .. } = &view.impression;
+    let jobs: Vec<Job> = jobs
+        .par_iter()
+        .map(|(base, kind)| Job {
+            base: view.impression.shown(&view.rough, base),
+            space: base.space.with_effect(*kind),
+        })
+        .collect();
+    let starts = promising(data, scatter, &jobs, effort.starts);
+    // The better half of the starts goes on, then the best.
+    let first = starts.iter().enumerate().flat_map(|(index, starts)| {
+        let Job { base, space } = &jobs[index];
+        starts
+            .iter()
+            .map(move |u| (index, Task { space, start: u.clone(), known: base.jacobian.clone(), options: FIRST }))
+    });
+    let first = best_first(data, scatter, jobs.len(), first);
+    if watch.is_stopped() {
+        return none;
+    }
+    let goes_on = FitOptions { steps: 2, ..FIRST };
+    let better = first.iter().enumerate().flat_map(|(index, fits)| {
+        fits.iter().take(effort.starts.div_ceil(2)).map(move |from| (index, Task::from(from, goes_on)))
+    });
+    let better = best_first(data, scatter, jobs.len(), better);
+    if watch.is_stopped() {
+        return none;
+    }
+    let best: Vec<Option<Fit>> = better.into_iter().map(|fits| fits.into_iter().next()).collect();
+    let goes_on = best.iter().flatten().filter(|fit| !fit.converged);
+    let mut last =
+        fit_all(data, scatter, goes_on.map(|from| Task::from(from, to_the_end(effort))).collect()).into_iter();
+    best.iter()
+        .map(|best| match best {
+            Some(best) if !best.converged => last.next()?,
+            best => best.clone(),
+        })
+        .map(|fit| fit.map(|fit| Started { fit }))
+        .collect()
+}
+
+/// An effect to start, as the impression shows it.
+struct Job {
+    base: Fit,
+    space: Space,
 }
 
 /// One Jacobian for each start.
@@ -101,29 +135,77 @@ impl Started {
     pub fn hope(&self) -> f64 {
         self.fit.cost - BELIEVED * self.fit.promised
     }
-
-    /// As all the data see it, not refined any further; its Jacobian is left out.
-    pub fn seen(self, view: &View) -> Option<Fit> {
-        let residual = residuals(&view.rough, &[self.fit.space.valve(&self.fit.u)?]).remove(0);
-        let chi2 = view.scatter.dot(&residual, &residual);
-        let cost = chi2 + prior_cost(&self.fit.space, &self.fit.u);
-        Some(Fit { residual, chi2, cost, jacobian: Vec::new(), ..self.fit })
-    }
-
-    /// Fitted to the end with all the data.
-    pub fn finished(&self, view: &View, effort: Effort) -> Option<Fit> {
-        fit(&view.rough, &view.scatter, &self.fit.space, &self.fit.u, to_the_end(effort))
-    }
 }
 
-fn best_first(fits: impl Iterator<Item = Fit>) -> Vec<Fit> {
-    let mut fits: Vec<Fit> = fits.collect();
-    fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+/// Candidates fitted to the end with all the data.
+pub fn finished<'a>(view: &View, started: impl Iterator<Item = &'a Started>, effort: Effort) -> Vec<Option<Fit>> {
+    let tasks = started.map(|started| Task::from(&started.fit, to_the_end(effort)));
+    fit_all(&view.rough, &view.scatter, tasks.collect())
+}
+
+/// Candidates fitted with one Jacobian with all the data: they stay behind, and this says how far.
+pub fn seen<'a>(view: &View, started: impl Iterator<Item = &'a Started>) -> Vec<Option<Fit>> {
+    let tasks = started.map(|started| Task::from(&started.fit, FIRST));
+    fit_all(&view.rough, &view.scatter, tasks.collect())
+}
+
+/// Makes fits, each for the job of its index; those of each job, the best first.
+fn best_first<'a>(
+    data: &Dataset,
+    scatter: &Scatter,
+    jobs: usize,
+    tasks: impl Iterator<Item = (usize, Task<'a>)>,
+) -> Vec<Vec<Fit>> {
+    let (indices, tasks): (Vec<usize>, Vec<Task<'_>>) = tasks.unzip();
+    let mut fits: Vec<Vec<Fit>> = vec![Vec::new(); jobs];
+    for (index, fit) in indices.into_iter().zip(fit_all(data, scatter, tasks)) {
+        fits[index].extend(fit);
+    }
+    for fits in &mut fits {
+        fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    }
     fits
 }
 
+/// Most promising points of each job, along the profiles of its new coordinates.
+fn promising(data: &Dataset, scatter: &Scatter, jobs: &[Job], count: usize) -> Vec<Vec<Vec<f64>>> {
+    let probes: Vec<Vec<Probe>> = jobs.iter().map(|job| probes(&job.space, job.base.u.len())).collect();
+    let small =
+        jobs.iter().zip(&probes).map(|(job, probes)| probes.iter().map(|p| full(&job.base, &p.small)).collect());
+    let changed = simulated(data, jobs, &small.collect::<Vec<_>>());
+    let points: Vec<Vec<Vec<f64>>> = (jobs, probes, changed)
+        .into_par_iter()
+        .map(|(job, probes, changed)| profile_points(scatter, job, &probes, &changed))
+        .collect();
+    let seen = simulated(data, jobs, &points);
+    (jobs, points, seen)
+        .into_par_iter()
+        .map(|(job, points, seen)| {
+            let cost = |(u, residual): (Vec<f64>, Option<Vec<f64>>)| {
+                let residual = residual?;
+                Some((scatter.dot(&residual, &residual) + prior_cost(&job.space, &u), u))
+            };
+            let mut ranked: Vec<(f64, Vec<f64>)> = points.into_iter().zip(seen).filter_map(cost).collect();
+            ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+            spread(&ranked, count, job.base.u.len())
+        })
+        .collect()
+}
+
+/// The residuals at points of each job, all simulated side by side; nothing where one is no possible valve.
+fn simulated(data: &Dataset, jobs: &[Job], points: &[Vec<Vec<f64>>]) -> Vec<Vec<Option<Vec<f64>>>> {
+    let valves: Vec<Vec<Option<Valve>>> =
+        jobs.iter().zip(points).map(|(job, points)| points.iter().map(|u| job.space.valve(u)).collect()).collect();
+    let possible: Vec<Valve> = valves.iter().flatten().flatten().cloned().collect();
+    let mut residuals = residuals(data, &possible).into_iter();
+    valves
+        .iter()
+        .map(|valves| valves.iter().map(|valve| valve.as_ref().and_then(|_| residuals.next())).collect())
+        .collect()
+}
+
 /// The best points, but no two of the same shape and sign next to each other.
-fn spread(ranked: &[(f64, &Vec<f64>)], count: usize, old: usize) -> Vec<Vec<f64>> {
+fn spread(ranked: &[(f64, Vec<f64>)], count: usize, old: usize) -> Vec<Vec<f64>> {
     let mut chosen: Vec<Vec<f64>> = Vec::new();
     for (_, u) in ranked {
         let near = |other: &Vec<f64>| {
@@ -132,25 +214,23 @@ fn spread(ranked: &[(f64, &Vec<f64>)], count: usize, old: usize) -> Vec<Vec<f64>
             same_shape && ratio > 0.0 && (0.2..5.0).contains(&ratio)
         };
         if chosen.len() < count && !chosen.iter().any(near) {
-            chosen.push((*u).clone());
+            chosen.push(u.clone());
         }
     }
     chosen
 }
 
-/// Points along the profiles of the new coordinates.
-fn profile_points(scatter: &Scatter, base: &Fit, space: &Space, data: &Dataset) -> Vec<Vec<f64>> {
+/// Points along the profiles of the new coordinates; `changed` are the residuals for a small size of every
+/// shape.
+fn profile_points(scatter: &Scatter, job: &Job, probes: &[Probe], changed: &[Option<Vec<f64>>]) -> Vec<Vec<f64>> {
+    let Job { base, space } = job;
     let old = base.u.len();
     let mut points = Vec::new();
-    let probes = probes(space, old);
-    // The change of the residuals for a small size of every shape.
-    let small: Vec<Vec<f64>> = probes.iter().map(|probe| full(base, &probe.small)).collect();
-    let usable: Vec<Option<Valve>> = small.iter().map(|u| space.valve(u)).collect();
-    let valves: Vec<Valve> = usable.iter().flatten().cloned().collect();
-    let mut changed = residuals(data, &valves).into_iter();
-    let Some(cholesky) = normal_matrix(scatter, base).cholesky() else { return small };
-    for (probe, valve) in probes.iter().zip(&usable) {
-        let Some(changed) = valve.as_ref().and_then(|_| changed.next()) else { continue };
+    let Some(cholesky) = normal_matrix(scatter, base).cholesky() else {
+        return probes.iter().map(|probe| full(base, &probe.small)).collect();
+    };
+    for (probe, changed) in probes.iter().zip(changed) {
+        let Some(changed) = changed else { continue };
         let change: Vec<f64> = changed.iter().zip(&base.residual).map(|(a, b)| a - b).collect();
         let projection = DVector::from_iterator(old, base.jacobian.iter().map(|column| scatter.dot(column, &change)));
         let answer = -cholesky.solve(&projection);
@@ -165,13 +245,9 @@ fn profile_points(scatter: &Scatter, base: &Fit, space: &Space, data: &Dataset) 
             let datasheet: Vec<f64> = base.space.start().into_iter().take(old).chain(large.0.iter().copied()).collect();
             points.push(space.clamped(&datasheet));
         }
-        points.push(small_point(base, probe));
+        points.push(full(base, &probe.small));
     }
     points
-}
-
-fn small_point(base: &Fit, probe: &Probe) -> Vec<f64> {
-    full(base, &probe.small)
 }
 
 fn full(base: &Fit, new: &[f64]) -> Vec<f64> {

@@ -8,10 +8,10 @@ use crate::forward::residuals;
 use crate::scatter::Scatter;
 
 /// Root mean square of the residuals of each condition, predicted by a fit to all the others, in units
-/// of the noise with the scatter of strokes taken out; nothing with fewer than two conditions or without Jacobian.
+/// of the noise with the scatter of strokes taken out; nothing with fewer than two conditions.
 pub fn held_out_rms(data: &Dataset, scatter: &Scatter, full: &Fit) -> Option<f64> {
     let groups = condition_groups(data);
-    if groups.len() < 2 || full.jacobian.is_empty() {
+    if groups.len() < 2 {
         return None;
     }
     let sums: Vec<(f64, f64)> = groups

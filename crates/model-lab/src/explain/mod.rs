@@ -65,6 +65,14 @@ pub struct Watch<'a> {
     pub stop: &'a AtomicBool,
 }
 
+impl Watch<'static> {
+    /// Nobody watches, and nothing stops it.
+    pub fn nobody() -> Self {
+        static NEVER: AtomicBool = AtomicBool::new(false);
+        Self { report: &|_| {}, stop: &NEVER }
+    }
+}
+
 impl Watch<'_> {
     pub(crate) fn tell(&self, progress: Progress) {
         (self.report)(progress);

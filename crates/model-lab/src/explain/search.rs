@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 use valve_model::EffectKind;
 
-use super::candidate::{Effort, Started, add_effect, promised_gain, start_effect};
+use super::candidate::{Effort, Started, add_effect, finished, promised_gain, seen, start_effects};
 use super::lack::lack_of_fit;
 use super::model::{Model, is_practical, least_size, penalty, practical_kinds};
 use super::view::View;
@@ -220,35 +220,32 @@ impl Search<'_> {
             .flat_map(|model| kinds.iter().map(move |kind| (model, *kind)))
             .filter(|(model, kind)| !rough[*model].kinds.contains(kind))
             .collect();
-        let mut started: Vec<(usize, EffectKind, Started)> = jobs
-            .into_par_iter()
-            .filter(|_| !self.watch.is_stopped())
-            .filter_map(|(model, kind)| {
-                let started = start_effect(view, &rough[model].fit, kind, effort)?;
-                Some((model, kind, started))
-            })
-            .collect();
-        let finished = |(model, kind, fit): (usize, EffectKind, Fit)| {
-            let kinds: Vec<EffectKind> = rough[model].kinds.iter().copied().chain([kind]).collect();
-            self.watch.tell(Progress::Tried { depth: kinds.len(), total, kind, cost: fit.cost });
-            let gain = self.rough_base - fit.cost - penalty(&fit);
-            Model { kinds, fit, gain }
-        };
+        let starts: Vec<(&Fit, EffectKind)> = jobs.iter().map(|(model, kind)| (&rough[*model].fit, *kind)).collect();
+        let started = start_effects(view, &starts, effort, self.watch);
+        let mut started: Vec<((usize, EffectKind), Started)> =
+            jobs.into_iter().zip(started).filter_map(|(job, started)| Some((job, started?))).collect();
         // Those that promise most are fitted to the end with all the data, and so is every other that could
         // still come near them.
-        started.sort_by(|a, b| a.2.hope().total_cmp(&b.2.hope()));
+        started.sort_by(|a, b| a.1.hope().total_cmp(&b.1.hope()));
         let others = started.split_off(FOREMOST.min(started.len()));
-        let mut tried: Vec<Model> = started
-            .into_par_iter()
-            .filter_map(|(model, kind, started)| Some((model, kind, started.finished(view, effort)?)))
-            .map(finished)
-            .collect();
-        let bar = NEAR + tried.iter().map(|model| model.fit.cost).fold(f64::INFINITY, f64::min);
-        tried.par_extend(others.into_par_iter().filter_map(|(model, kind, started)| {
-            let hopeful = started.hope() < bar && !self.watch.is_stopped();
-            let fit = if hopeful { started.finished(view, effort) } else { started.seen(view) };
-            Some(finished((model, kind, fit?)))
-        }));
+        let mut tried = Vec::new();
+        let mut add = |started: Vec<(usize, EffectKind)>, fits: Vec<Option<Fit>>| {
+            for ((model, kind), fit) in started.into_iter().zip(fits) {
+                let Some(fit) = fit else { continue };
+                let kinds: Vec<EffectKind> = rough[model].kinds.iter().copied().chain([kind]).collect();
+                self.watch.tell(Progress::Tried { depth: kinds.len(), total, kind, cost: fit.cost });
+                let gain = self.rough_base - fit.cost - penalty(&fit);
+                tried.push(Model { kinds, fit, gain });
+            }
+        };
+        let foremost = finished(view, started.iter().map(|(_, started)| started), effort);
+        let least = foremost.iter().flatten().map(|fit| fit.cost).fold(f64::INFINITY, f64::min);
+        add(started.iter().map(|(job, _)| *job).collect(), foremost);
+        let (hopeful, behind): (Vec<_>, Vec<_>) =
+            others.into_iter().partition(|(_, started)| started.hope() < NEAR + least && !self.watch.is_stopped());
+        let jobs = |candidates: &[((usize, EffectKind), Started)]| candidates.iter().map(|(job, _)| *job).collect();
+        add(jobs(&hopeful), finished(view, hopeful.iter().map(|(_, started)| started), effort));
+        add(jobs(&behind), seen(view, behind.iter().map(|(_, started)| started)));
         tried.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         tried
     }
@@ -283,7 +280,7 @@ impl Search<'_> {
             return;
         }
         let base = self.view.roughly(&self.steps[0].fit);
-        if let Some(fit) = build(&self.view, &base, &kinds).map(|fit| self.view.finely(&fit)) {
+        if let Some(fit) = build(&self.view, &base, &kinds, self.watch).map(|fit| self.view.finely(&fit)) {
             let gain = self.steps[0].score() - fit.cost - penalty(&fit);
             tried.push(Model { kinds, fit, gain });
             tried.sort_by(|a, b| b.gain.total_cmp(&a.gain));
@@ -382,7 +379,7 @@ impl Search<'_> {
             let mut kinds = best.kinds.clone();
             let kind = kinds.remove(dropped);
             let base = self.view.roughly(&self.steps[0].fit);
-            let Some(without) = build(&self.view, &base, &kinds) else { continue };
+            let Some(without) = build(&self.view, &base, &kinds, self.watch) else { continue };
             // Only one that comes near has to be simulated finely.
             if without.cost < NEARLY * best.fit.cost {
                 let smaller = Model { kinds: kinds.clone(), fit: self.view.finely(&without), gain: 0.0 };
@@ -391,7 +388,7 @@ impl Search<'_> {
                 }
             }
             if self.lack(&best.fit) > fits(&self.view.scatter) {
-                let anew = add_effect(&self.view, &without, kind, Effort::THOROUGH)
+                let anew = add_effect(&self.view, &without, kind, Effort::THOROUGH, self.watch)
                     .map(|fit| self.polished(self.view.finely(&fit)));
                 if let Some(anew) = anew.filter(|anew| anew.cost < best.fit.cost) {
                     kinds.push(kind);
@@ -448,10 +445,10 @@ pub fn excess(scatter: &Scatter, fit: &Fit) -> f64 {
 }
 
 /// Adds effects one after the other, simulated roughly.
-pub fn build(view: &View, base: &Fit, kinds: &[EffectKind]) -> Option<Fit> {
+pub fn build(view: &View, base: &Fit, kinds: &[EffectKind], watch: &Watch<'_>) -> Option<Fit> {
     let mut fit = base.clone();
     for kind in kinds {
-        fit = add_effect(view, &fit, *kind, Effort::QUICK)?;
+        fit = add_effect(view, &fit, *kind, Effort::QUICK, watch)?;
     }
     Some(fit)
 }

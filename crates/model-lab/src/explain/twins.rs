@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use valve_model::EffectKind;
 
 use super::Watch;
-use super::candidate::{Effort, start_effect};
+use super::candidate::{Effort, finished, start_effects};
 use super::model::Model;
 use super::search::{Found, build};
 
@@ -42,28 +42,31 @@ fn stand_ins(found: &Found, best: &Model, replaced: EffectKind, watch: &Watch<'_
         let rough = view.roughly(&best.fit);
         let roughly_best = best.score() - best.fit.cost + rough.cost;
         let off = 30.0 + (rough.cost - best.fit.cost).abs();
-        let Some(rest) = build(view, &base, &others) else { return Vec::new() };
+        let Some(rest) = build(view, &base, &others, watch) else { return Vec::new() };
         let already: Vec<EffectKind> = rest.space.effects().iter().map(valve_model::Effect::kind).collect();
         let bar = roughly_best + TWIN + 2.0 * off;
-        EffectKind::ALL
+        let kinds: Vec<EffectKind> =
+            EffectKind::ALL.iter().copied().filter(|kind| *kind != replaced && !already.contains(kind)).collect();
+        let start = |kinds: &[EffectKind], effort| {
+            let jobs: Vec<_> = kinds.iter().map(|kind| (&rest, *kind)).collect();
+            let started = start_effects(view, &jobs, effort, watch);
+            kinds.iter().copied().zip(started).filter_map(|(kind, started)| Some((kind, started?))).collect::<Vec<_>>()
+        };
+        let glances = start(&kinds, Effort::GLANCE);
+        let hopeful: Vec<EffectKind> =
+            glances.iter().filter(|(_, glance)| glance.hope() < bar).map(|(kind, _)| *kind).collect();
+        let started = start(&hopeful, Effort::STAND_IN);
+        let fits = finished(view, started.iter().map(|(_, started)| started), Effort::STAND_IN);
+        started
             .par_iter()
-            .filter(|kind| **kind != replaced && !already.contains(kind) && !watch.is_stopped())
-            .filter_map(|kind| {
-                let start = |effort| start_effect(view, &rest, *kind, effort);
-                let glance = start(Effort::GLANCE)?;
-                let fit = if glance.hope() < bar {
-                    start(Effort::STAND_IN)?.finished(view, Effort::STAND_IN)?
-                } else {
-                    glance.seen(view)?
-                };
+            .zip(fits)
+            .filter_map(|((kind, _), fit)| {
                 let kinds = others.iter().copied().chain([*kind]).collect();
-                Some(Model { kinds, fit, gain: 0.0 })
+                Some(Model { kinds, fit: fit?, gain: 0.0 })
             })
-            .map(|model| {
-                // Only those that come close need to be simulated finely.
-                let close = model.score() < bar;
-                if close { Model { fit: view.finely(&model.fit), ..model } } else { model }
-            })
+            // Only those that come close need to be simulated finely.
+            .filter(|model| model.score() < bar)
+            .map(|model| Model { fit: view.finely(&model.fit), ..model })
             .collect()
     };
     let mut twins: Vec<Twin> = tried
