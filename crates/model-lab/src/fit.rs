@@ -5,6 +5,7 @@
 //! few steps share a Jacobian.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -49,7 +50,7 @@ pub struct Fit {
     /// The residuals at the best point, in units of the noise.
     pub residual: Vec<f64>,
     /// Columns of the Jacobian of the residuals near the best point.
-    pub jacobian: Vec<Vec<f64>>,
+    pub jacobian: Arc<Vec<Vec<f64>>>,
     /// What a full step from the best point promises to take off the cost, to first order.
     pub promised: f64,
     /// Whether it ended because no step helps any more.
@@ -367,7 +368,7 @@ impl<'a> Fitting<'a> {
             .map_or(0.0, |(_, promised)| promised.max(0.0));
         let covariance = inverse(&matrix);
         let Point { u, residual, chi2, cost } = self.at;
-        let (space, jacobian, converged) = (self.space.clone(), self.columns, self.converged);
+        let (space, jacobian, converged) = (self.space.clone(), Arc::new(self.columns), self.converged);
         Fit { space, u, chi2, cost, covariance, residual, jacobian, promised, converged }
     }
 }

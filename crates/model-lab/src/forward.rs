@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use valve_model::cycle::{CycleTimes, cycles, cycles_with};
 use valve_model::dispatch::LANES;
 use valve_model::simulate::DEFAULT_STEP_S;
-use valve_model::{EffectKind, Nodes, Prepared, Valve, simulate};
+use valve_model::{EffectKind, Nodes, Prepared, Run, Valve, simulate};
 
 use crate::data::{Channel, ChannelData, Dataset, Fineness, RunData};
 
@@ -116,42 +116,27 @@ fn lagged(nodes: &Nodes, lag: f64) -> Nodes {
     shown
 }
 
+/// A run to simulate with a valve, and the recordings to compare it with.
+struct Job<'a> {
+    valve: &'a Valve,
+    run: &'a Run,
+    recorded: Vec<&'a RunData>,
+}
+
 /// The residuals of a dataset for each valve: data minus model in units of the noise, all blocks of
 /// all runs one after the other, then closing and opening of every row of stroke times.
 pub fn residuals(data: &Dataset, valves: &[Valve]) -> Vec<Vec<f64>> {
     let count = data.residual_count();
-    let fineness = data.fineness;
     let mut all: Vec<Vec<f64>> = valves.iter().map(|_| Vec::with_capacity(count)).collect();
     let alike = alike(data);
-    let jobs: Vec<(&[usize], usize)> =
-        alike.iter().flat_map(|runs| (0..valves.len()).map(move |set| (runs.as_slice(), set))).collect();
-    let prepared: Vec<Prepared> = jobs
-        .par_iter()
-        .map(|(runs, set)| {
-            Prepared::new(&valves[*set], &data.runs[runs[0]].run, fineness.step_s)
-                .with_most_substeps(fineness.most_substeps)
+    let jobs: Vec<Job<'_>> = alike
+        .iter()
+        .flat_map(|runs| {
+            let recorded: Vec<&RunData> = runs.iter().map(|run| &data.runs[*run]).collect();
+            valves.iter().map(move |valve| Job { valve, run: &recorded[0].run, recorded: recorded.clone() })
         })
         .collect();
-    let pressures = data.runs.iter().any(|run| run.channels.len() > 1);
-    let mut parts: Vec<(usize, Vec<Vec<f64>>)> = batches(&prepared)
-        .par_iter()
-        .flat_map_iter(|batch| {
-            let mut predicted = Predicted::default();
-            let mut out = Vec::with_capacity(batch.len());
-            let runs: Vec<&Prepared> = batch.iter().map(|job| &prepared[*job]).collect();
-            simulate(&runs, pressures, |index, nodes, _| {
-                let (runs, set) = jobs[batch[index]];
-                let residuals = runs.iter().map(|run| {
-                    let run = &data.runs[*run];
-                    record(&valves[set], nodes, &run.times_s, &mut predicted);
-                    run_residuals(run, &predicted)
-                });
-                out.push((batch[index], residuals.collect()));
-            });
-            out
-        })
-        .collect();
-    parts.sort_unstable_by_key(|(job, _)| *job);
+    let parts = compared(&jobs, data.fineness);
     for run in 0..data.runs.len() {
         let place = |runs: &Vec<usize>| runs.iter().position(|other| *other == run);
         let Some((group, member)) = alike.iter().enumerate().find_map(|(group, runs)| Some((group, place(runs)?)))
@@ -159,7 +144,7 @@ pub fn residuals(data: &Dataset, valves: &[Valve]) -> Vec<Vec<f64>> {
             continue;
         };
         for (set, all) in all.iter_mut().enumerate() {
-            all.extend_from_slice(&parts[group * valves.len() + set].1[member]);
+            all.extend_from_slice(&parts[group * valves.len() + set][member]);
         }
     }
     if !data.timing_rows.is_empty() {
@@ -169,6 +154,41 @@ pub fn residuals(data: &Dataset, valves: &[Valve]) -> Vec<Vec<f64>> {
         }
     }
     all
+}
+
+/// The residuals of single recordings, each against a run and a valve of its own.
+pub fn residuals_of(recorded: &[(&RunData, Run, Valve)], fineness: Fineness) -> Vec<Vec<f64>> {
+    let jobs: Vec<Job<'_>> =
+        recorded.iter().map(|(recorded, run, valve)| Job { valve, run, recorded: vec![recorded] }).collect();
+    compared(&jobs, fineness).into_iter().flatten().collect()
+}
+
+/// The residuals of every recording of every job.
+fn compared(jobs: &[Job<'_>], fineness: Fineness) -> Vec<Vec<Vec<f64>>> {
+    let prepared: Vec<Prepared> = jobs
+        .par_iter()
+        .map(|job| Prepared::new(job.valve, job.run, fineness.step_s).with_most_substeps(fineness.most_substeps))
+        .collect();
+    let pressures = jobs.iter().flat_map(|job| &job.recorded).any(|recorded| recorded.channels.len() > 1);
+    let mut parts: Vec<(usize, Vec<Vec<f64>>)> = batches(&prepared)
+        .par_iter()
+        .flat_map_iter(|batch| {
+            let mut predicted = Predicted::default();
+            let mut out = Vec::with_capacity(batch.len());
+            let runs: Vec<&Prepared> = batch.iter().map(|job| &prepared[*job]).collect();
+            simulate(&runs, pressures, |index, nodes, _| {
+                let Job { valve, recorded, .. } = &jobs[batch[index]];
+                let residuals = recorded.iter().map(|recorded| {
+                    record(valve, nodes, &recorded.times_s, &mut predicted);
+                    run_residuals(recorded, &predicted)
+                });
+                out.push((batch[index], residuals.collect()));
+            });
+            out
+        })
+        .collect();
+    parts.sort_unstable_by_key(|(job, _)| *job);
+    parts.into_iter().map(|(_, part)| part).collect()
 }
 
 /// The runs of a dataset by index, those that are simulated alike together.

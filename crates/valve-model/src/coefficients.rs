@@ -25,6 +25,10 @@ const WIDEST_PORT_BLEND: f64 = 1e-2;
 /// The same for the solenoid and the leaks, which do carry a standing flow.
 const WIDEST_BLEND: f64 = 2e-4;
 
+/// The same for what a supply line feeds; substeps make it narrow where line and pipe are nearly at one
+/// pressure.
+const WIDEST_LINE_BLEND: f64 = 5e-2;
+
 /// No blend needs to be narrower than this.
 const NARROWEST_BLEND: f64 = 1e-5;
 
@@ -96,6 +100,8 @@ macro_rules! coefficients {
             pub port_blend: Blend<R>,
             /// How it is blended at the solenoid and at leaks.
             pub blend: Blend<R>,
+            /// How it is blended where a supply line of its own pressure feeds them.
+            pub line_blend: Blend<R>,
         }
 
         impl<R: Real> Coefficients<R> {
@@ -110,6 +116,7 @@ macro_rules! coefficients {
                 self.law.critical.set_lane(lane, from.law.critical);
                 self.port_blend.set_lane(lane, from.port_blend);
                 self.blend.set_lane(lane, from.blend);
+                self.line_blend.set_lane(lane, from.line_blend);
             }
 
             /// The same valve in every lane.
@@ -125,6 +132,7 @@ macro_rules! coefficients {
                     },
                     port_blend: Blend::splat(from.port_blend),
                     blend: Blend::splat(from.blend),
+                    line_blend: Blend::splat(from.line_blend),
                 }
             }
         }
@@ -291,6 +299,7 @@ impl Equations {
             law: OrificeLaw::ideal_nozzle(p.ratio_of_specific_heats),
             port_blend: Blend::new(NARROWEST_BLEND),
             blend: Blend::new(NARROWEST_BLEND),
+            line_blend: Blend::new(NARROWEST_BLEND),
         };
         for effect in valve.effects().iter().filter(|effect| !effect.is_neutral()) {
             add_effect(&mut c, &mut terms, effect, p, orifice);
@@ -312,7 +321,7 @@ impl Equations {
         // Rates of the blended law at equal pressures for a blend of width 1; they grow as its inverse root.
         let steepest = warming * c.zrt * BLEND_SLOPE * libm::sqrt(c.law.at_equal_pressures());
         let port = steepest * c.port * (1.0 / volumes.pipe + 1.0 / volumes.dead);
-        let mut solenoid = steepest * (c.fill.max(c.vent) + c.leak_in + c.leak_out) / volumes.pipe;
+        let solenoid = steepest * (c.fill.max(c.vent) + c.leak_in + c.leak_out) / volumes.pipe;
         let mut other = c.viscous * c.inverse_mass;
         other = other.max(libm::sqrt((c.contact + c.adhesion * c.adhesion_inverse_reach) * c.inverse_mass));
         if self.terms.friction {
@@ -321,16 +330,19 @@ impl Equations {
         }
         if self.terms.line {
             other = other.max(c.line_gain * c.line_conductance);
-            solenoid += steepest / c.zrt * c.line_gain * (c.fill + c.leak_in);
         }
         if self.terms.heating || self.terms.forces {
             other = other.max(1.0 / c.quickest);
         }
+        // A small line follows the pipe quickly where their pressures are nearly one, and only there.
+        let fed = solenoid + steepest / c.zrt * c.line_gain * (c.fill + c.leak_in);
+        let line = if self.terms.line { fed } else { 0.0 };
         let rough = roughness(step_s).powi(4);
         let substeps = |rate: f64, limit: f64| (rate * step_s / limit).ceil().max(1.0);
         let count = substeps(other, OTHER_RATE)
             .max(substeps(port / libm::sqrt(rough * WIDEST_PORT_BLEND), PORT_RATE))
-            .max(substeps(solenoid / libm::sqrt(rough * WIDEST_BLEND), SOLENOID_RATE));
+            .max(substeps(solenoid / libm::sqrt(rough * WIDEST_BLEND), SOLENOID_RATE))
+            .max(substeps(line / libm::sqrt(rough * WIDEST_LINE_BLEND), SOLENOID_RATE));
         let step_s = step_s / count;
         let blend = |rate: f64, limit: f64| {
             let root = rate * step_s / limit;
@@ -340,6 +352,7 @@ impl Equations {
             step_s,
             port_blend: blend(port, PORT_RATE),
             blend: blend(solenoid, SOLENOID_RATE),
+            line_blend: if self.terms.line { blend(line, SOLENOID_RATE) } else { 0.0 },
             most_substeps: MOST_SUBSTEPS,
             ends_at_m: f64::INFINITY,
         }

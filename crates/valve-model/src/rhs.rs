@@ -263,11 +263,13 @@ impl<'a, R: Real> System<'a, R> {
         let mut net = spring - gas - c.viscous * state.v - c.weight - contact;
 
         // Flows.
-        let source = if !BASE && self.terms.line { Pressure::of(state.line_pressure) } else { self.supply };
+        let has_line = !BASE && self.terms.line;
+        let source = if has_line { Pressure::of(state.line_pressure) } else { self.supply };
+        let fed = if has_line { c.line_blend } else { c.blend };
         let (run, pipe_t) = (c.temperature, state.pipe_temperature);
         let (filled, vented);
         if !BASE && self.terms.spool {
-            filled = self.flow::<BASE>(source, pipe_gas, c.fill * inputs.spool, run, pipe_t, c.blend);
+            filled = self.flow::<BASE>(source, pipe_gas, c.fill * inputs.spool, run, pipe_t, fed);
             let closed = R::splat(1.0) - inputs.spool;
             vented = self.flow::<BASE>(self.exhaust, pipe_gas, c.vent * closed, run, pipe_t, c.blend);
         } else {
@@ -276,17 +278,22 @@ impl<'a, R: Real> System<'a, R> {
                 inverse: half.select_lt(inputs.spool, source.inverse, self.exhaust.inverse),
             };
             let coefficient = half.select_lt(inputs.spool, c.fill, c.vent);
-            let flow = self.flow::<BASE>(upstream, pipe_gas, coefficient, run, pipe_t, c.blend);
-            if BASE || !self.terms.line {
-                (filled, vented) = (zero, flow);
-            } else {
+            let mut blend = c.blend;
+            if has_line {
+                blend.width = half.select_lt(inputs.spool, fed.width, blend.width);
+                blend.inverse = half.select_lt(inputs.spool, fed.inverse, blend.inverse);
+            }
+            let flow = self.flow::<BASE>(upstream, pipe_gas, coefficient, run, pipe_t, blend);
+            if has_line {
                 filled = half.select_lt(inputs.spool, flow, zero);
                 vented = half.select_lt(inputs.spool, zero, flow);
+            } else {
+                (filled, vented) = (zero, flow);
             }
         }
         let (mut leaked_in, mut leaked_out) = (zero, zero);
         if self.leaks_in {
-            leaked_in = self.flow::<BASE>(source, pipe_gas, c.leak_in, run, pipe_t, c.blend);
+            leaked_in = self.flow::<BASE>(source, pipe_gas, c.leak_in, run, pipe_t, fed);
         }
         if self.leaks_out {
             leaked_out = self.flow::<BASE>(pipe_gas, self.ambient, c.leak_out, pipe_t, run, c.blend);

@@ -4,6 +4,8 @@
 //! standard error of a well-known parameter. Where the corners of a stroke move, such a secant is not the
 //! slope, and what it misses would be an error of the result that no standard error shows.
 
+use std::sync::Arc;
+
 use nalgebra::{DMatrix, DVector};
 use valve_model::Valve;
 
@@ -30,7 +32,7 @@ pub fn polished(data: &Dataset, scatter: &Scatter, mut fit: Fit) -> Fit {
             .map(|index| (2.0 / matrix[(index, index)].max(1e-12).sqrt()).clamp(DIFFERENCE.0, DIFFERENCE.1))
             .collect();
         let Some(columns) = central(data, &fit, &steps) else { return fit };
-        fit.jacobian = columns;
+        fit.jacobian = Arc::new(columns);
         let (information, step, promised) = newton(scatter, &fit);
         matrix = information;
         fit.covariance = inverse(&matrix);

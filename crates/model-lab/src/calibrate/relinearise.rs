@@ -5,11 +5,10 @@
 //! simulated once with its own most likely scatter; what it leaves there, and the direction from there
 //! back to no scatter, take the place of its residual. The scatter is then linear again.
 
-use rayon::prelude::*;
-use valve_model::Valve;
+use valve_model::{Run, Valve};
 
 use crate::data::Dataset;
-use crate::forward::residuals;
+use crate::forward::{residuals, residuals_of};
 use crate::scatter::{SOURCES, Scatter, Source};
 
 /// The dataset with the scatter of single strokes made linear about what it most likely is. `data` are
@@ -22,9 +21,7 @@ pub fn relinearised(data: &Dataset, straight: &Dataset, scatter: &Scatter, valve
     let strokes = scatter.strokes(&now);
     let mut result = straight.clone();
     let mut start = 0;
-    let off = data.runs.par_iter().zip(&strokes).enumerate();
-    let scattered: Vec<_> = off.map(|(index, (_, off))| likeliest(data, index, valve, off, scatter)).collect();
-    for (index, (run, scattered)) in data.runs.iter().zip(scattered).enumerate() {
+    for (index, (run, scattered)) in data.runs.iter().zip(likeliest(data, valve, &strokes, scatter)).enumerate() {
         let end = start + run.block_count();
         let Some((share, left)) = scattered else {
             start = end;
@@ -46,30 +43,41 @@ pub fn relinearised(data: &Dataset, straight: &Dataset, scatter: &Scatter, valve
 /// first order can go too far.
 const SHARES: [f64; 3] = [1.0, 0.5, 0.0];
 
-/// The most likely of these shares, and what it leaves of the stroke.
+/// For every run the most likely of these shares, and what it leaves of the stroke; nothing where none is a
+/// possible valve.
 fn likeliest(
     data: &Dataset,
-    index: usize,
     valve: &Valve,
-    off: &[f64; SOURCES.len()],
+    strokes: &[[f64; SOURCES.len()]],
     scatter: &Scatter,
-) -> Option<(f64, Vec<f64>)> {
-    let tried = SHARES.into_iter().filter_map(|share| {
-        let (alone, scattered) = stroke(data, index, valve, &off.map(|amount| share * amount))?;
-        let left = residuals(&alone, &[scattered]).remove(0);
-        let needed = off.iter().zip(&SOURCES).zip(&scatter.variances).filter(|(_, variance)| **variance > 0.0);
+) -> Vec<Option<(f64, Vec<f64>)>> {
+    let mut tried = Vec::new();
+    let mut simulated = Vec::new();
+    for (index, (recorded, off)) in data.runs.iter().zip(strokes).enumerate() {
+        for share in SHARES {
+            if let Some((run, valve)) = stroke(&recorded.run, valve, &off.map(|amount| share * amount)) {
+                tried.push((index, share));
+                simulated.push((recorded, run, valve));
+            }
+        }
+    }
+    let mut likeliest: Vec<Option<(f64, f64, Vec<f64>)>> = vec![None; data.runs.len()];
+    for ((index, share), left) in tried.into_iter().zip(residuals_of(&simulated, data.fineness)) {
+        let off = strokes[index].iter().zip(&SOURCES).zip(&scatter.variances);
+        let needed = off.filter(|(_, variance)| **variance > 0.0);
         let needed: f64 =
             needed.map(|((amount, (_, size)), variance)| (share * amount / size).powi(2) / variance).sum();
         let cost = left.iter().map(|value| value * value).sum::<f64>() + needed;
-        Some((cost, share, left))
-    });
-    tried.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, share, left)| (share, left))
+        if likeliest[index].as_ref().is_none_or(|(least, ..)| cost < *least) {
+            likeliest[index] = Some((cost, share, left));
+        }
+    }
+    likeliest.into_iter().map(|one| one.map(|(_, share, left)| (share, left))).collect()
 }
 
-/// A run alone with the scatter of its stroke in its commands and supply, and the valve with the rest.
-fn stroke(data: &Dataset, index: usize, valve: &Valve, off: &[f64; SOURCES.len()]) -> Option<(Dataset, Valve)> {
-    let mut alone = data.only(|unit| unit == index);
-    let run = &mut alone.runs[0].run;
+/// A run with the scatter of its stroke in its commands and supply, and the valve with the rest.
+fn stroke(recorded: &Run, valve: &Valve, off: &[f64; SOURCES.len()]) -> Option<(Run, Valve)> {
+    let mut run = recorded.clone();
     let mut parameters = valve.parameters().clone();
     for ((source, _), amount) in SOURCES.iter().zip(off) {
         match source {
@@ -84,5 +92,5 @@ fn stroke(data: &Dataset, index: usize, valve: &Valve, off: &[f64; SOURCES.len()
         }
     }
     let valve = Valve::new(parameters, valve.switches(), valve.effects().to_vec(), valve.custom().to_vec()).ok()?;
-    Some((alone, valve))
+    Some((run, valve))
 }

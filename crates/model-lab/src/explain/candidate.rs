@@ -90,7 +90,7 @@ pub fn start_effects(
         let Job { base, space } = &jobs[index];
         starts
             .iter()
-            .map(move |u| (index, Task { space, start: u.clone(), known: base.jacobian.clone(), options: FIRST }))
+            .map(move |u| (index, Task { space, start: u.clone(), known: base.jacobian.to_vec(), options: FIRST }))
     });
     let first = best_first(data, scatter, jobs.len(), first);
     if watch.is_stopped() {

@@ -100,7 +100,7 @@ pub fn search(recorded: &Dataset, view: View, base: Fit, watch: &Watch<'_>) -> F
     let already: Vec<EffectKind> = base.space.effects().iter().map(valve_model::Effect::kind).collect();
     let kinds = EffectKind::ALL.iter().copied().filter(|kind| !already.contains(kind)).collect();
     let steps = vec![Model { kinds: Vec::new(), fit: base, gain: 0.0 }];
-    let mut search = Search { recorded, kinds, watch, view, steps, rough_base: 0.0 };
+    let mut search = Search { recorded, kinds, watch, view, steps, rough_base: 0.0, singles: Vec::new() };
     search.run()
 }
 
@@ -113,11 +113,12 @@ struct Search<'a> {
     steps: Vec<Model>,
     /// Score of the calibrated model, simulated roughly.
     rough_base: f64,
+    /// All single effects tried on the calibrated model.
+    singles: Vec<Model>,
 }
 
 impl Search<'_> {
     fn run(&mut self) -> Found {
-        let mut singles = Vec::new();
         let mut alternatives = Vec::new();
         let mut beam = vec![self.last().clone()];
         let mut kinds = self.kinds.clone();
@@ -126,32 +127,19 @@ impl Search<'_> {
             let (first, others) = beam.split_at(1);
             let effort = if depth == 0 { Effort::THOROUGH } else { Effort::QUICK };
             let total = beam.len() * kinds.len();
+            let needed = if depth == 0 { ACCEPT } else { ACCEPT_FURTHER.max(INEXACT * self.last().gain) };
             let first = self.tried(first, &kinds, effort, total);
-            let judged = if others.is_empty() { None } else { self.fitting(&first) };
-            let mut tried = if let Some(judged) = judged {
-                judged
-            } else {
+            let explained = if others.is_empty() { None } else { self.explained(&first, needed) };
+            let (tried, found) = explained.unwrap_or_else(|| {
                 let others = self.tried(others, &kinds, Effort::STAND_IN, total);
                 let mut tried = [first, others].concat();
                 tried.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-                self.judge(&mut tried);
-                tried
-            };
+                let found = self.found(&mut tried, needed);
+                (tried, found)
+            });
             interrupted |= self.watch.is_stopped();
-            self.without_useless(&mut tried);
-            let needed = if depth == 0 { ACCEPT } else { ACCEPT_FURTHER.max(INEXACT * self.last().gain) };
-            let mut found = self.better(&tried, needed);
-            if let Some(best) = found.as_ref().filter(|best| self.shows_scatter(best, NEARLY_FITS) && !interrupted) {
-                // The scatter of strokes seen through a model that fits badly is seen wrongly: seen through
-                // the better one, everything is looked at again.
-                self.watch.tell(Progress::Doing("the scatter of strokes seen through the better model"));
-                self.look_through(&best.fit.clone());
-                self.again(&mut tried);
-                self.judge(&mut tried);
-                found = self.better(&tried, needed);
-            }
             if depth == 0 {
-                singles.clone_from(&tried);
+                self.singles.clone_from(&tried);
             }
             alternatives.clone_from(&tried);
             let Some(best) = found else { break };
@@ -186,7 +174,14 @@ impl Search<'_> {
             }
         }
         let lack = self.lack(&self.last().fit);
-        Found { view: self.view.clone(), steps: self.steps.clone(), singles, alternatives, lack, interrupted }
+        Found {
+            view: self.view.clone(),
+            steps: self.steps.clone(),
+            singles: self.singles.clone(),
+            alternatives,
+            lack,
+            interrupted,
+        }
     }
 
     fn last(&self) -> &Model {
@@ -197,13 +192,36 @@ impl Search<'_> {
         lack_of_fit(&self.view.fine, &self.view.scatter.without_scatter(&fine.residual))
     }
 
-    /// What was tried, judged, if the best of it explains the data down to the noise.
-    fn fitting(&self, tried: &[Model]) -> Option<Vec<Model>> {
-        let scatter = &self.view.scatter;
-        tried.first().filter(|best| best.fit.normalised_rms(scatter) < NEARLY_FITS)?;
-        let mut judged = tried.to_vec();
-        self.judge(&mut judged);
-        (self.lack(&judged[0].fit) < fits(scatter)).then_some(judged)
+    /// The best of what was tried if it is better than the last accepted model by enough; puts what was tried in
+    /// order.
+    fn found(&mut self, tried: &mut Vec<Model>, needed: f64) -> Option<Model> {
+        self.judge(tried);
+        self.without_useless(tried);
+        let best = self.better(tried, needed)?;
+        if !self.shows_scatter(&best, NEARLY_FITS) || self.watch.is_stopped() {
+            return Some(best);
+        }
+        // The scatter of strokes seen through a model that fits badly is seen wrongly: seen through the better
+        // one, everything is looked at again.
+        self.watch.tell(Progress::Doing("the scatter of strokes seen through the better model"));
+        self.look_through(&best.fit);
+        self.again(tried);
+        self.judge(tried);
+        self.better(tried, needed)
+    }
+
+    /// The same, if that model explains the data down to the noise; otherwise nothing is changed.
+    fn explained(&mut self, tried: &[Model], needed: f64) -> Option<(Vec<Model>, Option<Model>)> {
+        let bound = if self.view.scatter.is_known { ALMOST_FITS } else { NEARLY_FITS };
+        tried.first().filter(|best| best.fit.normalised_rms(&self.view.scatter) < bound)?;
+        let (view, steps) = (self.view.clone(), self.steps.clone());
+        let mut tried = tried.to_vec();
+        let found = self.found(&mut tried, needed);
+        if let Some(found) = found.filter(|best| self.lack(&best.fit) < fits(&self.view.scatter)) {
+            return Some((tried, Some(found)));
+        }
+        (self.view, self.steps) = (view, steps);
+        None
     }
 
     /// Every effect added to every model of the beam, simulated roughly, best first; `total` are to be tried at
@@ -239,10 +257,12 @@ impl Search<'_> {
             }
         };
         let foremost = finished(view, started.iter().map(|(_, started)| started), effort);
-        let least = foremost.iter().flatten().map(|fit| fit.cost).fold(f64::INFINITY, f64::min);
+        let best = foremost.iter().flatten().min_by(|a, b| a.cost.total_cmp(&b.cost));
+        let bar =
+            best.map_or(f64::INFINITY, |best| NEAR + best.cost - view.impression.least_elsewhere(&view.rough, best));
         add(started.iter().map(|(job, _)| *job).collect(), foremost);
         let (hopeful, behind): (Vec<_>, Vec<_>) =
-            others.into_iter().partition(|(_, started)| started.hope() < NEAR + least && !self.watch.is_stopped());
+            others.into_iter().partition(|(_, started)| started.hope() < bar && !self.watch.is_stopped());
         let jobs = |candidates: &[((usize, EffectKind), Started)]| candidates.iter().map(|(job, _)| *job).collect();
         add(jobs(&hopeful), finished(view, hopeful.iter().map(|(_, started)| started), effort));
         add(jobs(&behind), seen(view, behind.iter().map(|(_, started)| started)));
@@ -279,8 +299,8 @@ impl Search<'_> {
         if kinds.len() < 2 || kinds.len() == best.kinds.len() || known || self.watch.is_stopped() {
             return;
         }
-        let base = self.view.roughly(&self.steps[0].fit);
-        if let Some(fit) = build(&self.view, &base, &kinds, self.watch).map(|fit| self.view.finely(&fit)) {
+        let built = built(&self.view, &self.steps[0].fit, &self.singles, &kinds, self.watch);
+        if let Some(fit) = built.map(|fit| self.view.finely(&fit)) {
             let gain = self.steps[0].score() - fit.cost - penalty(&fit);
             tried.push(Model { kinds, fit, gain });
             tried.sort_by(|a, b| b.gain.total_cmp(&a.gain));
@@ -378,8 +398,9 @@ impl Search<'_> {
             }
             let mut kinds = best.kinds.clone();
             let kind = kinds.remove(dropped);
-            let base = self.view.roughly(&self.steps[0].fit);
-            let Some(without) = build(&self.view, &base, &kinds, self.watch) else { continue };
+            let Some(without) = built(&self.view, &self.steps[0].fit, &self.singles, &kinds, self.watch) else {
+                continue;
+            };
             // Only one that comes near has to be simulated finely.
             if without.cost < NEARLY * best.fit.cost {
                 let smaller = Model { kinds: kinds.clone(), fit: self.view.finely(&without), gain: 0.0 };
@@ -444,10 +465,16 @@ pub fn excess(scatter: &Scatter, fit: &Fit) -> f64 {
     scatter.without_scatter(&fit.residual).iter().map(|value| value * value - 1.0).sum()
 }
 
-/// Adds effects one after the other, simulated roughly.
-pub fn build(view: &View, base: &Fit, kinds: &[EffectKind], watch: &Watch<'_>) -> Option<Fit> {
-    let mut fit = base.clone();
-    for kind in kinds {
+/// The calibrated model with some effects, simulated roughly: one alone as it was found, more are added one
+/// after the other.
+pub fn built(view: &View, calibrated: &Fit, singles: &[Model], kinds: &[EffectKind], watch: &Watch<'_>) -> Option<Fit> {
+    let (first, others) = kinds.split_first()?;
+    let single = singles.iter().find(|model| model.kinds == [*first]);
+    let mut fit = match single {
+        Some(single) => view.roughly(&single.fit),
+        None => add_effect(view, &view.roughly(calibrated), *first, Effort::QUICK, watch)?,
+    };
+    for kind in others {
         fit = add_effect(view, &fit, *kind, Effort::QUICK, watch)?;
     }
     Some(fit)

@@ -6,7 +6,7 @@ use valve_model::EffectKind;
 use super::Watch;
 use super::candidate::{Effort, finished, start_effects};
 use super::model::Model;
-use super::search::{Found, build};
+use super::search::{Found, built};
 
 /// Candidates whose cost is within this of the best (in chi-squared) cannot be told from it.
 pub const TWIN: f64 = 10.0;
@@ -38,13 +38,14 @@ fn stand_ins(found: &Found, best: &Model, replaced: EffectKind, watch: &Watch<'_
         found.alternatives.iter().filter(beside_the_same).cloned().collect()
     } else {
         let view = &found.view;
-        let base = view.roughly(&found.steps[0].fit);
         let rough = view.roughly(&best.fit);
         let roughly_best = best.score() - best.fit.cost + rough.cost;
         let off = 30.0 + (rough.cost - best.fit.cost).abs();
-        let Some(rest) = build(view, &base, &others, watch) else { return Vec::new() };
+        let calibrated = &found.steps[0].fit;
+        let Some(rest) = built(view, calibrated, &found.singles, &others, watch) else { return Vec::new() };
         let already: Vec<EffectKind> = rest.space.effects().iter().map(valve_model::Effect::kind).collect();
         let bar = roughly_best + TWIN + 2.0 * off;
+        let elsewhere = view.impression.least_elsewhere(&view.rough, &rough);
         let kinds: Vec<EffectKind> =
             EffectKind::ALL.iter().copied().filter(|kind| *kind != replaced && !already.contains(kind)).collect();
         let start = |kinds: &[EffectKind], effort| {
@@ -54,7 +55,7 @@ fn stand_ins(found: &Found, best: &Model, replaced: EffectKind, watch: &Watch<'_
         };
         let glances = start(&kinds, Effort::GLANCE);
         let hopeful: Vec<EffectKind> =
-            glances.iter().filter(|(_, glance)| glance.hope() < bar).map(|(kind, _)| *kind).collect();
+            glances.iter().filter(|(_, glance)| glance.hope() + elsewhere < bar).map(|(kind, _)| *kind).collect();
         let started = start(&hopeful, Effort::STAND_IN);
         let fits = finished(view, started.iter().map(|(_, started)| started), Effort::STAND_IN);
         started

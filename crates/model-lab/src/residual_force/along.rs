@@ -99,6 +99,7 @@ pub fn follow(valve: &Valve, run: &RunData, smoothed: &Smoothed) -> Option<Along
     let pace = equations.pace(STEP_S);
     let mut coefficients = equations.coefficients;
     coefficients.port_blend = Blend::new(pace.port_blend);
+    coefficients.line_blend = Blend::new(pace.line_blend.max(pace.blend));
     coefficients.blend = Blend::new(pace.blend);
     let system = System::new(coefficients, equations.terms, &equations.custom, equations.custom_values());
     let follower = Follower { system, motion: Motion { smoothed }, pipe, chamber };

@@ -18,6 +18,8 @@ pub struct Pace {
     pub port_blend: f64,
     /// The same for the solenoid and the leaks.
     pub blend: f64,
+    /// The same for what a supply line feeds; 0 without such a line.
+    pub line_blend: f64,
     /// Substeps that a lane may take.
     pub most_substeps: u32,
     /// Position from which on the last segment is over, m.
@@ -31,7 +33,7 @@ const BLOCK: u32 = 8;
 /// difference of some 1e-5, where no stroke time feels it any more.
 pub(crate) const MOST_SUBSTEPS: u32 = 16;
 
-/// On a stop, pipe and chamber closer than this (relative) are at one pressure for all purposes.
+/// On a stop, supply, line, pipe and chamber closer than this (relative) are at one pressure for all purposes.
 const REST_GAP: f64 = 1e-4;
 
 /// A lane of which no state moves by more than this share over a block is at rest. A creep that
@@ -135,10 +137,13 @@ impl Clock {
         front.step.set_lane(lane, step * share);
         coefficients.port_blend.set_lane(lane, Blend::new(self.pace.port_blend * share * share));
         coefficients.blend.set_lane(lane, Blend::new(self.pace.blend * share * share));
+        if self.pace.line_blend > 0.0 {
+            coefficients.line_blend.set_lane(lane, Blend::new(self.pace.line_blend * share * share));
+        }
     }
 }
 
-/// The substeps that keep the blend away from the pressure difference at hand. On a stop, where
+/// The substeps that keep the blends away from the pressure differences at hand. On a stop, where
 /// nothing depends on it, one is enough.
 #[inline(always)]
 fn substeps<R: Real>(lane: usize, front: &Front<R>, coefficients: &Coefficients<R>, pace: Pace) -> u32 {
@@ -149,12 +154,20 @@ fn substeps<R: Real>(lane: usize, front: &Front<R>, coefficients: &Coefficients<
     let chamber = state.chamber_mass * zr * state.chamber_temperature / volume;
     let temperature_ratio = state.pipe_temperature / coefficients.temperature.lane(lane);
     let pipe = state.pipe_mass * coefficients.pipe_gain.lane(lane) * temperature_ratio;
-    let gap = (pipe - chamber).abs() / pipe.max(chamber);
-    if (state.x <= 0.0 || state.x >= stroke) && gap < REST_GAP {
+    let gap = |a: f64, b: f64| (a - b).abs() / a.max(b);
+    let port = gap(pipe, chamber);
+    // A line only acts where it feeds the pipe.
+    let feeds = pace.line_blend > 0.0 && (front.spool.lane(lane) > 0.0 || coefficients.leak_in.lane(lane) > 0.0);
+    let line = if feeds { gap(state.line_pressure, pipe) } else { 0.0 };
+    let drop = if feeds { gap(coefficients.supply.lane(lane), state.line_pressure) } else { 0.0 };
+    if (state.x <= 0.0 || state.x >= stroke) && port.max(line).max(drop) < REST_GAP {
         return 1;
     }
+    let wide = |count: u32| 0.8 * f64::from(count * count);
     let mut count = 1;
-    while count < pace.most_substeps && pace.port_blend > 0.8 * gap * f64::from(count * count) {
+    while count < pace.most_substeps
+        && (pace.port_blend > port * wide(count) || feeds && pace.line_blend > line * wide(count))
+    {
         count *= 2;
     }
     count
