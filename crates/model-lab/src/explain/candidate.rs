@@ -143,10 +143,28 @@ pub fn finished<'a>(view: &View, started: impl Iterator<Item = &'a Started>, eff
     fit_all(&view.rough, &view.scatter, tasks.collect())
 }
 
-/// Candidates fitted with one Jacobian with all the data: they stay behind, and this says how far.
-pub fn seen<'a>(view: &View, started: impl Iterator<Item = &'a Started>) -> Vec<Option<Fit>> {
-    let tasks = started.map(|started| Task::from(&started.fit, FIRST));
-    fit_all(&view.rough, &view.scatter, tasks.collect())
+/// Candidates fitted with one Jacobian with all the data, each beside the fit that it was added to: they stay
+/// behind, and this says how far.
+pub fn seen(view: &View, started: &[(&Fit, &Started)]) -> Vec<Option<Fit>> {
+    let tasks = started.iter().map(|(_, started)| Task::from(&started.fit, FIRST));
+    let mut fits = fit_all(&view.rough, &view.scatter, tasks.collect());
+    // Where the first impression led astray, next to no effect at all is better.
+    let (astray, next): (Vec<&mut Option<Fit>>, Vec<Task<'_>>) = fits
+        .iter_mut()
+        .zip(started)
+        .filter(|(fit, (base, _))| fit.as_ref().is_none_or(|fit| fit.cost > base.cost))
+        .map(|(fit, (base, Started { fit: at }))| {
+            let small = probes(&at.space, base.u.len()).swap_remove(0).small;
+            let task = Task { space: &at.space, start: full(base, &small), known: Vec::new(), options: FIRST };
+            (fit, task)
+        })
+        .unzip();
+    for (fit, again) in astray.into_iter().zip(fit_all(&view.rough, &view.scatter, next)) {
+        if again.as_ref().is_some_and(|again| fit.as_ref().is_none_or(|fit| again.cost < fit.cost)) {
+            *fit = again;
+        }
+    }
+    fits
 }
 
 /// Makes fits, each for the job of its index; those of each job, the best first.

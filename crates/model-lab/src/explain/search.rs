@@ -265,7 +265,8 @@ impl Search<'_> {
             others.into_iter().partition(|(_, started)| started.hope() < bar && !self.watch.is_stopped());
         let jobs = |candidates: &[((usize, EffectKind), Started)]| candidates.iter().map(|(job, _)| *job).collect();
         add(jobs(&hopeful), finished(view, hopeful.iter().map(|(_, started)| started), effort));
-        add(jobs(&behind), seen(view, behind.iter().map(|(_, started)| started)));
+        let beside: Vec<_> = behind.iter().map(|((model, _), started)| (&rough[*model].fit, started)).collect();
+        add(jobs(&behind), seen(view, &beside));
         tried.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         tried
     }
