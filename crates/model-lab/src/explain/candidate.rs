@@ -61,7 +61,7 @@ pub fn add_effect(view: &View, base: &Fit, kind: EffectKind, effort: Effort, wat
 #[derive(Debug, Clone)]
 pub struct Started {
     /// The fit to the impression.
-    fit: Fit,
+    pub fit: Fit,
 }
 
 /// Starts effects, each on top of a model fitted roughly, side by side; nothing where no start could be
@@ -130,16 +130,21 @@ fn to_the_end(effort: Effort) -> FitOptions {
     FitOptions { steps: effort.steps, tolerance: 0.1, stall: 3e-3 }
 }
 
-impl Started {
-    /// The cost that it may come down to on the impression, and so the least it can have on all the data.
-    pub fn hope(&self) -> f64 {
-        self.fit.cost - BELIEVED * self.fit.promised
-    }
+/// The cost that a fit may come down to, as far as its last Jacobian tells.
+pub fn hope(fit: &Fit) -> f64 {
+    fit.cost - BELIEVED * fit.promised
 }
 
 /// Candidates fitted to the end with all the data.
 pub fn finished<'a>(view: &View, started: impl Iterator<Item = &'a Started>, effort: Effort) -> Vec<Option<Fit>> {
     let tasks = started.map(|started| Task::from(&started.fit, to_the_end(effort)));
+    fit_all(&view.rough, &view.scatter, tasks.collect())
+}
+
+/// Candidates that were seen with all the data fitted to the end.
+pub fn carried_on(view: &View, seen: &[Fit], effort: Effort) -> Vec<Option<Fit>> {
+    let known = |fit: &Fit| fit.jacobian.to_vec();
+    let tasks = seen.iter().map(|fit| Task { known: known(fit), ..Task::from(fit, to_the_end(effort)) });
     fit_all(&view.rough, &view.scatter, tasks.collect())
 }
 

@@ -6,16 +6,17 @@
 //! formulas that start from its shape are then fitted, and the one that explains most for its number of
 //! parameters becomes a ready custom effect.
 
-use rayon::prelude::*;
 use valve_model::custom::{CustomEffect, CustomParameter, CustomTarget, VARIABLE_NAMES, Variables};
 
 use super::Watch;
 use super::held_out::held_out_rms;
+use super::impression::Impression;
 use super::lack::lack_of_fit;
 use super::search::fits;
 use super::view::View;
 use crate::data::Dataset;
-use crate::fit::{Fit, FitOptions, fit};
+use crate::fit::{Fit, FitOptions, Task, fit, fit_all};
+use crate::scatter::Scatter;
 use crate::space::Space;
 
 /// Knots of a table.
@@ -83,27 +84,14 @@ pub fn outside(view: &View, calibrated: &Fit, watch: &Watch<'_>) -> Option<Outsi
     let (data, scatter) = (&view.rough, &view.scatter);
     let base = &view.roughly(calibrated);
     let scales = Scales::new(data, base);
-    let first = &view.impression;
-    let options = FitOptions { steps: 6, tolerance: 1.0, stall: 0.02 };
-    let mut tables: Vec<(Axis, Vec<f64>, Fit)> = AXES
-        .par_iter()
-        .filter_map(|axis| {
-            if watch.is_stopped() {
-                return None;
-            }
-            let (knots, effect) = table(*axis, &scales)?;
-            let space = base.space.with_custom(&effect);
-            let fitted = fit(&first.data, &first.scatter, &space, &extended(base, &space.start()), options)?;
-            Some((*axis, knots, fitted))
-        })
-        .collect();
-    // All tables have as many knots; left-out conditions decide between the two that explain most.
-    tables.sort_by(|a, b| a.2.cost.total_cmp(&b.2.cost));
-    tables.truncate(2);
-    let mut judged: Vec<_> = tables
+    if watch.is_stopped() {
+        return None;
+    }
+    // Left-out conditions decide between the two tables that explain most.
+    let mut judged: Vec<_> = tables(&view.impression, base, &scales)
         .into_iter()
         .filter_map(|(axis, knots, fitted)| {
-            let fitted = fit(data, scatter, &fitted.space, &fitted.u, FitOptions { steps: 3, ..options })?;
+            let fitted = fit(data, scatter, &fitted.space, &fitted.u, table_options(3))?;
             let held_out = if watch.is_stopped() { None } else { held_out_rms(data, scatter, &fitted) };
             Some((axis, knots, fitted, held_out))
         })
@@ -141,6 +129,48 @@ pub fn outside(view: &View, calibrated: &Fit, watch: &Watch<'_>) -> Option<Outsi
         }
     }
     best
+}
+
+/// A table along an axis: its knots, and everything fitted with it.
+type Table = (Axis, Vec<f64>, Fit);
+
+fn table_options(steps: usize) -> FitOptions {
+    FitOptions { steps, tolerance: 1.0, stall: 0.02 }
+}
+
+/// The tables that explain most of a first impression. All have as many knots.
+fn tables(first: &Impression, base: &Fit, scales: &Scales) -> Vec<Table> {
+    let Impression { data, scatter, .. } = first;
+    let empty: Vec<(Axis, Vec<f64>, Space)> = AXES
+        .iter()
+        .filter_map(|axis| {
+            let (knots, effect) = table(*axis, scales)?;
+            Some((*axis, knots, base.space.with_custom(&effect)))
+        })
+        .collect();
+    let tasks = empty.iter().map(|(_, _, space)| Task {
+        space,
+        start: extended(base, &space.start()),
+        known: Vec::new(),
+        options: table_options(2),
+    });
+    let fits = fit_all(data, scatter, tasks.collect());
+    let mut tables: Vec<Table> =
+        empty.iter().zip(fits).filter_map(|((axis, knots, _), fit)| Some((*axis, knots.clone(), fit?))).collect();
+    keep_best(&mut tables, BETTER);
+    let further = tables.iter().map(|(_, _, fit)| Task::from(fit, table_options(4)));
+    let further = fit_all(data, scatter, further.collect());
+    for (table, fit) in tables.iter_mut().zip(further) {
+        table.2 = fit.unwrap_or_else(|| table.2.clone());
+    }
+    keep_best(&mut tables, BEST);
+    tables
+}
+
+/// Keeps the tables that explain most.
+fn keep_best(tables: &mut Vec<Table>, count: usize) {
+    tables.sort_by(|a, b| a.2.cost.total_cmp(&b.2.cost));
+    tables.truncate(count);
 }
 
 /// Sizes of the valve that tables and formulas are scaled with.
@@ -247,9 +277,10 @@ fn formula(
     let few = &view.impression;
     let mut at: Vec<(Space, Vec<f64>)> = starts.collect();
     for (steps, remain) in [(2, BETTER), (6, BEST)] {
-        let fitted = at.into_par_iter().filter(|_| !watch.is_stopped());
-        let fits = fitted.filter_map(|(space, u)| fit(&few.data, &few.scatter, &space, &u, options(steps)));
-        let mut fits: Vec<Fit> = fits.collect();
+        if watch.is_stopped() {
+            return None;
+        }
+        let mut fits = fitted(&few.data, &few.scatter, &at, steps);
         fits.sort_by(|a, b| score(a).total_cmp(&score(b)));
         // What is left to explain on a few of the runs is the least of what is left on all.
         fits.retain(|first| first.cost < bar);
@@ -258,22 +289,25 @@ fn formula(
         fits.dedup_by(|b, a| b.cost < SAME * a.cost && formula(a) == formula(b));
         at = fits.into_iter().take(remain).map(|fit| (fit.space, fit.u)).collect();
     }
-    let finished = at.into_par_iter().filter_map(|(space, u)| fit(&view.rough, &view.scatter, &space, &u, options(12)));
+    let finished = fitted(&view.rough, &view.scatter, &at, 12).into_iter();
     let best = finished.filter(|fit| fit.cost < bar).min_by(|a, b| score(a).total_cmp(&score(b)))?;
     let effect = best.space.custom_at(&best.u).pop()?;
     Some((best, effect))
 }
 
+/// Formulas fitted from where they are.
+fn fitted(data: &Dataset, scatter: &Scatter, at: &[(Space, Vec<f64>)], steps: usize) -> Vec<Fit> {
+    let options = FitOptions { steps, tolerance: 0.3, stall: 0.005 };
+    let tasks = at.iter().map(|(space, u)| Task { space, start: u.clone(), known: Vec::new(), options });
+    fit_all(data, scatter, tasks.collect()).into_iter().flatten().collect()
+}
+
 /// Times the cost of a fit up to which another of the same formula is taken for the same.
 const SAME: f64 = 1.02;
 
-/// How many formulas go on after a first look, and to the end.
+/// How many tables, and formulas, go on after a first look, and to the end.
 const BETTER: usize = 4;
 const BEST: usize = 2;
-
-fn options(steps: usize) -> FitOptions {
-    FitOptions { steps, tolerance: 0.3, stall: 0.005 }
-}
 
 /// Formulas whose starting values follow the table.
 fn shapes(axis: Axis, knots: &[f64], values: &[f64], scales: &Scales) -> Vec<CustomEffect> {

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 use valve_model::EffectKind;
 
-use super::candidate::{Effort, Started, add_effect, finished, promised_gain, seen, start_effects};
+use super::candidate::{Effort, Started, add_effect, carried_on, finished, hope, promised_gain, seen, start_effects};
 use super::lack::lack_of_fit;
 use super::model::{Model, is_practical, least_size, penalty, practical_kinds};
 use super::view::View;
@@ -242,9 +242,9 @@ impl Search<'_> {
         let started = start_effects(view, &starts, effort, self.watch);
         let mut started: Vec<((usize, EffectKind), Started)> =
             jobs.into_iter().zip(started).filter_map(|(job, started)| Some((job, started?))).collect();
-        // Those that promise most are fitted to the end with all the data, and so is every other that could
-        // still come near them.
-        started.sort_by(|a, b| a.1.hope().total_cmp(&b.1.hope()));
+        // Those that promise most are fitted to the end with all the data, the others with one Jacobian, and
+        // from there to the end if they could still come near.
+        started.sort_by(|a, b| hope(&a.1.fit).total_cmp(&hope(&b.1.fit)));
         let others = started.split_off(FOREMOST.min(started.len()));
         let mut tried = Vec::new();
         let mut add = |started: Vec<(usize, EffectKind)>, fits: Vec<Option<Fit>>| {
@@ -257,16 +257,19 @@ impl Search<'_> {
             }
         };
         let foremost = finished(view, started.iter().map(|(_, started)| started), effort);
-        let best = foremost.iter().flatten().min_by(|a, b| a.cost.total_cmp(&b.cost));
-        let bar =
-            best.map_or(f64::INFINITY, |best| NEAR + best.cost - view.impression.least_elsewhere(&view.rough, best));
+        let least = foremost.iter().flatten().map(|fit| fit.cost).fold(f64::INFINITY, f64::min);
         add(started.iter().map(|(job, _)| *job).collect(), foremost);
-        let (hopeful, behind): (Vec<_>, Vec<_>) =
-            others.into_iter().partition(|(_, started)| started.hope() < bar && !self.watch.is_stopped());
-        let jobs = |candidates: &[((usize, EffectKind), Started)]| candidates.iter().map(|(job, _)| *job).collect();
-        add(jobs(&hopeful), finished(view, hopeful.iter().map(|(_, started)| started), effort));
-        let beside: Vec<_> = behind.iter().map(|((model, _), started)| (&rough[*model].fit, started)).collect();
-        add(jobs(&behind), seen(view, &beside));
+        let beside: Vec<_> = others.iter().map(|((model, _), started)| (&rough[*model].fit, started)).collect();
+        let seen = seen(view, &beside);
+        let (hopeful, behind): (Vec<_>, Vec<_>) = others
+            .iter()
+            .zip(seen)
+            .filter_map(|((job, _), fit)| Some((*job, fit?)))
+            .partition(|(_, fit)| hope(fit) < NEAR + least && !self.watch.is_stopped());
+        let (jobs, fits): (Vec<_>, Vec<Fit>) = hopeful.into_iter().unzip();
+        add(jobs, carried_on(view, &fits, effort));
+        let (jobs, fits): (Vec<_>, Vec<Option<Fit>>) = behind.into_iter().map(|(job, fit)| (job, Some(fit))).unzip();
+        add(jobs, fits);
         tried.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         tried
     }

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use valve_model::EffectKind;
 
 use super::Watch;
-use super::candidate::{Effort, finished, start_effects};
+use super::candidate::{Effort, finished, hope, start_effects};
 use super::model::Model;
 use super::search::{Found, built};
 
@@ -55,7 +55,7 @@ fn stand_ins(found: &Found, best: &Model, replaced: EffectKind, watch: &Watch<'_
         };
         let glances = start(&kinds, Effort::GLANCE);
         let hopeful: Vec<EffectKind> =
-            glances.iter().filter(|(_, glance)| glance.hope() + elsewhere < bar).map(|(kind, _)| *kind).collect();
+            glances.iter().filter(|(_, glance)| hope(&glance.fit) + elsewhere < bar).map(|(kind, _)| *kind).collect();
         let started = start(&hopeful, Effort::STAND_IN);
         let fits = finished(view, started.iter().map(|(_, started)| started), Effort::STAND_IN);
         started
