@@ -96,6 +96,21 @@ impl Fineness {
     pub const ROUGH: Self = Self { step_s: 2.0 * DEFAULT_STEP_S, most_substeps: 2 };
 }
 
+/// Supply pressures and leaks that differ by less than this share are the same condition.
+const SAME_SHARE: f64 = 5e-3;
+
+/// The same for temperatures, K.
+const SAME_TEMPERATURE_K: f64 = 1.0;
+
+/// Whether conditions are the same but for how well a gauge is read.
+pub fn same_conditions(one: &Conditions, other: &Conditions) -> bool {
+    let near = |a: f64, b: f64| (a - b).abs() <= SAME_SHARE * a.abs().max(b.abs());
+    near(one.supply_pressure_pa, other.supply_pressure_pa)
+        && (one.temperature_k - other.temperature_k).abs() <= SAME_TEMPERATURE_K
+        && near(one.leak_to_atmosphere_m2, other.leak_to_atmosphere_m2)
+        && near(one.leak_from_supply_m2, other.leak_from_supply_m2)
+}
+
 /// What reading a campaign takes from the valve that it was recorded on.
 pub fn valve_facts(valve: &Valve) -> ValveFacts {
     let parameters = valve.parameters();
@@ -193,6 +208,19 @@ impl Dataset {
             Some(run) => &run.run.conditions,
             None => &self.timing_groups[unit - self.runs.len()].conditions,
         }
+    }
+
+    /// The units by condition: every supply pressure, temperature and opened leak is one group.
+    pub fn units_by_condition(&self) -> Vec<Vec<usize>> {
+        let mut groups: Vec<Vec<usize>> = Vec::new();
+        for unit in 0..self.unit_count() {
+            let conditions = self.unit_conditions(unit);
+            match groups.iter_mut().find(|group| same_conditions(self.unit_conditions(group[0]), conditions)) {
+                Some(group) => group.push(unit),
+                None => groups.push(vec![unit]),
+            }
+        }
+        groups
     }
 
     /// The dataset with only these units.

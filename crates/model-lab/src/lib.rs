@@ -9,6 +9,7 @@ pub mod data;
 pub mod explain;
 pub mod fit;
 pub mod forward;
+pub mod repeats;
 pub mod residual_force;
 pub mod scatter;
 pub mod space;

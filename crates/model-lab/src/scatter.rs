@@ -10,6 +10,7 @@ use valve_model::{CommandEdge, ParameterId, Valve};
 
 use crate::data::Dataset;
 use crate::forward::residuals;
+use crate::repeats::{Repeats, repeats};
 
 /// What scatters from stroke to stroke.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -81,32 +82,30 @@ impl Scatter {
     /// (expectation and maximisation over the deviations from each group's mean).
     pub fn estimate(data: &Dataset, valve: &Valve) -> Self {
         let layout = layout(data);
-        let groups = repeat_groups(data);
-        if groups.iter().all(|group| group.len() < 2) {
+        let groups = repeats(data);
+        if groups.is_empty() {
             return Self::none();
         }
         let directions = directions(data, valve);
         let base = &residuals(data, core::slice::from_ref(valve))[0];
         // Deviations from the group's mean lose one degree of freedom in each group.
         let mut samples: Vec<Sample> = Vec::new();
-        for group in groups.iter().filter(|group| group.len() > 1) {
-            let length = layout[group[0]].1 - layout[group[0]].0;
-            if group.iter().any(|unit| layout[*unit].1 - layout[*unit].0 != length) {
-                continue;
-            }
-            let mean: Vec<f64> = (0..length)
-                .map(|i| group.iter().map(|unit| base[layout[*unit].0 + i]).sum::<f64>() / group.len() as f64)
+        for Repeats { units, places } in &groups {
+            let rows: Vec<Vec<usize>> = units
+                .iter()
+                .zip(places)
+                .map(|(unit, places)| places.iter().map(|place| layout[*unit].0 + place.nearest()).collect())
                 .collect();
-            let share = 1.0 - 1.0 / group.len() as f64;
-            for unit in group {
-                let (start, end) = layout[*unit];
-                let d = matrix(&directions, start, end);
-                let deviation = DVector::from_iterator(length, (0..length).map(|i| base[start + i] - mean[i]));
+            let repeats = units.len() as f64;
+            let mean: Vec<f64> =
+                (0..rows[0].len()).map(|i| rows.iter().map(|rows| base[rows[i]]).sum::<f64>() / repeats).collect();
+            let share = 1.0 - 1.0 / repeats;
+            for rows in &rows {
+                let d = matrix(&directions, rows);
+                let deviation =
+                    DVector::from_iterator(rows.len(), rows.iter().zip(&mean).map(|(row, m)| base[*row] - m));
                 samples.push(Sample { gram: d.transpose() * &d, projection: d.transpose() * deviation, share });
             }
-        }
-        if samples.is_empty() {
-            return Self::none();
         }
         let [solenoid, all_orifices] =
             FLOWS.map(|flow| likeliest(&samples, FLOWS.iter().find(|other| **other != flow)));
@@ -125,8 +124,8 @@ impl Scatter {
         let units: Vec<UnitScatter> = layout
             .iter()
             .map(|(start, end)| {
-                let all = matrix(directions, *start, *end);
-                let directions = DMatrix::from_fn(end - start, active.len(), |row, column| all[(row, active[column])]);
+                let directions =
+                    DMatrix::from_fn(end - start, active.len(), |row, column| directions[active[column]][start + row]);
                 let mut precision = directions.transpose() * &directions;
                 for (column, source) in active.iter().enumerate() {
                     precision[(column, column)] += 1.0 / variances[*source];
@@ -439,26 +438,6 @@ fn layout(data: &Dataset) -> Vec<(usize, usize)> {
     bounds
 }
 
-/// Units recorded under the same conditions and commands, by index into [`layout`].
-fn repeat_groups(data: &Dataset) -> Vec<Vec<usize>> {
-    let mut groups: Vec<Vec<usize>> = Vec::new();
-    for (index, run) in data.runs.iter().enumerate() {
-        let same = |other: usize| {
-            data.runs[other].run.conditions == run.run.conditions && data.runs[other].run.commands == run.run.commands
-        };
-        match groups.iter_mut().find(|group| same(group[0])) {
-            Some(group) => group.push(index),
-            None => groups.push(vec![index]),
-        }
-    }
-    let mut next = data.runs.len();
-    for group in &data.timing_groups {
-        groups.push((next..next + group.rows.len()).collect());
-        next += group.rows.len();
-    }
-    groups
-}
-
 /// Residual per unit of each source, over the whole residual vector.
 fn directions(data: &Dataset, valve: &Valve) -> Vec<Vec<f64>> {
     let base = residuals(data, core::slice::from_ref(valve)).remove(0);
@@ -518,6 +497,7 @@ fn shift_timings(data: &Dataset, residual: &mut [f64], close: bool, by_s: f64) {
     }
 }
 
-fn matrix(directions: &[Vec<f64>], start: usize, end: usize) -> DMatrix<f64> {
-    DMatrix::from_fn(end - start, directions.len(), |row, column| directions[column][start + row])
+/// Some rows of the directions.
+fn matrix(directions: &[Vec<f64>], rows: &[usize]) -> DMatrix<f64> {
+    DMatrix::from_fn(rows.len(), directions.len(), |row, column| directions[column][rows[row]])
 }

@@ -38,7 +38,7 @@ fn ninety_percent_intervals_hold_the_truth_in_nine_cases_of_ten() {
             let (valve, truth) = drawn(file.valve(), &tolerances, &mut noise);
             let runs = [5.2e5, 6.6e5].map(|supply_pressure_pa| {
                 let nominal = Conditions::nominal(valve.parameters());
-                recorded(&valve, Conditions { supply_pressure_pa, ..nominal }, 0.0, &mut noise)
+                recorded(&valve, Conditions { supply_pressure_pa, ..nominal }, 0.0, 0.0, &mut noise)
             });
             let data = campaign(runs.to_vec());
             let options = CalibrateOptions { starts: 1, candidates: 1, hold_out: false, ..CalibrateOptions::default() };

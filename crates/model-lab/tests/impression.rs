@@ -25,7 +25,7 @@ fn repeated(file: &ValveFile) -> Dataset {
     conditions.push(Conditions { leak_to_atmosphere_m2: 1.5e-7, ..nominal });
     let mut noise = Noise(7);
     let strokes = conditions.iter().flat_map(|conditions| [0.0, 4e-3, 1e-3].map(|late_s| (*conditions, late_s)));
-    campaign(strokes.map(|(conditions, late_s)| recorded(valve, conditions, late_s, &mut noise)).collect())
+    campaign(strokes.map(|(conditions, late_s)| recorded(valve, conditions, 0.0, late_s, &mut noise)).collect())
 }
 
 #[test]

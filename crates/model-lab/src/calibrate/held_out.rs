@@ -1,7 +1,5 @@
 //! How well a calibration predicts conditions that it has not seen.
 
-use valve_model::Conditions;
-
 use crate::compare::Comparison;
 use crate::data::Dataset;
 use crate::fit::{Fit, FitOptions, fit_with};
@@ -34,21 +32,13 @@ pub fn held_out(
     scatter: &Scatter,
     before: &Comparison,
 ) -> Option<HeldOut> {
-    let mut distinct: Vec<Conditions> = Vec::new();
-    for unit in 0..data.unit_count() {
-        let conditions = *data.unit_conditions(unit);
-        if !distinct.contains(&conditions) {
-            distinct.push(conditions);
-        }
-    }
-    let parts = PARTS.min(distinct.len());
+    let conditions = data.units_by_condition();
+    let parts = PARTS.min(conditions.len());
     if parts < 2 {
         return None;
     }
-    let part_of = |unit: usize| {
-        let conditions = data.unit_conditions(unit);
-        distinct.iter().position(|other| other == conditions).map_or(0, |index| index % parts)
-    };
+    let part_of =
+        |unit: usize| conditions.iter().position(|group| group.contains(&unit)).map_or(0, |index| index % parts);
     let (mut sum, mut readings) = (0.0, 0.0);
     for part in 0..parts {
         let kept = straight.only(|unit| part_of(unit) != part);

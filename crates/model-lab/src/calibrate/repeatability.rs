@@ -1,6 +1,7 @@
 //! How far strokes repeated under the same conditions differ.
 
-use crate::data::{Channel, Dataset};
+use crate::data::{Channel, Dataset, RunData};
+use crate::repeats::{Repeats, repeats};
 use crate::scatter::{SOURCES, Scatter, Source};
 
 /// The scatter between repeated strokes: no model can be closer to a single stroke than that.
@@ -49,29 +50,23 @@ impl Repeatability {
 fn trace_variance(data: &Dataset) -> Option<(f64, f64)> {
     let (mut sum, mut count) = (0.0, 0.0);
     let mut noise_m = 0.0;
-    let mut seen: Vec<usize> = Vec::new();
-    for (index, run) in data.runs.iter().enumerate() {
-        let Some(position) = run.channels.iter().find(|channel| channel.channel == Channel::Position) else { continue };
-        noise_m = position.noise;
-        let blocks = position.blocks.len();
-        let alike = |other: &usize| {
-            let other = &data.runs[*other];
-            other.run.conditions == run.run.conditions
-                && other.run.commands == run.run.commands
-                && other.channels.first().is_some_and(|channel| channel.blocks.len() == blocks)
-        };
-        let group: Vec<usize> = (index..data.runs.len()).filter(alike).collect();
-        if group.len() < 2 || seen.contains(&index) {
+    for Repeats { units, places } in repeats(data) {
+        let runs: Vec<&RunData> = units.iter().filter_map(|unit| data.runs.get(*unit)).collect();
+        let Some(position) = runs.first().and_then(|run| run.channels.first()) else { continue };
+        if position.channel != Channel::Position {
             continue;
         }
-        seen.extend(&group);
-        let repeats = group.len() as f64;
-        for block in 0..blocks {
-            let values = || group.iter().map(|other| &data.runs[*other].channels[0].blocks[block]);
-            let mean = values().map(|block| block.mean).sum::<f64>() / repeats;
-            let spread = values().map(|block| (block.mean - mean).powi(2)).sum::<f64>() / (repeats - 1.0);
-            let noise = values().map(|block| block.inverse_sigma.powi(-2)).sum::<f64>() / repeats;
-            sum += spread - noise;
+        noise_m = position.noise;
+        let count_of = runs.len() as f64;
+        // The position comes first in every record.
+        let compared = places[0].iter().take_while(|place| place.nearest() < position.blocks.len()).count();
+        for index in 0..compared {
+            let blocks = || runs.iter().map(|run| &run.channels[0].blocks).zip(places.iter().map(|all| all[index]));
+            let values: Vec<f64> = blocks().map(|(blocks, place)| place.between(|i| blocks[i].mean)).collect();
+            let mean = values.iter().sum::<f64>() / count_of;
+            let spread = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (count_of - 1.0);
+            let noise = blocks().map(|(blocks, place)| place.variance_between(|i| blocks[i].inverse_sigma.powi(-2)));
+            sum += spread - noise.sum::<f64>() / count_of;
             count += 1.0;
         }
     }

@@ -10,7 +10,7 @@ use crate::scatter::Scatter;
 /// Root mean square of the residuals of each condition, predicted by a fit to all the others, in units
 /// of the noise with the scatter of strokes taken out; nothing with fewer than two conditions.
 pub fn held_out_rms(data: &Dataset, scatter: &Scatter, full: &Fit) -> Option<f64> {
-    let groups = condition_groups(data);
+    let groups = data.units_by_condition();
     if groups.len() < 2 {
         return None;
     }
@@ -31,17 +31,4 @@ pub fn held_out_rms(data: &Dataset, scatter: &Scatter, full: &Fit) -> Option<f64
         .collect();
     let (sum, count) = sums.into_iter().fold((0.0, 0.0), |total, part| (total.0 + part.0, total.1 + part.1));
     (count > 0.0).then(|| (sum / count).sqrt())
-}
-
-/// Units by condition: every supply pressure, temperature and opened leak is one group.
-fn condition_groups(data: &Dataset) -> Vec<Vec<usize>> {
-    let mut groups: Vec<Vec<usize>> = Vec::new();
-    for unit in 0..data.unit_count() {
-        let same = |group: &&mut Vec<usize>| data.unit_conditions(group[0]) == data.unit_conditions(unit);
-        match groups.iter_mut().find(same) {
-            Some(group) => group.push(unit),
-            None => groups.push(vec![unit]),
-        }
-    }
-    groups
 }

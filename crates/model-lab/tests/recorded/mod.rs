@@ -30,10 +30,12 @@ impl Noise {
     }
 }
 
-/// A stroke under these conditions, its solenoid late by some time to close.
-pub fn recorded(valve: &Valve, conditions: Conditions, late_s: f64, noise: &mut Noise) -> RunData {
-    let commands =
-        |late_s: f64| vec![CommandEdge { time_s: late_s, close: true }, CommandEdge { time_s: 2.5, close: false }];
+/// A stroke under these conditions, recorded from some time before its command; its solenoid is late by some time
+/// to close.
+pub fn recorded(valve: &Valve, conditions: Conditions, wait_s: f64, late_s: f64, noise: &mut Noise) -> RunData {
+    let commands = |late_s: f64| {
+        vec![CommandEdge { time_s: wait_s + late_s, close: true }, CommandEdge { time_s: wait_s + 2.5, close: false }]
+    };
     let strokes = Run { conditions, commands: commands(late_s), end_s: 5.5, driven: None };
     let times_s: Vec<f64> = (0..680).map(|sample| f64::from(sample) * SPACING_S).collect();
     let mut predicted = model_lab::forward::Predicted::default();
