@@ -35,6 +35,8 @@ pub struct Bar {
     pub colour: Colour,
     /// Text behind its end.
     pub text: String,
+    /// A mark that the text must stand behind as well.
+    pub mark: Option<f64>,
 }
 
 /// A rectangle of one colour.

@@ -191,6 +191,9 @@ fn level(
     }
 }
 
+/// Half the width of a mark that a bar's text stands behind.
+const MARK_RADIUS: f64 = 5.0;
+
 fn draw_bar(
     bar: &Bar,
     direction: Direction,
@@ -203,9 +206,13 @@ fn draw_bar(
     let (corners, text_at, anchor) = if is_along_x(direction) {
         let (a, b) = (x.at(bar.from), x.at(bar.to));
         let corners = [[a, y.at(bar.at - half)], [b, y.at(bar.at + half)]];
-        let outwards = if b < a { -6.0 } else { 6.0 };
-        let anchor = if b < a { Anchor::End } else { Anchor::Start };
-        (corners, [b + outwards, y.at(bar.at) + 0.36 * TEXT_SIZE], anchor)
+        let mark = bar.mark.map(|mark| x.at(mark));
+        let (end, anchor) = if b < a {
+            (mark.map_or(b, |mark| b.min(mark - MARK_RADIUS)) - 6.0, Anchor::End)
+        } else {
+            (mark.map_or(b, |mark| b.max(mark + MARK_RADIUS)) + 6.0, Anchor::Start)
+        };
+        (corners, [end, y.at(bar.at) + 0.36 * TEXT_SIZE], anchor)
     } else {
         let (a, b) = (y.at(bar.from), y.at(bar.to));
         let corners = [[x.at(bar.at - half), a], [x.at(bar.at + half), b]];

@@ -67,6 +67,7 @@ impl LeaderboardFigure {
                     Some((yes, all)) => format!("{yes}/{all}"),
                     None => String::new(),
                 },
+                mark: candidate.held_out_gain.map(shown),
             })
             .collect();
         let held_out = self
