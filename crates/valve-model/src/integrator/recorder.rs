@@ -10,19 +10,20 @@ const STAGED: usize = 64;
 
 /// The nodes of the runs that are being integrated, one run in each lane.
 pub(crate) struct Recorder<R> {
-    staged: Vec<Node<R>>,
+    staged: Channels<R>,
+    /// How many steps are staged.
+    count: usize,
     lanes: Vec<Lane>,
     pressures: bool,
 }
 
-/// One step of all lanes.
-#[derive(Clone, Copy)]
-struct Node<R> {
-    time: R,
-    position: R,
-    velocity: R,
-    chamber_pressure: R,
-    pipe_pressure: R,
+/// Steps of all lanes, channel by channel.
+struct Channels<R> {
+    time: Vec<R>,
+    position: Vec<R>,
+    velocity: Vec<R>,
+    chamber_pressure: Vec<R>,
+    pipe_pressure: Vec<R>,
 }
 
 /// The run in one lane.
@@ -36,8 +37,16 @@ struct Lane {
 impl<R: Real> Recorder<R> {
     /// A recorder without runs.
     pub(crate) fn new() -> Self {
+        let channel = || vec![R::splat(0.0); STAGED];
         Self {
-            staged: Vec::with_capacity(STAGED),
+            staged: Channels {
+                time: channel(),
+                position: channel(),
+                velocity: channel(),
+                chamber_pressure: channel(),
+                pipe_pressure: channel(),
+            },
+            count: 0,
             lanes: (0..R::LANES).map(|_| Lane::default()).collect(),
             pressures: false,
         }
@@ -45,7 +54,7 @@ impl<R: Real> Recorder<R> {
 
     /// Forgets what it holds, keeps the memory; pressures are kept if asked for.
     pub(crate) fn clear(&mut self, pressures: bool) {
-        self.staged.clear();
+        self.count = 0;
         self.pressures = pressures;
         for lane in &mut self.lanes {
             lane.from = None;
@@ -66,29 +75,35 @@ impl<R: Real> Recorder<R> {
         front: &Front<R>,
         inputs: &Inputs<R>,
     ) {
-        let node = self.of::<BASE>(system, front, inputs);
         let Lane { nodes, from } = &mut self.lanes[lane];
         nodes.clear();
-        nodes.extend(lane, core::slice::from_ref(&node), self.pressures);
-        *from = Some(self.staged.len());
+        nodes.time_s.push(front.time.lane(lane));
+        nodes.position_m.push(front.state.x.lane(lane));
+        nodes.velocity_m_per_s.push(front.state.v.lane(lane));
+        if self.pressures {
+            let (chamber, pipe) = system.pressures::<BASE>(&front.state, inputs);
+            nodes.chamber_pressure_pa.push(chamber.lane(lane));
+            nodes.pipe_pressure_pa.push(pipe.lane(lane));
+        }
+        *from = Some(self.count);
     }
 
     /// Keeps the state of all lanes after a step.
     #[inline(always)]
     pub(super) fn node<const BASE: bool>(&mut self, system: &System<'_, R>, front: &Front<R>, inputs: &Inputs<R>) {
-        let node = self.of::<BASE>(system, front, inputs);
-        self.staged.push(node);
-        if self.staged.len() == STAGED {
+        let at = self.count;
+        self.staged.time[at] = front.time;
+        self.staged.position[at] = front.state.x;
+        self.staged.velocity[at] = front.state.v;
+        if self.pressures {
+            let (chamber, pipe) = system.pressures::<BASE>(&front.state, inputs);
+            self.staged.chamber_pressure[at] = chamber;
+            self.staged.pipe_pressure[at] = pipe;
+        }
+        self.count += 1;
+        if self.count == STAGED {
             self.hand_over();
         }
-    }
-
-    #[inline(always)]
-    fn of<const BASE: bool>(&self, system: &System<'_, R>, front: &Front<R>, inputs: &Inputs<R>) -> Node<R> {
-        let none = R::splat(0.0);
-        let (chamber_pressure, pipe_pressure) =
-            if self.pressures { system.pressures::<BASE>(&front.state, inputs) } else { (none, none) };
-        Node { time: front.time, position: front.state.x, velocity: front.state.v, chamber_pressure, pipe_pressure }
     }
 
     /// Whether there is a run in a lane.
@@ -107,13 +122,22 @@ impl<R: Real> Recorder<R> {
     /// Hands the staged steps to the lanes.
     #[inline(never)]
     fn hand_over(&mut self) {
-        for (lane, Lane { nodes, from }) in self.lanes.iter_mut().enumerate() {
-            if let Some(from) = from {
-                nodes.extend(lane, &self.staged[*from..], self.pressures);
-                *from = 0;
+        let Self { staged, count, lanes, pressures } = self;
+        for (lane, Lane { nodes, from }) in lanes.iter_mut().enumerate() {
+            let Some(from) = from else { continue };
+            let extend = |to: &mut Vec<f64>, channel: &[R]| {
+                to.extend(channel[*from..*count].iter().map(|pack| pack.lane(lane)));
+            };
+            extend(&mut nodes.time_s, &staged.time);
+            extend(&mut nodes.position_m, &staged.position);
+            extend(&mut nodes.velocity_m_per_s, &staged.velocity);
+            if *pressures {
+                extend(&mut nodes.chamber_pressure_pa, &staged.chamber_pressure);
+                extend(&mut nodes.pipe_pressure_pa, &staged.pipe_pressure);
             }
+            *from = 0;
         }
-        self.staged.clear();
+        *count = 0;
     }
 }
 
@@ -124,15 +148,5 @@ impl Nodes {
         self.velocity_m_per_s.clear();
         self.chamber_pressure_pa.clear();
         self.pipe_pressure_pa.clear();
-    }
-
-    fn extend<R: Real>(&mut self, lane: usize, from: &[Node<R>], pressures: bool) {
-        self.time_s.extend(from.iter().map(|node| node.time.lane(lane)));
-        self.position_m.extend(from.iter().map(|node| node.position.lane(lane)));
-        self.velocity_m_per_s.extend(from.iter().map(|node| node.velocity.lane(lane)));
-        if pressures {
-            self.chamber_pressure_pa.extend(from.iter().map(|node| node.chamber_pressure.lane(lane)));
-            self.pipe_pressure_pa.extend(from.iter().map(|node| node.pipe_pressure.lane(lane)));
-        }
     }
 }
