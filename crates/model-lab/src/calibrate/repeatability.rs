@@ -57,16 +57,16 @@ fn trace_variance(data: &Dataset) -> Option<(f64, f64)> {
             continue;
         }
         noise_m = position.noise;
-        let count_of = runs.len() as f64;
+        let strokes = runs.len() as f64;
         // The position comes first in every record.
         let compared = places[0].iter().take_while(|place| place.nearest() < position.blocks.len()).count();
         for index in 0..compared {
             let blocks = || runs.iter().map(|run| &run.channels[0].blocks).zip(places.iter().map(|all| all[index]));
             let values: Vec<f64> = blocks().map(|(blocks, place)| place.between(|i| blocks[i].mean)).collect();
-            let mean = values.iter().sum::<f64>() / count_of;
-            let spread = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (count_of - 1.0);
+            let mean = values.iter().sum::<f64>() / strokes;
+            let spread = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (strokes - 1.0);
             let noise = blocks().map(|(blocks, place)| place.variance_between(|i| blocks[i].inverse_sigma.powi(-2)));
-            sum += spread - noise.sum::<f64>() / count_of;
+            sum += spread - noise.sum::<f64>() / strokes;
             count += 1.0;
         }
     }
