@@ -8,10 +8,24 @@ use valve_model::dispatch::InstructionSet;
 use valve_model::params::Switches;
 use valve_model::rhs::State;
 use valve_model::simulate::{DEFAULT_STEP_S, simulate_scalar, simulate_with};
-use valve_model::{Conditions, Effect, EffectKind, Nodes, Prepared, Run, Valve, simulate};
+use valve_model::stroke::strokes;
+use valve_model::{CommandEdge, Conditions, Effect, EffectKind, Nodes, Prepared, Run, Valve, simulate};
 
 /// Halving the step changes no stroke time by more, with any effect, s.
 const STEP_S: f64 = 0.1e-3;
+
+/// Scalar path and lanes agree in every stroke time within this, s.
+const SAME_TIME_S: f64 = 1e-9;
+
+/// The commands of six runs.
+fn commands() -> Vec<Vec<CommandEdge>> {
+    let of_run = |index: usize| {
+        let mut commands = cycle_commands(&CYCLE);
+        commands[1].time_s += 0.1237 * index as f64;
+        commands
+    };
+    (0..6).map(of_run).collect()
+}
 
 /// Six runs of a valve that differ in everything that may differ from lane to lane.
 fn runs(valve: &Valve) -> Vec<Prepared> {
@@ -23,13 +37,11 @@ fn runs(valve: &Valve) -> Vec<Prepared> {
     conditions[4].leak_from_supply_m2 = 0.21e-6;
     conditions[5].supply_pressure_pa *= 0.8;
     conditions[5].temperature_k = 270.0;
-    let run = |(index, conditions): (usize, Conditions)| {
-        let mut commands = cycle_commands(&CYCLE);
-        commands[1].time_s += 0.1237 * index as f64;
+    let run = |((index, conditions), commands): ((usize, Conditions), Vec<CommandEdge>)| {
         let run = Run { conditions, commands, end_s: CYCLE.end_s - 0.5 * index as f64, driven: None };
         Prepared::new(valve, &run, DEFAULT_STEP_S)
     };
-    conditions.into_iter().enumerate().map(run).collect()
+    conditions.into_iter().enumerate().zip(commands()).map(run).collect()
 }
 
 /// Every number of a run, as bits.
@@ -65,6 +77,10 @@ fn one_by_one(runs: &[Prepared]) -> Vec<Vec<u64>> {
     all
 }
 
+fn available() -> impl Iterator<Item = InstructionSet> {
+    InstructionSet::ALL.into_iter().filter(|set| set.is_available())
+}
+
 /// The base valve and the valve with each effect at its typical size.
 fn all_valves() -> Vec<(String, Valve)> {
     let base = ("base".to_owned(), base_valve(testbed()));
@@ -73,16 +89,52 @@ fn all_valves() -> Vec<(String, Valve)> {
 }
 
 #[test]
-fn lanes_give_the_bits_of_the_scalar_path() {
+fn lanes_that_fuse_nothing_give_the_bits_of_the_scalar_path() {
     for (name, valve) in all_valves() {
         let runs = runs(&valve);
-        let (lanes, scalar) = (with_lanes(&runs), one_by_one(&runs));
+        let (lanes, scalar) = (with_set(InstructionSet::Baseline, &runs), one_by_one(&runs));
         assert!(scalar.iter().all(|run| run.len() > 10_000), "{name}: a run has thousands of nodes");
         assert!(lanes == scalar, "{name}: lanes differ from the scalar path");
-        for set in InstructionSet::ALL.into_iter().filter(|set| set.is_available()) {
-            assert!(with_set(set, &runs) == scalar, "{name}: lanes with {} differ", set.name());
+    }
+}
+
+#[test]
+fn lanes_that_fuse_give_the_same_bits_in_registers_of_any_width() {
+    for (name, valve) in all_valves() {
+        let runs = runs(&valve);
+        let widest = with_lanes(&runs);
+        for set in available().filter(|set| *set != InstructionSet::Baseline) {
+            assert!(with_set(set, &runs) == widest, "{name}: lanes with {} differ", set.name());
+            for (run, beside) in runs.iter().zip(&widest) {
+                let alone = with_set(set, std::slice::from_ref(run));
+                assert!(alone[0] == *beside, "{name}: a run alone with {} differs from one beside others", set.name());
+            }
         }
     }
+}
+
+#[test]
+fn every_stroke_time_is_that_of_the_scalar_path_within_a_nanosecond() {
+    let mut worst: f64 = 0.0;
+    for (name, valve) in all_valves() {
+        let runs = runs(&valve);
+        let commands = commands();
+        let times = |index: usize, nodes: &Nodes| strokes(&valve, &commands[index], nodes);
+        let mut scalar = vec![Vec::new(); runs.len()];
+        simulate_scalar(&runs, false, |index, nodes, _| scalar[index] = times(index, nodes));
+        assert!(scalar.iter().flatten().filter(|stroke| stroke.time_s.is_some()).count() >= 10, "{name}: strokes");
+        for set in available() {
+            simulate_with(set, &runs, false, |index, nodes, _| {
+                for (lane, alone) in times(index, nodes).iter().zip(&scalar[index]) {
+                    assert_eq!(lane.time_s.is_some(), alone.time_s.is_some(), "{name}, {}, run {index}", set.name());
+                    let off = lane.time_s.zip(alone.time_s).map_or(0.0, |(a, b)| (a - b).abs());
+                    assert!(off < SAME_TIME_S, "{name}, {}, run {index}: {off:e} s apart", set.name());
+                    worst = worst.max(off);
+                }
+            });
+        }
+    }
+    println!("largest difference {worst:e} s");
 }
 
 #[test]

@@ -108,12 +108,11 @@ macro_rules! coefficients {
             /// Puts one valve's numbers into a lane.
             pub fn set_lane(&mut self, lane: usize, from: &Coefficients<f64>) {
                 $( self.$field.set_lane(lane, from.$field); )*
-                for (power, q) in self.law.q.iter_mut().enumerate() {
-                    q.set_lane(lane, from.law.q[power]);
+                for (power, root) in self.law.root.iter_mut().enumerate() {
+                    root.set_lane(lane, from.law.root[power]);
                 }
-                self.law.centre.set_lane(lane, from.law.centre);
                 self.law.scale.set_lane(lane, from.law.scale);
-                self.law.critical.set_lane(lane, from.law.critical);
+                self.law.widest.set_lane(lane, from.law.widest);
                 self.port_blend.set_lane(lane, from.port_blend);
                 self.blend.set_lane(lane, from.blend);
                 self.line_blend.set_lane(lane, from.line_blend);
@@ -125,10 +124,9 @@ macro_rules! coefficients {
                 Self {
                     $( $field: R::splat(from.$field), )*
                     law: OrificeLaw {
-                        q: core::array::from_fn(|power| R::splat(law.q[power])),
-                        centre: R::splat(law.centre),
+                        root: core::array::from_fn(|power| R::splat(law.root[power])),
                         scale: R::splat(law.scale),
-                        critical: R::splat(law.critical),
+                        widest: R::splat(law.widest),
                     },
                     port_blend: Blend::splat(from.port_blend),
                     blend: Blend::splat(from.blend),
@@ -140,6 +138,8 @@ macro_rules! coefficients {
 }
 
 coefficients! {
+    /// Moving mass m, kg.
+    mass,
     /// 1/m, 1/kg.
     inverse_mass,
     /// Spring stiffness k, N/m.
@@ -148,6 +148,8 @@ coefficients! {
     free_length,
     /// Stroke L, m.
     stroke,
+    /// 1/L, 1/m.
+    inverse_stroke,
     /// Piston area A_p, m².
     piston_area,
     /// Viscous friction r, N s/m.
@@ -182,6 +184,8 @@ coefficients! {
     leak_in,
     /// Run temperature, K.
     temperature,
+    /// 1 over it, 1/K.
+    inverse_temperature,
     /// Ratio of specific heats.
     gamma,
     /// Wall conductance over c_v, kg/s.
@@ -254,10 +258,12 @@ impl Equations {
         let orifice = |area: f64| p.flow_coefficient * area / libm::sqrt(zrt);
         let mut terms = Terms::default();
         let mut c = Coefficients {
+            mass: p.moving_mass_kg,
             inverse_mass: 1.0 / p.moving_mass_kg,
             stiffness: p.spring_stiffness_n_per_m,
             free_length: p.stroke_m + p.preload_compression_m,
             stroke: p.stroke_m,
+            inverse_stroke: 1.0 / p.stroke_m,
             piston_area: p.piston_area_m2,
             viscous: p.viscous_friction_n_s_per_m,
             weight: p.moving_mass_kg * STANDARD_GRAVITY_M_PER_S2 * p.orientation.closing_share(),
@@ -275,6 +281,7 @@ impl Equations {
             leak_out: orifice(conditions.leak_to_atmosphere_m2),
             leak_in: orifice(conditions.leak_from_supply_m2),
             temperature: conditions.temperature_k,
+            inverse_temperature: 1.0 / conditions.temperature_k,
             gamma: p.ratio_of_specific_heats,
             wall: 0.0,
             work_gain: (p.ratio_of_specific_heats - 1.0) / p.specific_gas_constant_j_per_kg_k,

@@ -8,30 +8,28 @@
 //! ```
 //!
 //! The product w (w - r) vanishes linearly at r = 1, so that w (w - r) = (1 - r) q(r) with a smooth
-//! q: a polynomial, built once per gas, takes the place of the power. The law of ISO 6358-1:2013,
-//! with a critical ratio b of its own, has the same form with a q of first degree, so that one code
-//! serves both.
+//! and positive q: a polynomial for sqrt(q), built once per gas, takes the place of the power, and the
+//! root of 1 - r is taken beside it. The law of ISO 6358-1:2013, with a critical ratio b of its own, has
+//! the same form with a q of first degree, so that one code serves both.
 //!
 //! The slope of the square root is infinite at equal pressures. Within a relative pressure
 //! difference `blend` it gives way to an odd cubic that agrees with it in value and slope at the edge.
 
 use crate::real::Real;
 
-/// Degree of the polynomial for q.
+/// Degree of the polynomial for sqrt(q).
 pub const DEGREE: usize = 15;
 
 /// The law of all orifices of a valve for one gas: `shape(r)` times a coefficient times the
 /// upstream pressure is the mass flow.
 #[derive(Debug, Clone, Copy)]
 pub struct OrificeLaw<R> {
-    /// Coefficients of q in t = (r - centre) * scale, ascending.
-    pub q: [R; DEGREE + 1],
-    /// Centre of the range of non-choked ratios.
-    pub centre: R,
-    /// Two over its width.
+    /// Coefficients of sqrt(q) in t = 1 - scale (1 - r), ascending.
+    pub root: [R; DEGREE + 1],
+    /// Two over the widest gap.
     pub scale: R,
-    /// Critical pressure ratio.
-    pub critical: R,
+    /// The relative pressure difference 1 - r from which on the flow is choked.
+    pub widest: R,
 }
 
 /// The relative pressure difference within which an orifice's law is blended to a line.
@@ -68,7 +66,7 @@ pub const BLEND_SLOPE: f64 = 1.25;
 
 impl OrificeLaw<f64> {
     /// The ideal nozzle for a ratio of specific heats, with the flow coefficient's factor
-    /// sqrt(2 gamma/(gamma - 1)) included in q.
+    /// 2 gamma/(gamma - 1) included in q.
     pub fn ideal_nozzle(gamma: f64) -> Self {
         let critical = libm::pow(2.0 / (gamma + 1.0), gamma / (gamma - 1.0));
         let factor = 2.0 * gamma / (gamma - 1.0);
@@ -86,19 +84,19 @@ impl OrificeLaw<f64> {
     /// ISO 6358 with critical ratio b and the choked flow of the ideal nozzle.
     pub fn iso_6358(gamma: f64, critical_ratio: f64) -> Self {
         let nozzle = Self::ideal_nozzle(gamma);
-        let sonic = nozzle.shape(nozzle.critical, Blend::new(1e-9));
+        let sonic = nozzle.shape(0.0, Blend::new(1e-9));
         let width = 1.0 - critical_ratio;
         Self::from_function(critical_ratio, |r| sonic * sonic * (1.0 + r - 2.0 * critical_ratio) / (width * width))
     }
 
-    /// Interpolates q at Chebyshev nodes on [critical, 1] (Trefethen, Approximation Theory and
+    /// Interpolates sqrt(q) at Chebyshev nodes on [critical, 1] (Trefethen, Approximation Theory and
     /// Approximation Practice, 2013, chapter 3), as a polynomial in powers.
     fn from_function(critical: f64, q: impl Fn(f64) -> f64) -> Self {
         const NODES: usize = DEGREE + 1;
         let centre = 0.5 * (1.0 + critical);
         let half = 0.5 * (1.0 - critical);
         let angle = |node: usize| core::f64::consts::PI * (node as f64 + 0.5) / NODES as f64;
-        let samples: [f64; NODES] = core::array::from_fn(|node| q(centre + half * libm::cos(angle(node))));
+        let samples: [f64; NODES] = core::array::from_fn(|node| q(centre + half * libm::cos(angle(node))).sqrt());
         let mut powers = [0.0; NODES];
         // Chebyshev polynomials T_k by their recurrence, as coefficients of powers of t.
         let mut previous = [0.0; NODES];
@@ -119,14 +117,15 @@ impl OrificeLaw<f64> {
             previous = current;
             current = next;
         }
-        Self { q: powers, centre, scale: 1.0 / half, critical }
+        Self { root: powers, scale: 1.0 / half, widest: 2.0 * half }
     }
 }
 
 impl OrificeLaw<f64> {
     /// q at equal pressures.
     pub fn at_equal_pressures(&self) -> f64 {
-        polynomial(&self.q, (1.0 - self.centre) * self.scale)
+        let root = polynomial(&self.root, 1.0);
+        root * root
     }
 }
 
@@ -141,13 +140,11 @@ impl<R: Real> OrificeLaw<R> {
     #[inline(always)]
     fn shape_at(&self, gap: R, blend: Blend<R>) -> R {
         let one = R::splat(1.0);
-        let gap = gap.min(one - self.critical);
-        let t = ((one - gap) - self.centre) * self.scale;
-        let q = polynomial(&self.q, t);
-        let s = gap * blend.inverse;
-        let root = (gap.max(blend.width) * q).sqrt();
-        let odd = s * (R::splat(BLEND_SLOPE) - s * s * R::splat(0.25));
-        root * gap.select_lt(blend.width, odd, one)
+        let gap = gap.min(self.widest);
+        let smooth = polynomial(&self.root, one - gap * self.scale);
+        let s = (gap * blend.inverse).min(one);
+        let odd = s * (s * s).mul_add(R::splat(-0.25), R::splat(BLEND_SLOPE));
+        gap.max(blend.width).sqrt() * smooth * odd
     }
 
     /// Mass flow from `p1` to `p2`, kg/s, for a coefficient C A / sqrt(Z R T); negative where it runs back.
@@ -194,9 +191,15 @@ impl<R: Real> Pressure<R> {
 fn polynomial<R: Real>(c: &[R; DEGREE + 1], t: R) -> R {
     let t2 = t * t;
     let t4 = t2 * t2;
-    let t8 = t4 * t4;
-    let quad = |i: usize| (c[i] + c[i + 1] * t) + (c[i + 2] + c[i + 3] * t) * t2;
-    (quad(0) + quad(4) * t4) + (quad(8) + quad(12) * t4) * t8
+    let low = quad(c, 4, t, t2).mul_add(t4, quad(c, 0, t, t2));
+    let high = quad(c, 12, t, t2).mul_add(t4, quad(c, 8, t, t2));
+    high.mul_add(t4 * t4, low)
+}
+
+/// Four of its terms. Not a closure, which the compiler may leave out of line and so without the wider registers.
+#[inline(always)]
+fn quad<R: Real>(c: &[R; DEGREE + 1], at: usize, t: R, t2: R) -> R {
+    c[at + 3].mul_add(t, c[at + 2]).mul_add(t2, c[at + 1].mul_add(t, c[at]))
 }
 
 #[cfg(test)]

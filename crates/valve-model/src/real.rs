@@ -1,9 +1,9 @@
 //! The numbers the model computes with: one `f64`, or several side by side.
 //!
-//! Every law is written once, generic over [`Real`]. Additions, products,
-//! quotients and square roots are exactly rounded in both forms and nothing is
-//! contracted, so that a lane gives the very bits that the scalar path gives,
-//! on every machine.
+//! Every law is written once, generic over [`Real`], and says itself where a product and a sum may
+//! be one operation ([`Real::mul_add`]). Whether that is fused, and so rounded once, is part of the
+//! type: fused lanes give the same bits on every machine that has such an instruction, the others
+//! the bits of a plain `f64` on every machine. All else is exactly rounded and nothing is contracted.
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -20,6 +20,11 @@ pub trait Real:
     fn lane(&self, index: usize) -> f64;
     /// Replaces the number in one lane.
     fn set_lane(&mut self, index: usize, value: f64);
+    /// Writes the numbers to the front of `to`.
+    fn store(self, to: &mut [f64]);
+    /// `self * factor + term`, rounded once where the type is fused.
+    #[must_use]
+    fn mul_add(self, factor: Self, term: Self) -> Self;
     /// Square root.
     #[must_use]
     fn sqrt(self) -> Self;
@@ -81,7 +86,7 @@ pub trait Real:
         let z = self.min(limit) * Self::splat(1.0 / 64.0);
         let mut sum = Self::splat(INVERSE_FACTORIALS[0]);
         for coefficient in &INVERSE_FACTORIALS[1..] {
-            sum = Self::splat(*coefficient) - sum * z;
+            sum = sum.mul_add(-z, Self::splat(*coefficient));
         }
         for _ in 0..6 {
             sum = sum * sum;
@@ -145,6 +150,14 @@ impl Real for f64 {
         *self = value;
     }
     #[inline(always)]
+    fn store(self, to: &mut [f64]) {
+        to[0] = self;
+    }
+    #[inline(always)]
+    fn mul_add(self, factor: Self, term: Self) -> Self {
+        self * factor + term
+    }
+    #[inline(always)]
     fn sqrt(self) -> Self {
         f64::sqrt(self)
     }
@@ -174,14 +187,15 @@ impl Real for f64 {
     }
 }
 
-/// Several numbers side by side, one register or a few wide.
+/// Several numbers side by side, one register or a few wide. `FUSED` lanes round a product and a sum
+/// once; they are for code compiled for machines that can, elsewhere that takes a slow call.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(align(64))]
-pub struct Lanes<const N: usize>(pub [f64; N]);
+pub struct Lanes<const N: usize, const FUSED: bool>(pub [f64; N]);
 
 macro_rules! lanewise {
     ($($trait:ident $method:ident $op:tt;)*) => { $(
-        impl<const N: usize> $trait for Lanes<N> {
+        impl<const N: usize, const FUSED: bool> $trait for Lanes<N, FUSED> {
             type Output = Self;
             #[inline(always)]
             fn $method(mut self, other: Self) -> Self {
@@ -201,7 +215,7 @@ lanewise! {
     Div div /=;
 }
 
-impl<const N: usize> Neg for Lanes<N> {
+impl<const N: usize, const FUSED: bool> Neg for Lanes<N, FUSED> {
     type Output = Self;
     #[inline(always)]
     fn neg(mut self) -> Self {
@@ -212,7 +226,7 @@ impl<const N: usize> Neg for Lanes<N> {
     }
 }
 
-impl<const N: usize> Real for Lanes<N> {
+impl<const N: usize, const FUSED: bool> Real for Lanes<N, FUSED> {
     const LANES: usize = N;
 
     #[inline(always)]
@@ -226,6 +240,21 @@ impl<const N: usize> Real for Lanes<N> {
     #[inline(always)]
     fn set_lane(&mut self, index: usize, value: f64) {
         self.0[index] = value;
+    }
+    #[inline(always)]
+    fn store(self, to: &mut [f64]) {
+        to[..N].copy_from_slice(&self.0);
+    }
+    #[inline(always)]
+    fn mul_add(mut self, factor: Self, term: Self) -> Self {
+        for lane in 0..N {
+            self.0[lane] = if FUSED {
+                f64::mul_add(self.0[lane], factor.0[lane], term.0[lane])
+            } else {
+                self.0[lane] * factor.0[lane] + term.0[lane]
+            };
+        }
+        self
     }
     #[inline(always)]
     fn sqrt(mut self) -> Self {
@@ -295,11 +324,15 @@ mod tests {
         for x in [-800.0, -41.0, -39.9, -1.0, -1e-9, 0.0, 1e-9, 1.0, 39.9, 41.0, 700.0, 800.0, f64::INFINITY] {
             let (own, library) = (Real::exp(x), libm::exp(x));
             assert!(own == library || (own / library - 1.0).abs() < 2e-12, "exp {x}: {own} and {library}");
-            assert_eq!(Real::exp(Lanes([x, 0.5, x, -3.0])).0[2].to_bits(), own.to_bits(), "exp {x} in a lane");
+            assert_eq!(
+                Real::exp(Lanes::<4, false>([x, 0.5, x, -3.0])).0[2].to_bits(),
+                own.to_bits(),
+                "exp {x} in a lane"
+            );
         }
         assert!(Real::exp(f64::NAN).is_nan());
         assert_eq!(1e-300.power(2.0), 0.0);
-        let lanes = Lanes([0.1, 0.5, 0.9, 1.1]).power(Lanes([1.5; 4]));
+        let lanes = Lanes::<4, false>([0.1, 0.5, 0.9, 1.1]).power(Lanes([1.5; 4]));
         assert_eq!(lanes.0, [0.1, 0.5, 0.9, 1.1].map(|x: f64| x.power(1.5)));
     }
 }

@@ -88,17 +88,17 @@ impl<R: Real> State<R> {
     #[inline(always)]
     pub(crate) fn advanced<const BASE: bool>(&self, rate: &Self, factor: R) -> Self {
         let mut next = State {
-            x: self.x + factor * rate.x,
-            v: self.v + factor * rate.v,
-            chamber_mass: self.chamber_mass + factor * rate.chamber_mass,
-            pipe_mass: self.pipe_mass + factor * rate.pipe_mass,
+            x: factor.mul_add(rate.x, self.x),
+            v: factor.mul_add(rate.v, self.v),
+            chamber_mass: factor.mul_add(rate.chamber_mass, self.chamber_mass),
+            pipe_mass: factor.mul_add(rate.pipe_mass, self.pipe_mass),
             ..*self
         };
         if !BASE {
-            next.chamber_temperature = self.chamber_temperature + factor * rate.chamber_temperature;
-            next.pipe_temperature = self.pipe_temperature + factor * rate.pipe_temperature;
-            next.line_pressure = self.line_pressure + factor * rate.line_pressure;
-            next.bristle = self.bristle + factor * rate.bristle;
+            next.chamber_temperature = factor.mul_add(rate.chamber_temperature, self.chamber_temperature);
+            next.pipe_temperature = factor.mul_add(rate.pipe_temperature, self.pipe_temperature);
+            next.line_pressure = factor.mul_add(rate.line_pressure, self.line_pressure);
+            next.bristle = factor.mul_add(rate.bristle, self.bristle);
         }
         next
     }
@@ -150,6 +150,18 @@ pub struct System<'a, R> {
     leaks_out: bool,
 }
 
+/// The flows into and out of the pipe, kg/s.
+struct Flows<R> {
+    /// From the supply; 0 where the solenoid joins one side at a time and no line has to know.
+    filled: R,
+    /// To the exhaust, negative where gas leaves; with the flow from the supply where that is 0.
+    vented: R,
+    leaked_in: R,
+    leaked_out: R,
+    /// From the pipe to the chamber.
+    through_port: R,
+}
+
 /// Contributions of the custom effects.
 struct Custom<R> {
     force: R,
@@ -197,49 +209,29 @@ impl<'a, R: Real> System<'a, R> {
         }
     }
 
-    /// Pressure in the chamber and in the pipe, Pa.
+    /// Pressure in the chamber and in the pipe, with their inverses: one quotient gives all of them.
     #[inline(always)]
-    pub fn pressures<const BASE: bool>(&self, state: &State<R>, inputs: &Inputs<R>) -> (R, R) {
+    pub fn gas<const BASE: bool>(&self, state: &State<R>, inputs: &Inputs<R>) -> (Pressure<R>, Pressure<R>) {
         let c = &self.coefficients;
         let volume = c.closed_volume - c.piston_area * state.x;
-        if BASE || !self.terms.heating {
-            let mut chamber = state.chamber_mass * c.zrt / volume;
-            let mut pipe = state.pipe_mass * c.pipe_gain;
-            if !BASE && self.terms.driven_chamber {
-                chamber = inputs.chamber_pressure;
-            }
-            if !BASE && self.terms.driven_pipe {
-                pipe = inputs.pipe_pressure;
-            }
-            (chamber, pipe)
-        } else {
-            let mut chamber = state.chamber_mass * c.zr * state.chamber_temperature / volume;
-            let mut pipe = state.pipe_mass * c.pipe_gain * (state.pipe_temperature / c.temperature);
-            if self.terms.driven_chamber {
-                chamber = inputs.chamber_pressure;
-            }
-            if self.terms.driven_pipe {
-                pipe = inputs.pipe_pressure;
-            }
-            (chamber, pipe)
+        let mut energy = state.chamber_mass * c.zrt;
+        let mut pipe = state.pipe_mass * c.pipe_gain;
+        if !BASE && self.terms.heating {
+            energy = energy * (state.chamber_temperature * c.inverse_temperature);
+            pipe = pipe * (state.pipe_temperature * c.inverse_temperature);
         }
-    }
-
-    /// The same with their inverses; the base model takes one quotient for all.
-    #[inline(always)]
-    fn gas<const BASE: bool>(&self, state: &State<R>, inputs: &Inputs<R>) -> (Pressure<R>, Pressure<R>) {
-        let c = &self.coefficients;
-        if !BASE {
-            let (chamber, pipe) = self.pressures::<BASE>(state, inputs);
-            return (Pressure::of(chamber), Pressure::of(pipe));
-        }
-        let volume = c.closed_volume - c.piston_area * state.x;
-        let energy = state.chamber_mass * c.zrt;
-        let pipe = state.pipe_mass * c.pipe_gain;
         let (energy_pipe, volume_pipe, volume_energy) = (energy * pipe, volume * pipe, volume * energy);
         let quotient = R::splat(1.0) / (volume_energy * pipe);
-        let chamber = Pressure { pa: energy * energy_pipe * quotient, inverse: volume * volume_pipe * quotient };
-        (chamber, Pressure { pa: pipe, inverse: volume_energy * quotient })
+        let mut chamber_gas =
+            Pressure { pa: energy * energy_pipe * quotient, inverse: volume * volume_pipe * quotient };
+        let mut pipe_gas = Pressure { pa: pipe, inverse: volume_energy * quotient };
+        if !BASE && self.terms.driven_chamber {
+            chamber_gas = Pressure::of(inputs.chamber_pressure);
+        }
+        if !BASE && self.terms.driven_pipe {
+            pipe_gas = Pressure::of(inputs.pipe_pressure);
+        }
+        (chamber_gas, pipe_gas)
     }
 
     /// The rates of change at a state.
@@ -247,7 +239,6 @@ impl<'a, R: Real> System<'a, R> {
     pub fn rates<const BASE: bool>(&self, state: &State<R>, inputs: &Inputs<R>) -> State<R> {
         let c = &self.coefficients;
         let zero = R::splat(0.0);
-        let half = R::splat(0.5);
         let (chamber_gas, pipe_gas) = self.gas::<BASE>(state, inputs);
         let (chamber, pipe) = (chamber_gas.pa, pipe_gas.pa);
 
@@ -256,51 +247,13 @@ impl<'a, R: Real> System<'a, R> {
         let beyond_closed = state.x.min(zero);
         let mut spring = c.stiffness * (c.free_length - state.x);
         if !BASE && self.terms.forces {
-            spring = spring * (R::splat(1.0) + c.hardening * (c.stroke - state.x));
+            spring = spring * c.hardening.mul_add(c.stroke - state.x, R::splat(1.0));
         }
-        let gas = (chamber - c.ambient) * c.piston_area;
-        let contact = c.contact * (beyond_open + beyond_closed);
-        let mut net = spring - gas - c.viscous * state.v - c.weight - contact;
+        let resisting = c.viscous.mul_add(state.v, c.contact.mul_add(beyond_open + beyond_closed, c.weight));
+        let mut net = spring - (chamber - c.ambient).mul_add(c.piston_area, resisting);
 
-        // Flows.
-        let has_line = !BASE && self.terms.line;
-        let source = if has_line { Pressure::of(state.line_pressure) } else { self.supply };
-        let fed = if has_line { c.line_blend } else { c.blend };
-        let (run, pipe_t) = (c.temperature, state.pipe_temperature);
-        let (filled, vented);
-        if !BASE && self.terms.spool {
-            filled = self.flow::<BASE>(source, pipe_gas, c.fill * inputs.spool, run, pipe_t, fed);
-            let closed = R::splat(1.0) - inputs.spool;
-            vented = self.flow::<BASE>(self.exhaust, pipe_gas, c.vent * closed, run, pipe_t, c.blend);
-        } else {
-            let upstream = Pressure {
-                pa: half.select_lt(inputs.spool, source.pa, self.exhaust.pa),
-                inverse: half.select_lt(inputs.spool, source.inverse, self.exhaust.inverse),
-            };
-            let coefficient = half.select_lt(inputs.spool, c.fill, c.vent);
-            let mut blend = c.blend;
-            if has_line {
-                blend.width = half.select_lt(inputs.spool, fed.width, blend.width);
-                blend.inverse = half.select_lt(inputs.spool, fed.inverse, blend.inverse);
-            }
-            let flow = self.flow::<BASE>(upstream, pipe_gas, coefficient, run, pipe_t, blend);
-            if has_line {
-                filled = half.select_lt(inputs.spool, flow, zero);
-                vented = half.select_lt(inputs.spool, zero, flow);
-            } else {
-                (filled, vented) = (zero, flow);
-            }
-        }
-        let (mut leaked_in, mut leaked_out) = (zero, zero);
-        if self.leaks_in {
-            leaked_in = self.flow::<BASE>(source, pipe_gas, c.leak_in, run, pipe_t, fed);
-        }
-        if self.leaks_out {
-            leaked_out = self.flow::<BASE>(pipe_gas, self.ambient, c.leak_out, pipe_t, run, c.blend);
-        }
-        let through_port =
-            self.flow::<BASE>(pipe_gas, chamber_gas, c.port, pipe_t, state.chamber_temperature, c.port_blend);
-
+        let Flows { filled, vented, leaked_in, leaked_out, through_port } =
+            self.flows::<BASE>(state, inputs, pipe_gas, chamber_gas);
         let mut bristle_rate = zero;
         let mut inverse_mass = c.inverse_mass;
         let mut pipe_rate = filled + vented + leaked_in - leaked_out - through_port;
@@ -321,10 +274,11 @@ impl<'a, R: Real> System<'a, R> {
                 let (force, damping) = self.added_forces(state);
                 net = net + force;
                 // A cushion that brakes faster than anything else moves: inertia no longer counts.
-                inverse_mass = R::splat(1.0) / (R::splat(1.0) / c.inverse_mass).max(damping * c.quickest);
+                inverse_mass = R::splat(1.0) / c.mass.max(damping * c.quickest);
             }
             if self.terms.friction {
-                let coulomb = c.coulomb + c.seal * (chamber - c.ambient).max(zero) + custom.friction.max(zero);
+                let sealing = c.seal.mul_add((chamber - c.ambient).max(zero), c.coulomb);
+                let coulomb = sealing + custom.friction.max(zero);
                 let (friction, bristle) = self.friction(state, coulomb);
                 net = net - friction;
                 bristle_rate = bristle;
@@ -353,24 +307,77 @@ impl<'a, R: Real> System<'a, R> {
         rate
     }
 
-    /// Flow from one pressure to another; gas that is not at the run's temperature flows as sqrt(T_run/T upstream).
+    /// The flows into and out of the pipe.
+    #[inline(always)]
+    fn flows<const BASE: bool>(
+        &self,
+        state: &State<R>,
+        inputs: &Inputs<R>,
+        pipe_gas: Pressure<R>,
+        chamber_gas: Pressure<R>,
+    ) -> Flows<R> {
+        let c = &self.coefficients;
+        let (zero, half) = (R::splat(0.0), R::splat(0.5));
+        let has_line = !BASE && self.terms.line;
+        let source = if has_line { Pressure::of(state.line_pressure) } else { self.supply };
+        let fed = if has_line { c.line_blend } else { c.blend };
+        // Gas that is not at the run's temperature T flows as sqrt(T/T upstream).
+        let one = R::splat(1.0);
+        let (run, mut from_pipe, mut from_chamber) = (one, one, one);
+        if !BASE && self.terms.heating {
+            let both = c.temperature / (state.pipe_temperature * state.chamber_temperature);
+            from_pipe = (both * state.chamber_temperature).sqrt();
+            from_chamber = (both * state.pipe_temperature).sqrt();
+        }
+        let (filled, vented);
+        if !BASE && self.terms.spool {
+            filled = self.flow::<BASE>(source, pipe_gas, c.fill * inputs.spool, run, from_pipe, fed);
+            let closed = one - inputs.spool;
+            vented = self.flow::<BASE>(self.exhaust, pipe_gas, c.vent * closed, run, from_pipe, c.blend);
+        } else {
+            let upstream = Pressure {
+                pa: half.select_lt(inputs.spool, source.pa, self.exhaust.pa),
+                inverse: half.select_lt(inputs.spool, source.inverse, self.exhaust.inverse),
+            };
+            let coefficient = half.select_lt(inputs.spool, c.fill, c.vent);
+            let mut blend = c.blend;
+            if has_line {
+                blend.width = half.select_lt(inputs.spool, fed.width, blend.width);
+                blend.inverse = half.select_lt(inputs.spool, fed.inverse, blend.inverse);
+            }
+            let flow = self.flow::<BASE>(upstream, pipe_gas, coefficient, run, from_pipe, blend);
+            if has_line {
+                filled = half.select_lt(inputs.spool, flow, zero);
+                vented = half.select_lt(inputs.spool, zero, flow);
+            } else {
+                (filled, vented) = (zero, flow);
+            }
+        }
+        let (mut leaked_in, mut leaked_out) = (zero, zero);
+        if self.leaks_in {
+            leaked_in = self.flow::<BASE>(source, pipe_gas, c.leak_in, run, from_pipe, fed);
+        }
+        if self.leaks_out {
+            leaked_out = self.flow::<BASE>(pipe_gas, self.ambient, c.leak_out, from_pipe, run, c.blend);
+        }
+        let through_port = self.flow::<BASE>(pipe_gas, chamber_gas, c.port, from_pipe, from_chamber, c.port_blend);
+        Flows { filled, vented, leaked_in, leaked_out, through_port }
+    }
+
+    /// Flow from one pressure to another; `warmth1` and `warmth2` are sqrt(T/T upstream) of gas that comes from
+    /// either side.
     #[inline(always)]
     fn flow<const BASE: bool>(
         &self,
         from: Pressure<R>,
         to: Pressure<R>,
         coefficient: R,
-        t1: R,
-        t2: R,
+        warmth1: R,
+        warmth2: R,
         blend: Blend<R>,
     ) -> R {
         let flow = self.coefficients.law.flow_between(from, to, coefficient, blend);
-        if BASE || !self.terms.heating {
-            flow
-        } else {
-            let upstream = from.pa.select_lt(to.pa, t2, t1);
-            flow * (self.coefficients.temperature / upstream).sqrt()
-        }
+        if BASE || !self.terms.heating { flow } else { flow * from.pa.select_lt(to.pa, warmth2, warmth1) }
     }
 
     /// Dry friction as the deflection z of bristles (Canudas de Wit, Olsson, Åström and Lischinsky, IEEE
@@ -383,12 +390,12 @@ impl<'a, R: Real> System<'a, R> {
         let mut g = coulomb;
         if self.terms.stribeck {
             let ratio = state.v * c.inverse_stribeck;
-            g = g + c.static_excess * (ratio * ratio).exp_of_negative();
+            g = c.static_excess.mul_add((ratio * ratio).exp_of_negative(), g);
         }
         let grip = c.bristle_stiffness * state.v.abs();
         let settling = grip * c.quickest;
-        let rate = (state.v * g - grip * state.bristle) / g.max(settling).max(R::splat(LEAST_FRICTION_N));
-        (c.bristle_stiffness * state.bristle + c.bristle_damping * rate, rate)
+        let rate = state.v.mul_add(g, -(grip * state.bristle)) / g.max(settling).max(R::splat(LEAST_FRICTION_N));
+        (c.bristle_stiffness.mul_add(state.bristle, c.bristle_damping * rate), rate)
     }
 
     /// Cushions, seat adhesion and process force, N; and the damping of the cushions, N s/m.
@@ -398,17 +405,17 @@ impl<'a, R: Real> System<'a, R> {
         let (zero, one) = (R::splat(0.0), R::splat(1.0));
         let from_closed = state.x.max(zero);
         let from_open = (c.stroke - state.x).max(zero);
-        let closing = c.closing_damping * (one - from_closed * c.closing_inverse_length).max(zero);
-        let opening = c.opening_damping * (one - from_open * c.opening_inverse_length).max(zero);
-        let adhesion = c.adhesion * (one - state.x * c.adhesion_inverse_reach).max(zero).min(one);
-        let shut = (one - state.x / c.stroke).max(zero);
+        let closing = c.closing_damping * (-from_closed).mul_add(c.closing_inverse_length, one).max(zero);
+        let opening = c.opening_damping * (-from_open).mul_add(c.opening_inverse_length, one).max(zero);
+        let adhesion = c.adhesion * (-state.x).mul_add(c.adhesion_inverse_reach, one).max(zero).min(one);
+        let shut = (-state.x).mul_add(c.inverse_stroke, one).max(zero);
         let process = if self.terms.power {
             c.process * shut.max(R::splat(1e-300)).power(c.process_exponent)
         } else {
             c.process * shut
         };
         let damping = closing + opening;
-        (process - adhesion - damping * state.v, damping)
+        ((-damping).mul_add(state.v, process - adhesion), damping)
     }
 
     /// Energy balances of pipe and chamber (Carneiro and Almeida 2006, eq. 3), as rates of temperature.
@@ -420,20 +427,23 @@ impl<'a, R: Real> System<'a, R> {
         // Divided by c_v: m T' = sum gamma f T_source - m' T + h/c_v (T_wall - T) - p V'/c_v.
         let mut pipe = zero;
         for flow in incoming {
-            pipe = pipe + c.gamma * *flow * flow.select_lt(zero, t_pipe, c.temperature);
+            pipe = flow.mul_add(flow.select_lt(zero, t_pipe, c.temperature), pipe);
         }
-        let carried = c.gamma * port * port.select_lt(zero, t_chamber, t_pipe);
-        pipe = pipe - carried - rate.pipe_mass * t_pipe + c.wall * (c.temperature - t_pipe);
+        let carried = port * port.select_lt(zero, t_chamber, t_pipe);
+        let added = custom * custom.select_lt(zero, t_chamber, c.temperature);
+        // -p V'/c_v with V' = -A_p v.
+        let work = chamber * c.piston_area * state.v * c.work_gain;
+        let pipe_stored = c.wall.mul_add(c.temperature - t_pipe, -(rate.pipe_mass * t_pipe));
+        let chamber_stored = c.wall.mul_add(c.temperature - t_chamber, -(rate.chamber_mass * t_chamber));
+        let pipe = c.gamma.mul_add(pipe - carried, pipe_stored);
+        let chamber = c.gamma.mul_add(carried + added, chamber_stored) + work;
         // Where the walls hold the gas at their temperature faster than anything else moves, only how far
         // it is from theirs matters, not how fast it gets there.
         let slowest = c.wall * c.quickest;
-        rate.pipe_temperature = pipe / state.pipe_mass.max(slowest);
-
-        let added = c.gamma * custom * custom.select_lt(zero, t_chamber, c.temperature);
-        // -p V'/c_v with V' = -A_p v.
-        let work = chamber * c.piston_area * state.v * c.work_gain;
-        let sum = carried + added + work - rate.chamber_mass * t_chamber + c.wall * (c.temperature - t_chamber);
-        rate.chamber_temperature = sum / state.chamber_mass.max(slowest);
+        let (pipe_mass, chamber_mass) = (state.pipe_mass.max(slowest), state.chamber_mass.max(slowest));
+        let quotient = R::splat(1.0) / (pipe_mass * chamber_mass);
+        rate.pipe_temperature = pipe * chamber_mass * quotient;
+        rate.chamber_temperature = chamber * pipe_mass * quotient;
     }
 
     #[inline(always)]

@@ -7,11 +7,10 @@ use std::sync::Arc;
 use crate::coefficients::Equations;
 use crate::command::{CommandEdge, Segment, Solenoid, segments};
 use crate::conditions::Conditions;
-use crate::dispatch::{InstructionSet, LANES, integrate_lanes};
+use crate::dispatch::{InstructionSet, integrate_scalar, integrate_with};
 use crate::driven::Driven;
-use crate::integrator::{LaneRun, Pace, Recorder, Take, integrate};
+use crate::integrator::{LaneRun, Pace, Recorder};
 use crate::params::Valve;
-use crate::real::Lanes;
 use crate::rest::vented_rest;
 use crate::rhs::State;
 
@@ -135,7 +134,7 @@ pub fn simulate<P: Borrow<Prepared>>(runs: &[P], pressures: bool, consume: impl 
     simulate_with(InstructionSet::widest(), runs, pressures, consume);
 }
 
-/// As [`simulate`], with chosen instructions; the results are the same with any.
+/// As [`simulate`], with chosen instructions; fused and unfused ones differ by rounding alone.
 pub fn simulate_with<P: Borrow<Prepared>>(
     set: InstructionSet,
     runs: &[P],
@@ -150,12 +149,8 @@ pub fn simulate_with<P: Borrow<Prepared>>(
         let batch: Vec<LaneRun<'_>> = mates.iter().map(|index| runs[*index].borrow().lane_run()).collect();
         let mut take = |mate: usize, nodes: &Nodes, state: &State<f64>| consume(mates[mate], nodes, state);
         let base = first.equations.terms.is_base();
-        if mates.len() == 1 {
-            scalar(base, &batch, &mut Recorder::new(), pressures, &mut take);
-        } else {
-            recorder.clear(pressures);
-            integrate_lanes(set, base, &batch, &mut recorder, &mut take);
-        }
+        recorder.clear(pressures);
+        integrate_with(set, base, &batch, &mut recorder, &mut take);
         waiting = others;
     }
     if recorder.capacity() <= MOST_SPARE_NODES {
@@ -169,19 +164,16 @@ const MOST_SPARE_NODES: usize = 1 << 20;
 thread_local! {
     /// What a batch writes to; kept for the next one of the thread, since fresh memory costs more than what
     /// is written to it.
-    static SPARE: Cell<Option<Recorder<Lanes<LANES>>>> = const { Cell::new(None) };
+    static SPARE: Cell<Option<Recorder>> = const { Cell::new(None) };
 }
 
-/// Simulates runs one at a time on the scalar path; the definition that the lanes must meet.
+/// Simulates runs one at a time with plain numbers, no product fused with a sum; what the lanes must meet, the
+/// baseline to the bit and fused ones to 1e-9 s in every stroke time.
 pub fn simulate_scalar(runs: &[Prepared], pressures: bool, mut consume: impl FnMut(usize, &Nodes, &State<f64>)) {
     let mut recorder = Recorder::new();
     for (index, run) in runs.iter().enumerate() {
         let mut take = |_: usize, nodes: &Nodes, state: &State<f64>| consume(index, nodes, state);
-        scalar(run.equations.terms.is_base(), &[run.lane_run()], &mut recorder, pressures, &mut take);
+        recorder.clear(pressures);
+        integrate_scalar(run.equations.terms.is_base(), &[run.lane_run()], &mut recorder, &mut take);
     }
-}
-
-fn scalar(base: bool, run: &[LaneRun<'_>], recorder: &mut Recorder<f64>, pressures: bool, take: &mut Take<'_>) {
-    recorder.clear(pressures);
-    if base { integrate::<f64, true>(run, recorder, take) } else { integrate::<f64, false>(run, recorder, take) }
 }

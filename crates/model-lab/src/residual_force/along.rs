@@ -160,7 +160,8 @@ impl Follower<'_> {
         let here = self.placed(state, time_s, left);
         let inputs = self.inputs(segment, time_s);
         let rates = self.system.rates::<false>(&here, &inputs);
-        let (chamber, pipe) = self.system.pressures::<false>(&here, &inputs);
+        let (chamber_gas, pipe_gas) = self.system.gas::<false>(&here, &inputs);
+        let (chamber, pipe) = (chamber_gas.pa, pipe_gas.pa);
         let inverse_mass = if self.system.terms.forces {
             self.effective_inverse_mass(&here, &inputs, chamber)
         } else {

@@ -45,25 +45,19 @@ pub(crate) type Take<'a> = dyn FnMut(usize, &Nodes, &State<f64>) + 'a;
 /// Integrates runs with the same groups of terms, as many at a time as there are lanes: a lane whose run is
 /// over takes the next one. Hands each to `take` when it is over.
 #[inline(always)]
-pub(crate) fn integrate<R: Real, const BASE: bool>(
-    runs: &[LaneRun<'_>],
-    recorder: &mut Recorder<R>,
-    take: &mut Take<'_>,
-) {
+pub(crate) fn integrate<R: Real, const BASE: bool>(runs: &[LaneRun<'_>], recorder: &mut Recorder, take: &mut Take<'_>) {
+    let zero = R::splat(0.0);
     let mut batch = Batch::<R>::new(runs);
-    let mut inputs = batch.inputs::<BASE>();
     for lane in 0..batch.lanes.len() {
-        recorder.begin::<BASE>(lane, &batch.system, &batch.front, &inputs);
+        recorder.begin::<R, BASE>(lane, &batch.system, &batch.front, &batch.inputs::<BASE>(zero));
     }
     batch.hand_over::<BASE>(recorder, take);
-    inputs = batch.inputs::<BASE>();
     while let Some(count) = batch.lanes.iter().filter_map(|lane| lane.clock.steps_left()).min() {
         for _ in 0..count {
-            inputs = batch.step::<BASE>(&inputs);
-            recorder.node::<BASE>(&batch.system, &batch.front, &inputs);
+            batch.step::<BASE>();
+            recorder.node::<R, BASE>(&batch.system, &batch.front, &batch.inputs::<BASE>(zero));
         }
         batch.count_steps::<BASE>(count, recorder, take);
-        inputs = batch.inputs::<BASE>();
     }
 }
 
@@ -132,41 +126,46 @@ impl<'a, R: Real> Batch<'a, R> {
         clock
     }
 
-    /// The inputs at the start of a step.
+    /// The inputs some time after the start of a step.
     #[inline(always)]
-    fn inputs<const BASE: bool>(&self) -> Inputs<R> {
-        let mut inputs = self.front.inputs();
-        self.drive::<BASE>(&mut inputs, self.front.time);
+    fn inputs<const BASE: bool>(&self, ahead: R) -> Inputs<R> {
+        let front = &self.front;
+        let zero = R::splat(0.0);
+        let mut inputs = Inputs {
+            spool: front.spool_rate.mul_add(ahead, front.spool),
+            since_command: front.since_command + ahead,
+            pipe_pressure: zero,
+            chamber_pressure: zero,
+        };
+        if !BASE && self.driven {
+            self.drive(&mut inputs, front.time + ahead);
+        }
         inputs
     }
 
-    /// Takes one step in every lane; the inputs at its end.
+    /// Takes one step in every lane.
     #[inline(always)]
-    fn step<const BASE: bool>(&mut self, start: &Inputs<R>) -> Inputs<R> {
+    fn step<const BASE: bool>(&mut self) {
         let front = &self.front;
-        let half = front.step * R::splat(0.5);
-        let (mut middle, mut end) = front.later_inputs();
-        self.drive::<BASE>(&mut middle, front.time + half);
-        self.drive::<BASE>(&mut end, front.time + front.step);
-        let stages = [(R::splat(0.0), start), (half, &middle), (half, &middle), (front.step, &end)];
         let mut sum = front.state;
         let mut rate = State::splat(&State::ZERO);
         // A loop, so that the equations are compiled once for each instruction set.
-        for ((ahead, inputs), weight) in stages.into_iter().zip(WEIGHTS) {
-            rate = self.system.rates::<BASE>(&front.state.advanced::<BASE>(&rate, ahead), inputs);
+        for (share, weight) in STAGES {
+            let ahead = front.step * R::splat(share);
+            let inputs = self.inputs::<BASE>(ahead);
+            rate = self.system.rates::<BASE>(&front.state.advanced::<BASE>(&rate, ahead), &inputs);
             sum = sum.advanced::<BASE>(&rate, front.step * R::splat(weight));
         }
         let front = &mut self.front;
         front.state = sum;
         front.time = front.time + front.step + front.wait;
-        front.spool = end.spool;
-        front.since_command = end.since_command;
-        end
+        front.spool = front.spool_rate.mul_add(front.step, front.spool);
+        front.since_command = front.since_command + front.step;
     }
 
     /// Counts steps as taken in every lane, and loads what is then due.
     #[inline(always)]
-    fn count_steps<const BASE: bool>(&mut self, count: u32, recorder: &mut Recorder<R>, take: &mut Take<'_>) {
+    fn count_steps<const BASE: bool>(&mut self, count: u32, recorder: &mut Recorder, take: &mut Take<'_>) {
         let mut any_over = false;
         for (lane, InLane { clock, .. }) in self.lanes.iter_mut().enumerate() {
             if clock.finish_steps(count) {
@@ -181,7 +180,7 @@ impl<'a, R: Real> Batch<'a, R> {
 
     /// Hands over the runs that are over, and puts those that wait in their place.
     #[inline(never)]
-    fn hand_over<const BASE: bool>(&mut self, recorder: &mut Recorder<R>, take: &mut Take<'_>) {
+    fn hand_over<const BASE: bool>(&mut self, recorder: &mut Recorder, take: &mut Take<'_>) {
         for lane in 0..self.lanes.len() {
             while self.lanes[lane].clock.is_done() && recorder.is_busy(lane) {
                 take(self.lanes[lane].run, recorder.end(lane), &self.front.state.lane(lane));
@@ -189,22 +188,15 @@ impl<'a, R: Real> Batch<'a, R> {
                     let run = self.next;
                     let clock = self.load(lane);
                     self.lanes[lane] = InLane { run, clock };
-                    recorder.begin::<BASE>(lane, &self.system, &self.front, &self.inputs::<BASE>());
+                    recorder.begin::<R, BASE>(lane, &self.system, &self.front, &self.inputs::<BASE>(R::splat(0.0)));
                 }
             }
         }
     }
 
     /// Fills in the measured pressures at each lane's time.
-    #[inline(always)]
-    fn drive<const BASE: bool>(&self, inputs: &mut Inputs<R>, time: R) {
-        if !BASE && self.driven {
-            self.drive_lanes(inputs, time);
-        }
-    }
-
     #[inline(never)]
-    fn drive_lanes(&self, inputs: &mut Inputs<R>, time: R) {
+    fn drive(&self, inputs: &mut Inputs<R>, time: R) {
         for (lane, InLane { run, .. }) in self.lanes.iter().enumerate() {
             if let Some(driven) = self.runs[*run].driven {
                 let (pipe, chamber) = driven.at(time.lane(lane));
@@ -215,26 +207,5 @@ impl<'a, R: Real> Batch<'a, R> {
     }
 }
 
-/// Weights of the stages of the classical fourth-order method (Kutta 1901).
-const WEIGHTS: [f64; 4] = [1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0];
-
-impl<R: Real> Front<R> {
-    #[inline(always)]
-    fn inputs(&self) -> Inputs<R> {
-        let zero = R::splat(0.0);
-        Inputs { spool: self.spool, since_command: self.since_command, pipe_pressure: zero, chamber_pressure: zero }
-    }
-
-    /// The inputs in the middle and at the end of the step.
-    #[inline(always)]
-    fn later_inputs(&self) -> (Inputs<R>, Inputs<R>) {
-        let after = |share: f64| {
-            let time = self.step * R::splat(share);
-            let mut inputs = self.inputs();
-            inputs.spool = self.spool + self.spool_rate * time;
-            inputs.since_command = self.since_command + time;
-            inputs
-        };
-        (after(0.5), after(1.0))
-    }
-}
+/// The stages of the classical fourth-order method (Kutta 1901): where in the step each lies, and its weight.
+const STAGES: [(f64, f64); 4] = [(0.0, 1.0 / 6.0), (0.5, 1.0 / 3.0), (0.5, 1.0 / 3.0), (1.0, 1.0 / 6.0)];

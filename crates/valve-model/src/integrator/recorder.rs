@@ -1,6 +1,7 @@
 //! What is kept of a run: the state at every node, lane by lane.
 
 use super::Front;
+use crate::dispatch::LANES;
 use crate::real::Real;
 use crate::rhs::{Inputs, System};
 use crate::simulate::Nodes;
@@ -9,8 +10,8 @@ use crate::simulate::Nodes;
 const STAGED: usize = 64;
 
 /// The nodes of the runs that are being integrated, one run in each lane.
-pub(crate) struct Recorder<R> {
-    staged: Channels<R>,
+pub(crate) struct Recorder {
+    staged: Channels,
     /// How many steps are staged.
     count: usize,
     lanes: Vec<Lane>,
@@ -18,13 +19,18 @@ pub(crate) struct Recorder<R> {
 }
 
 /// Steps of all lanes, channel by channel.
-struct Channels<R> {
-    time: Vec<R>,
-    position: Vec<R>,
-    velocity: Vec<R>,
-    chamber_pressure: Vec<R>,
-    pipe_pressure: Vec<R>,
+struct Channels {
+    time: Vec<Pack>,
+    position: Vec<Pack>,
+    velocity: Vec<Pack>,
+    chamber_pressure: Vec<Pack>,
+    pipe_pressure: Vec<Pack>,
 }
+
+/// A number of each lane; a run alone has the first.
+#[derive(Clone, Copy)]
+#[repr(align(64))]
+struct Pack([f64; LANES]);
 
 /// The run in one lane.
 #[derive(Default)]
@@ -34,10 +40,10 @@ struct Lane {
     from: Option<usize>,
 }
 
-impl<R: Real> Recorder<R> {
+impl Recorder {
     /// A recorder without runs.
     pub(crate) fn new() -> Self {
-        let channel = || vec![R::splat(0.0); STAGED];
+        let channel = || vec![Pack([0.0; LANES]); STAGED];
         Self {
             staged: Channels {
                 time: channel(),
@@ -47,7 +53,7 @@ impl<R: Real> Recorder<R> {
                 pipe_pressure: channel(),
             },
             count: 0,
-            lanes: (0..R::LANES).map(|_| Lane::default()).collect(),
+            lanes: (0..LANES).map(|_| Lane::default()).collect(),
             pressures: false,
         }
     }
@@ -68,7 +74,7 @@ impl<R: Real> Recorder<R> {
 
     /// Starts a run in a lane, with its initial node.
     #[inline(never)]
-    pub(super) fn begin<const BASE: bool>(
+    pub(super) fn begin<R: Real, const BASE: bool>(
         &mut self,
         lane: usize,
         system: &System<'_, R>,
@@ -81,24 +87,29 @@ impl<R: Real> Recorder<R> {
         nodes.position_m.push(front.state.x.lane(lane));
         nodes.velocity_m_per_s.push(front.state.v.lane(lane));
         if self.pressures {
-            let (chamber, pipe) = system.pressures::<BASE>(&front.state, inputs);
-            nodes.chamber_pressure_pa.push(chamber.lane(lane));
-            nodes.pipe_pressure_pa.push(pipe.lane(lane));
+            let (chamber, pipe) = system.gas::<BASE>(&front.state, inputs);
+            nodes.chamber_pressure_pa.push(chamber.pa.lane(lane));
+            nodes.pipe_pressure_pa.push(pipe.pa.lane(lane));
         }
         *from = Some(self.count);
     }
 
     /// Keeps the state of all lanes after a step.
     #[inline(always)]
-    pub(super) fn node<const BASE: bool>(&mut self, system: &System<'_, R>, front: &Front<R>, inputs: &Inputs<R>) {
+    pub(super) fn node<R: Real, const BASE: bool>(
+        &mut self,
+        system: &System<'_, R>,
+        front: &Front<R>,
+        inputs: &Inputs<R>,
+    ) {
         let at = self.count;
-        self.staged.time[at] = front.time;
-        self.staged.position[at] = front.state.x;
-        self.staged.velocity[at] = front.state.v;
+        front.time.store(&mut self.staged.time[at].0);
+        front.state.x.store(&mut self.staged.position[at].0);
+        front.state.v.store(&mut self.staged.velocity[at].0);
         if self.pressures {
-            let (chamber, pipe) = system.pressures::<BASE>(&front.state, inputs);
-            self.staged.chamber_pressure[at] = chamber;
-            self.staged.pipe_pressure[at] = pipe;
+            let (chamber, pipe) = system.gas::<BASE>(&front.state, inputs);
+            chamber.pa.store(&mut self.staged.chamber_pressure[at].0);
+            pipe.pa.store(&mut self.staged.pipe_pressure[at].0);
         }
         self.count += 1;
         if self.count == STAGED {
@@ -125,8 +136,8 @@ impl<R: Real> Recorder<R> {
         let Self { staged, count, lanes, pressures } = self;
         for (lane, Lane { nodes, from }) in lanes.iter_mut().enumerate() {
             let Some(from) = from else { continue };
-            let extend = |to: &mut Vec<f64>, channel: &[R]| {
-                to.extend(channel[*from..*count].iter().map(|pack| pack.lane(lane)));
+            let extend = |to: &mut Vec<f64>, channel: &[Pack]| {
+                to.extend(channel[*from..*count].iter().map(|pack| pack.0[lane]));
             };
             extend(&mut nodes.time_s, &staged.time);
             extend(&mut nodes.position_m, &staged.position);
