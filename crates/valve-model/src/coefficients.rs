@@ -81,10 +81,37 @@ pub struct Terms {
     pub driven_chamber: bool,
 }
 
+/// Groups of terms as bits: for which of them a loop is compiled.
+pub mod groups {
+    /// Forces on the piston.
+    pub const FORCES: u8 = 1;
+    /// Friction.
+    pub const FRICTION: u8 = 1 << 1;
+    /// Gas temperatures.
+    pub const HEATING: u8 = 1 << 2;
+    /// The supply line.
+    pub const LINE: u8 = 1 << 3;
+    /// A spool that travels.
+    pub const SPOOL: u8 = 1 << 4;
+    /// Custom effects.
+    pub const CUSTOM: u8 = 1 << 5;
+    /// Measured pressures.
+    pub const DRIVEN: u8 = 1 << 6;
+    /// Any of them: asked at run time.
+    pub const ANY: u8 = u8::MAX;
+}
+
 impl Terms {
-    /// Whether the base model alone does.
-    pub fn is_base(self) -> bool {
-        self == Self::default()
+    /// The groups in use; none for the base model.
+    pub fn groups(self) -> u8 {
+        let bit = |group: u8, used: bool| if used { group } else { 0 };
+        bit(groups::FORCES, self.forces)
+            | bit(groups::FRICTION, self.friction)
+            | bit(groups::HEATING, self.heating)
+            | bit(groups::LINE, self.line)
+            | bit(groups::SPOOL, self.spool)
+            | bit(groups::CUSTOM, self.custom)
+            | bit(groups::DRIVEN, self.driven_pipe || self.driven_chamber)
     }
 }
 

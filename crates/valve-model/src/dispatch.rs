@@ -5,6 +5,7 @@
 //! numbers give the same bits, with products and sums fused; the baseline gives those of the scalar path
 //! (see [`crate::real`]).
 
+use crate::coefficients::groups;
 use crate::integrator::{LaneRun, Recorder, Take, integrate};
 use crate::real::{Lanes, Real};
 
@@ -63,52 +64,68 @@ impl InstructionSet {
 /// Integrates runs with the same groups of terms, with the baseline where the machine lacks `set`. A lone run
 /// has the bits that it has beside others.
 #[cfg_attr(target_arch = "x86_64", expect(unsafe_code, reason = "each call follows a test for its instructions"))]
-pub(crate) fn integrate_with(
-    set: InstructionSet,
-    base: bool,
-    runs: &[LaneRun<'_>],
-    recorder: &mut Recorder,
-    take: &mut Take<'_>,
-) {
+pub(crate) fn integrate_with(set: InstructionSet, runs: &[LaneRun<'_>], recorder: &mut Recorder, take: &mut Take<'_>) {
     match set {
         #[cfg(target_arch = "x86_64")]
         InstructionSet::Avx512 | InstructionSet::Avx2 if set.is_available() && runs.len() == 1 => {
             // SAFETY: the machine has AVX2 and FMA: both sets ask for FMA, and AVX-512 F comes with AVX2.
-            unsafe { with_avx2::<1>(base, runs, recorder, take) }
+            unsafe { with_avx2::<1>(runs, recorder, take) }
         }
         #[cfg(target_arch = "x86_64")]
         InstructionSet::Avx512 if set.is_available() => {
             // SAFETY: the machine has AVX-512 F and DQ and FMA.
-            unsafe { with_avx512(base, runs, recorder, take) }
+            unsafe { with_avx512(runs, recorder, take) }
         }
         #[cfg(target_arch = "x86_64")]
         InstructionSet::Avx2 if set.is_available() => {
             // SAFETY: the machine has AVX2 and FMA.
-            unsafe { with_avx2::<LANES>(base, runs, recorder, take) }
+            unsafe { with_avx2::<LANES>(runs, recorder, take) }
         }
-        _ if runs.len() == 1 => integrate_scalar(base, runs, recorder, take),
-        _ => either::<Lanes<LANES, false>>(base, runs, recorder, take),
+        _ if runs.len() == 1 => integrate_scalar(runs, recorder, take),
+        _ => plain::<Lanes<LANES, false>>(runs, recorder, take),
     }
 }
 
 /// Integrates runs one after another on the scalar path.
-pub(crate) fn integrate_scalar(base: bool, runs: &[LaneRun<'_>], recorder: &mut Recorder, take: &mut Take<'_>) {
-    either::<f64>(base, runs, recorder, take);
+pub(crate) fn integrate_scalar(runs: &[LaneRun<'_>], recorder: &mut Recorder, take: &mut Take<'_>) {
+    plain::<f64>(runs, recorder, take);
 }
 
+/// In the loop of the base model, or in that for any groups of terms.
 #[inline(always)]
-fn either<R: Real>(base: bool, runs: &[LaneRun<'_>], recorder: &mut Recorder, take: &mut Take<'_>) {
-    if base { integrate::<R, true>(runs, recorder, take) } else { integrate::<R, false>(runs, recorder, take) }
+fn plain<R: Real>(runs: &[LaneRun<'_>], recorder: &mut Recorder, take: &mut Take<'_>) {
+    match runs[0].equations.terms.groups() {
+        0 => integrate::<R, 0>(runs, recorder, take),
+        _ => integrate::<R, { groups::ANY }>(runs, recorder, take),
+    }
+}
+
+/// What a search for something outside the catalogue asks for.
+const CUSTOM_FRICTION: u8 = groups::CUSTOM | groups::FRICTION;
+
+/// In a loop for the very groups of terms, where they are one of those that a search mostly asks for.
+#[inline(always)]
+fn lean<R: Real>(runs: &[LaneRun<'_>], recorder: &mut Recorder, take: &mut Take<'_>) {
+    match runs[0].equations.terms.groups() {
+        groups::FORCES => integrate::<R, { groups::FORCES }>(runs, recorder, take),
+        groups::FRICTION => integrate::<R, { groups::FRICTION }>(runs, recorder, take),
+        groups::HEATING => integrate::<R, { groups::HEATING }>(runs, recorder, take),
+        groups::LINE => integrate::<R, { groups::LINE }>(runs, recorder, take),
+        groups::SPOOL => integrate::<R, { groups::SPOOL }>(runs, recorder, take),
+        groups::CUSTOM => integrate::<R, { groups::CUSTOM }>(runs, recorder, take),
+        CUSTOM_FRICTION => integrate::<R, CUSTOM_FRICTION>(runs, recorder, take),
+        _ => plain::<R>(runs, recorder, take),
+    }
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512dq,fma")]
-fn with_avx512(base: bool, runs: &[LaneRun<'_>], recorder: &mut Recorder, take: &mut Take<'_>) {
-    either::<Lanes<LANES, true>>(base, runs, recorder, take);
+fn with_avx512(runs: &[LaneRun<'_>], recorder: &mut Recorder, take: &mut Take<'_>) {
+    lean::<Lanes<LANES, true>>(runs, recorder, take);
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
-fn with_avx2<const N: usize>(base: bool, runs: &[LaneRun<'_>], recorder: &mut Recorder, take: &mut Take<'_>) {
-    either::<Lanes<N, true>>(base, runs, recorder, take);
+fn with_avx2<const N: usize>(runs: &[LaneRun<'_>], recorder: &mut Recorder, take: &mut Take<'_>) {
+    plain::<Lanes<N, true>>(runs, recorder, take);
 }

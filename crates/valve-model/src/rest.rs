@@ -1,6 +1,6 @@
 //! Where a run starts: at rest, open and vented, any leak in balance.
 
-use crate::coefficients::Equations;
+use crate::coefficients::{Equations, groups};
 use crate::orifice::Blend;
 use crate::rhs::{Inputs, State, System};
 
@@ -41,7 +41,7 @@ fn at_rest(equations: &Equations, pressure: f64, line_pressure: f64) -> State<f6
     let system = System::new(*c, equations.terms, &equations.custom, equations.custom_values());
     let inputs = Inputs { spool: 0.0, since_command: 0.0, pipe_pressure: pressure, chamber_pressure: pressure };
     // The net force falls with x through both stops; a valve that does not reach a stop rests between them.
-    let force = |x: f64| system.rates::<false>(&state(x), &inputs).v;
+    let force = |x: f64| system.rates::<{ groups::ANY }>(&state(x), &inputs).v;
     let slack =
         (c.stiffness * c.free_length + (pressure - c.ambient).abs() * c.piston_area + c.weight.abs()) / c.contact;
     let reach = slack.min(0.5 * (c.closed_volume / c.piston_area - c.stroke));

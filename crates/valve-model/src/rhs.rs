@@ -3,7 +3,7 @@
 //! Kulkarni et al. 2014, section 3, with its slips put right: the spring force is k (L - x + x0),
 //! filling closes the valve, and the choked test of a flow that runs back uses the inverted ratio.
 
-use crate::coefficients::{Coefficients, Equations, LEAST_FRICTION_N, Terms};
+use crate::coefficients::{Coefficients, Equations, LEAST_FRICTION_N, Terms, groups};
 use crate::custom::{CustomEffect, CustomTarget, Variables};
 use crate::orifice::{Blend, Pressure};
 use crate::real::Real;
@@ -86,7 +86,7 @@ impl<R: Real> State<R> {
 
     /// `self + factor * rate`, of the states in use.
     #[inline(always)]
-    pub(crate) fn advanced<const BASE: bool>(&self, rate: &Self, factor: R) -> Self {
+    pub(crate) fn advanced<const GROUPS: u8>(&self, rate: &Self, factor: R) -> Self {
         let mut next = State {
             x: factor.mul_add(rate.x, self.x),
             v: factor.mul_add(rate.v, self.v),
@@ -94,10 +94,14 @@ impl<R: Real> State<R> {
             pipe_mass: factor.mul_add(rate.pipe_mass, self.pipe_mass),
             ..*self
         };
-        if !BASE {
+        if GROUPS & groups::HEATING != 0 {
             next.chamber_temperature = factor.mul_add(rate.chamber_temperature, self.chamber_temperature);
             next.pipe_temperature = factor.mul_add(rate.pipe_temperature, self.pipe_temperature);
+        }
+        if GROUPS & groups::LINE != 0 {
             next.line_pressure = factor.mul_add(rate.line_pressure, self.line_pressure);
+        }
+        if GROUPS & groups::FRICTION != 0 {
             next.bristle = factor.mul_add(rate.bristle, self.bristle);
         }
         next
@@ -138,6 +142,8 @@ pub struct System<'a, R> {
     pub coefficients: Coefficients<R>,
     /// The groups of terms in use, the same in all lanes.
     pub terms: Terms,
+    /// The same as bits.
+    groups: u8,
     /// Custom effects, the same in all lanes but for their parameters.
     pub custom: &'a [CustomEffect],
     /// The parameters of each custom effect, lane by lane.
@@ -188,9 +194,16 @@ impl<'a, R: Real> System<'a, R> {
             leaks_out: any(&c.leak_out),
             coefficients,
             terms,
+            groups: terms.groups(),
             custom,
             custom_parameters,
         }
+    }
+
+    /// Whether a group of terms takes part: known where the loop is compiled, unless that is for any.
+    #[inline(always)]
+    fn has<const GROUPS: u8>(&self, group: u8) -> bool {
+        if GROUPS == groups::ANY { self.groups & group != 0 } else { GROUPS & group != 0 }
     }
 
     /// Puts another valve, or other conditions, with the same groups of terms into a lane.
@@ -211,12 +224,12 @@ impl<'a, R: Real> System<'a, R> {
 
     /// Pressure in the chamber and in the pipe, with their inverses: one quotient gives all of them.
     #[inline(always)]
-    pub fn gas<const BASE: bool>(&self, state: &State<R>, inputs: &Inputs<R>) -> (Pressure<R>, Pressure<R>) {
+    pub fn gas<const GROUPS: u8>(&self, state: &State<R>, inputs: &Inputs<R>) -> (Pressure<R>, Pressure<R>) {
         let c = &self.coefficients;
         let volume = c.closed_volume - c.piston_area * state.x;
         let mut energy = state.chamber_mass * c.zrt;
         let mut pipe = state.pipe_mass * c.pipe_gain;
-        if !BASE && self.terms.heating {
+        if self.has::<GROUPS>(groups::HEATING) {
             energy = energy * (state.chamber_temperature * c.inverse_temperature);
             pipe = pipe * (state.pipe_temperature * c.inverse_temperature);
         }
@@ -225,10 +238,10 @@ impl<'a, R: Real> System<'a, R> {
         let mut chamber_gas =
             Pressure { pa: energy * energy_pipe * quotient, inverse: volume * volume_pipe * quotient };
         let mut pipe_gas = Pressure { pa: pipe, inverse: volume_energy * quotient };
-        if !BASE && self.terms.driven_chamber {
+        if self.has::<GROUPS>(groups::DRIVEN) && self.terms.driven_chamber {
             chamber_gas = Pressure::of(inputs.chamber_pressure);
         }
-        if !BASE && self.terms.driven_pipe {
+        if self.has::<GROUPS>(groups::DRIVEN) && self.terms.driven_pipe {
             pipe_gas = Pressure::of(inputs.pipe_pressure);
         }
         (chamber_gas, pipe_gas)
@@ -236,53 +249,51 @@ impl<'a, R: Real> System<'a, R> {
 
     /// The rates of change at a state.
     #[inline(always)]
-    pub fn rates<const BASE: bool>(&self, state: &State<R>, inputs: &Inputs<R>) -> State<R> {
+    pub fn rates<const GROUPS: u8>(&self, state: &State<R>, inputs: &Inputs<R>) -> State<R> {
         let c = &self.coefficients;
         let zero = R::splat(0.0);
-        let (chamber_gas, pipe_gas) = self.gas::<BASE>(state, inputs);
+        let (chamber_gas, pipe_gas) = self.gas::<GROUPS>(state, inputs);
         let (chamber, pipe) = (chamber_gas.pa, pipe_gas.pa);
 
         // Forces on the piston, positive opens.
         let beyond_open = (state.x - c.stroke).max(zero);
         let beyond_closed = state.x.min(zero);
         let mut spring = c.stiffness * (c.free_length - state.x);
-        if !BASE && self.terms.forces {
+        if self.has::<GROUPS>(groups::FORCES) {
             spring = spring * c.hardening.mul_add(c.stroke - state.x, R::splat(1.0));
         }
         let resisting = c.viscous.mul_add(state.v, c.contact.mul_add(beyond_open + beyond_closed, c.weight));
         let mut net = spring - (chamber - c.ambient).mul_add(c.piston_area, resisting);
 
         let Flows { filled, vented, leaked_in, leaked_out, through_port } =
-            self.flows::<BASE>(state, inputs, pipe_gas, chamber_gas);
+            self.flows::<GROUPS>(state, inputs, pipe_gas, chamber_gas);
         let mut bristle_rate = zero;
         let mut inverse_mass = c.inverse_mass;
         let mut pipe_rate = filled + vented + leaked_in - leaked_out - through_port;
         let mut chamber_rate = through_port;
         let mut custom_pipe = zero;
         let mut custom_chamber = zero;
-        if !BASE {
-            let mut custom = Custom { force: zero, friction: zero, pipe_flow: zero, chamber_flow: zero };
-            if self.terms.custom {
-                custom = self.custom(state, inputs, chamber, pipe);
-                custom_pipe = custom.pipe_flow;
-                custom_chamber = custom.chamber_flow;
-                pipe_rate = pipe_rate + custom_pipe;
-                chamber_rate = chamber_rate + custom_chamber;
-                net = net + custom.force;
-            }
-            if self.terms.forces {
-                let (force, damping) = self.added_forces(state);
-                net = net + force;
-                // A cushion that brakes faster than anything else moves: inertia no longer counts.
-                inverse_mass = R::splat(1.0) / c.mass.max(damping * c.quickest);
-            }
-            if self.terms.friction {
-                let sealing = c.seal.mul_add((chamber - c.ambient).max(zero), c.coulomb);
-                let coulomb = sealing + custom.friction.max(zero);
-                let (friction, bristle) = self.friction(state, coulomb);
-                net = net - friction;
-                bristle_rate = bristle;
-            }
+        let mut custom = Custom { force: zero, friction: zero, pipe_flow: zero, chamber_flow: zero };
+        if self.has::<GROUPS>(groups::CUSTOM) {
+            custom = self.custom(state, inputs, chamber, pipe);
+            custom_pipe = custom.pipe_flow;
+            custom_chamber = custom.chamber_flow;
+            pipe_rate = pipe_rate + custom_pipe;
+            chamber_rate = chamber_rate + custom_chamber;
+            net = net + custom.force;
+        }
+        if self.has::<GROUPS>(groups::FORCES) {
+            let (force, damping) = self.added_forces(state);
+            net = net + force;
+            // A cushion that brakes faster than anything else moves: inertia no longer counts.
+            inverse_mass = R::splat(1.0) / c.mass.max(damping * c.quickest);
+        }
+        if self.has::<GROUPS>(groups::FRICTION) {
+            let sealing = c.seal.mul_add((chamber - c.ambient).max(zero), c.coulomb);
+            let coulomb = sealing + custom.friction.max(zero);
+            let (friction, bristle) = self.friction(state, coulomb);
+            net = net - friction;
+            bristle_rate = bristle;
         }
         let mut rate = State {
             x: state.v,
@@ -294,22 +305,20 @@ impl<'a, R: Real> System<'a, R> {
             line_pressure: zero,
             bristle: bristle_rate,
         };
-        if !BASE {
-            if self.terms.line {
-                rate.line_pressure =
-                    c.line_gain * ((c.supply - state.line_pressure) * c.line_conductance - filled - leaked_in);
-            }
-            if self.terms.heating {
-                let incoming = [filled, vented, leaked_in, -leaked_out, custom_pipe];
-                self.heating(state, &mut rate, &incoming, through_port, custom_chamber, chamber);
-            }
+        if self.has::<GROUPS>(groups::LINE) {
+            rate.line_pressure =
+                c.line_gain * ((c.supply - state.line_pressure) * c.line_conductance - filled - leaked_in);
+        }
+        if self.has::<GROUPS>(groups::HEATING) {
+            let incoming = [filled, vented, leaked_in, -leaked_out, custom_pipe];
+            self.heating(state, &mut rate, &incoming, through_port, custom_chamber, chamber);
         }
         rate
     }
 
     /// The flows into and out of the pipe.
     #[inline(always)]
-    fn flows<const BASE: bool>(
+    fn flows<const GROUPS: u8>(
         &self,
         state: &State<R>,
         inputs: &Inputs<R>,
@@ -318,22 +327,22 @@ impl<'a, R: Real> System<'a, R> {
     ) -> Flows<R> {
         let c = &self.coefficients;
         let (zero, half) = (R::splat(0.0), R::splat(0.5));
-        let has_line = !BASE && self.terms.line;
+        let has_line = self.has::<GROUPS>(groups::LINE);
         let source = if has_line { Pressure::of(state.line_pressure) } else { self.supply };
         let fed = if has_line { c.line_blend } else { c.blend };
         // Gas that is not at the run's temperature T flows as sqrt(T/T upstream).
         let one = R::splat(1.0);
         let (run, mut from_pipe, mut from_chamber) = (one, one, one);
-        if !BASE && self.terms.heating {
+        if self.has::<GROUPS>(groups::HEATING) {
             let both = c.temperature / (state.pipe_temperature * state.chamber_temperature);
             from_pipe = (both * state.chamber_temperature).sqrt();
             from_chamber = (both * state.pipe_temperature).sqrt();
         }
         let (filled, vented);
-        if !BASE && self.terms.spool {
-            filled = self.flow::<BASE>(source, pipe_gas, c.fill * inputs.spool, run, from_pipe, fed);
+        if self.has::<GROUPS>(groups::SPOOL) {
+            filled = self.flow::<GROUPS>(source, pipe_gas, c.fill * inputs.spool, run, from_pipe, fed);
             let closed = one - inputs.spool;
-            vented = self.flow::<BASE>(self.exhaust, pipe_gas, c.vent * closed, run, from_pipe, c.blend);
+            vented = self.flow::<GROUPS>(self.exhaust, pipe_gas, c.vent * closed, run, from_pipe, c.blend);
         } else {
             let upstream = Pressure {
                 pa: half.select_lt(inputs.spool, source.pa, self.exhaust.pa),
@@ -345,7 +354,7 @@ impl<'a, R: Real> System<'a, R> {
                 blend.width = half.select_lt(inputs.spool, fed.width, blend.width);
                 blend.inverse = half.select_lt(inputs.spool, fed.inverse, blend.inverse);
             }
-            let flow = self.flow::<BASE>(upstream, pipe_gas, coefficient, run, from_pipe, blend);
+            let flow = self.flow::<GROUPS>(upstream, pipe_gas, coefficient, run, from_pipe, blend);
             if has_line {
                 filled = half.select_lt(inputs.spool, flow, zero);
                 vented = half.select_lt(inputs.spool, zero, flow);
@@ -355,19 +364,19 @@ impl<'a, R: Real> System<'a, R> {
         }
         let (mut leaked_in, mut leaked_out) = (zero, zero);
         if self.leaks_in {
-            leaked_in = self.flow::<BASE>(source, pipe_gas, c.leak_in, run, from_pipe, fed);
+            leaked_in = self.flow::<GROUPS>(source, pipe_gas, c.leak_in, run, from_pipe, fed);
         }
         if self.leaks_out {
-            leaked_out = self.flow::<BASE>(pipe_gas, self.ambient, c.leak_out, from_pipe, run, c.blend);
+            leaked_out = self.flow::<GROUPS>(pipe_gas, self.ambient, c.leak_out, from_pipe, run, c.blend);
         }
-        let through_port = self.flow::<BASE>(pipe_gas, chamber_gas, c.port, from_pipe, from_chamber, c.port_blend);
+        let through_port = self.flow::<GROUPS>(pipe_gas, chamber_gas, c.port, from_pipe, from_chamber, c.port_blend);
         Flows { filled, vented, leaked_in, leaked_out, through_port }
     }
 
     /// Flow from one pressure to another; `warmth1` and `warmth2` are sqrt(T/T upstream) of gas that comes from
     /// either side.
     #[inline(always)]
-    fn flow<const BASE: bool>(
+    fn flow<const GROUPS: u8>(
         &self,
         from: Pressure<R>,
         to: Pressure<R>,
@@ -377,7 +386,7 @@ impl<'a, R: Real> System<'a, R> {
         blend: Blend<R>,
     ) -> R {
         let flow = self.coefficients.law.flow_between(from, to, coefficient, blend);
-        if BASE || !self.terms.heating { flow } else { flow * from.pa.select_lt(to.pa, warmth2, warmth1) }
+        if self.has::<GROUPS>(groups::HEATING) { flow * from.pa.select_lt(to.pa, warmth2, warmth1) } else { flow }
     }
 
     /// Dry friction as the deflection z of bristles (Canudas de Wit, Olsson, Åström and Lischinsky, IEEE
@@ -450,7 +459,7 @@ impl<'a, R: Real> System<'a, R> {
     fn custom(&self, state: &State<R>, inputs: &Inputs<R>, chamber: R, pipe: R) -> Custom<R> {
         let c = &self.coefficients;
         let variables = Variables {
-            values: [state.x, state.v, chamber, pipe, c.supply, c.ambient, inputs.since_command, c.stroke],
+            values: [&state.x, &state.v, &chamber, &pipe, &c.supply, &c.ambient, &inputs.since_command, &c.stroke],
         };
         let zero = R::splat(0.0);
         let mut sum = Custom { force: zero, friction: zero, pipe_flow: zero, chamber_flow: zero };

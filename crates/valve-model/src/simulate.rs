@@ -148,9 +148,8 @@ pub fn simulate_with<P: Borrow<Prepared>>(
             waiting.into_iter().partition(|index| runs[*index].borrow().fits_beside(first));
         let batch: Vec<LaneRun<'_>> = mates.iter().map(|index| runs[*index].borrow().lane_run()).collect();
         let mut take = |mate: usize, nodes: &Nodes, state: &State<f64>| consume(mates[mate], nodes, state);
-        let base = first.equations.terms.is_base();
         recorder.clear(pressures);
-        integrate_with(set, base, &batch, &mut recorder, &mut take);
+        integrate_with(set, &batch, &mut recorder, &mut take);
         waiting = others;
     }
     if recorder.capacity() <= MOST_SPARE_NODES {
@@ -174,6 +173,6 @@ pub fn simulate_scalar(runs: &[Prepared], pressures: bool, mut consume: impl FnM
     for (index, run) in runs.iter().enumerate() {
         let mut take = |_: usize, nodes: &Nodes, state: &State<f64>| consume(index, nodes, state);
         recorder.clear(pressures);
-        integrate_scalar(run.equations.terms.is_base(), &[run.lane_run()], &mut recorder, &mut take);
+        integrate_scalar(&[run.lane_run()], &mut recorder, &mut take);
     }
 }

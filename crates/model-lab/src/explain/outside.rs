@@ -75,7 +75,7 @@ impl Outside {
             _ => 0.0,
         });
         let parameters: Vec<f64> = self.effect.parameters().iter().map(|parameter| parameter.value).collect();
-        self.effect.formula().evaluate(&Variables { values }, &parameters)
+        self.effect.formula().evaluate(&Variables { values: values.each_ref() }, &parameters)
     }
 }
 

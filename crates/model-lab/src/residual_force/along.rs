@@ -1,6 +1,6 @@
 //! The model along a prescribed motion: pressures and forces where the piston really was.
 
-use valve_model::coefficients::Equations;
+use valve_model::coefficients::{Equations, groups};
 use valve_model::command::{Segment, Solenoid, segments};
 use valve_model::orifice::Blend;
 use valve_model::rhs::{Inputs, State, System};
@@ -149,9 +149,10 @@ impl Follower<'_> {
 
     /// One step of Heun's method for all states but the motion, which is prescribed.
     fn step(&self, state: &State<f64>, segment: &Segment, time_s: f64, h: f64, left: &mut usize) -> State<f64> {
-        let first = self.system.rates::<false>(&self.placed(state, time_s, left), &self.inputs(segment, time_s));
+        let first =
+            self.system.rates::<{ groups::ANY }>(&self.placed(state, time_s, left), &self.inputs(segment, time_s));
         let guess = self.placed(&moved(state, &first, h), time_s + h, &mut left.clone());
-        let second = self.system.rates::<false>(&guess, &self.inputs(segment, time_s + h));
+        let second = self.system.rates::<{ groups::ANY }>(&guess, &self.inputs(segment, time_s + h));
         moved(&moved(state, &first, 0.5 * h), &second, 0.5 * h)
     }
 
@@ -159,8 +160,8 @@ impl Follower<'_> {
         let c = &self.system.coefficients;
         let here = self.placed(state, time_s, left);
         let inputs = self.inputs(segment, time_s);
-        let rates = self.system.rates::<false>(&here, &inputs);
-        let (chamber_gas, pipe_gas) = self.system.gas::<false>(&here, &inputs);
+        let rates = self.system.rates::<{ groups::ANY }>(&here, &inputs);
+        let (chamber_gas, pipe_gas) = self.system.gas::<{ groups::ANY }>(&here, &inputs);
         let (chamber, pipe) = (chamber_gas.pa, pipe_gas.pa);
         let inverse_mass = if self.system.terms.forces {
             self.effective_inverse_mass(&here, &inputs, chamber)
@@ -181,7 +182,8 @@ impl Follower<'_> {
         terms.driven_chamber = true;
         let parameters = self.system.custom_parameters.clone();
         let probe = System::new(self.system.coefficients, terms, self.system.custom, parameters);
-        let at = |pressure: f64| probe.rates::<false>(state, &Inputs { chamber_pressure: pressure, ..*inputs }).v;
+        let at =
+            |pressure: f64| probe.rates::<{ groups::ANY }>(state, &Inputs { chamber_pressure: pressure, ..*inputs }).v;
         let difference = at(chamber) - at(chamber + PROBE_PA);
         let found = difference / (PROBE_PA * self.system.coefficients.piston_area);
         if found > 0.0 { found } else { self.system.coefficients.inverse_mass }

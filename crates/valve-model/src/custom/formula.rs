@@ -26,12 +26,15 @@ const FUNCTIONS: [(&str, Function); 11] = [
 /// The deepest nesting of intermediate results that a formula may need.
 const MAX_DEPTH: usize = 32;
 
+/// As deep as most formulas are; a shallow stack takes less time to clear.
+const USUAL_DEPTH: usize = 6;
+
 /// Values of the variables of a formula, SI.
 #[derive(Debug, Clone, Copy)]
-pub struct Variables<R> {
+pub struct Variables<'a, R> {
     /// Position x, velocity v, chamber pressure, pipe pressure, supply pressure, ambient pressure,
     /// time since the last command edge, stroke; in the order of the names.
-    pub values: [R; VARIABLE_NAMES.len()],
+    pub values: [&'a R; VARIABLE_NAMES.len()],
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -65,9 +68,13 @@ enum Op {
     Multiply,
     Divide,
     Power,
+    /// A power of two, which most formulas have.
+    Square,
     Call(Function),
     /// Straight lines between this many knots.
     Table(usize),
+    /// The same where the knots are parameters that follow each other: the first, and how many.
+    TableOfParameters(usize, usize),
 }
 
 /// A formula that was refused, and where.
@@ -89,6 +96,8 @@ pub struct FormulaError {
 pub struct Formula {
     source: String,
     program: Vec<Op>,
+    /// How many intermediate results wait at most.
+    depth: usize,
 }
 
 impl Formula {
@@ -108,7 +117,8 @@ impl Formula {
         if parser.rest < source.len() {
             return Err(parser.unexpected("an operator or the end"));
         }
-        Ok(Self { source: source.to_owned(), program: parser.program })
+        let depth = deepest(&parser.program);
+        Ok(Self { source: source.to_owned(), program: parser.program, depth })
     }
 
     /// The formula as it was written.
@@ -127,19 +137,35 @@ impl Formula {
     /// The value of the formula, with the parameters in the order they were named.
     #[inline(always)]
     #[must_use]
-    pub fn evaluate<R: Real>(&self, variables: &Variables<R>, parameters: &[R]) -> R {
-        let mut stack = [R::splat(0.0); MAX_DEPTH];
+    pub fn evaluate<R: Real>(&self, variables: &Variables<'_, R>, parameters: &[R]) -> R {
+        if self.depth <= USUAL_DEPTH {
+            self.evaluate_on::<R, USUAL_DEPTH>(variables, parameters)
+        } else {
+            self.evaluate_on::<R, MAX_DEPTH>(variables, parameters)
+        }
+    }
+
+    #[inline(always)]
+    fn evaluate_on<R: Real, const DEPTH: usize>(&self, variables: &Variables<'_, R>, parameters: &[R]) -> R {
+        let mut stack = [R::splat(0.0); DEPTH];
         let mut top = 0;
         for op in &self.program {
             match *op {
                 Op::Number(value) => push(&mut stack, &mut top, R::splat(value)),
-                Op::Variable(index) => push(&mut stack, &mut top, variables.values[index]),
+                Op::Variable(index) => push(&mut stack, &mut top, *variables.values[index]),
                 Op::Parameter(index) => push(&mut stack, &mut top, parameters[index]),
                 Op::Negate => stack[top - 1] = -stack[top - 1],
+                Op::Square => stack[top - 1] = stack[top - 1] * stack[top - 1],
                 Op::Call(function) if function.arity() == 1 => stack[top - 1] = call(function, stack[top - 1]),
                 Op::Table(knots) => {
                     top -= knots + 2;
-                    stack[top - 1] = look_up(&stack[top - 1..top + knots + 2]);
+                    let (z, bounds) = (stack[top - 1], (stack[top], stack[top + 1]));
+                    stack[top - 1] = look_up(z, bounds, &stack[top + 2..top + 2 + knots]);
+                }
+                Op::TableOfParameters(first, knots) => {
+                    top -= 2;
+                    let (z, bounds) = (stack[top - 1], (stack[top], stack[top + 1]));
+                    stack[top - 1] = look_up(z, bounds, &parameters[first..first + knots]);
                 }
                 _ => {
                     top -= 1;
@@ -151,25 +177,41 @@ impl Formula {
     }
 }
 
+/// The height of the stack after each operation of a program, highest.
+fn deepest(program: &[Op]) -> usize {
+    let mut height = 0;
+    let mut highest = 0;
+    for op in program {
+        height = match op {
+            Op::Number(_) | Op::Variable(_) | Op::Parameter(_) => height + 1,
+            Op::Negate | Op::Square => height,
+            Op::Call(function) => height + 1 - function.arity(),
+            Op::Table(knots) => height - knots - 2,
+            Op::TableOfParameters(..) => height - 2,
+            _ => height - 1,
+        };
+        highest = highest.max(height);
+    }
+    highest
+}
+
 /// The value of table(z, from, to, k0, k1, ...): even knots from `from` to `to`, held beyond them.
 #[inline(always)]
-fn look_up<R: Real>(arguments: &[R]) -> R {
-    let knots = &arguments[3..];
+fn look_up<R: Real>(z: R, (from, to): (R, R), knots: &[R]) -> R {
+    let (zero, one) = (R::splat(0.0), R::splat(1.0));
     let last = knots.len() - 1;
-    let mut result = R::splat(0.0);
-    for lane in 0..R::LANES {
-        let (z, from, to) = (arguments[0].lane(lane), arguments[1].lane(lane), arguments[2].lane(lane));
-        let at = ((z - from) / (to - from)).clamp(0.0, 1.0) * last as f64;
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 0 and the last knot")]
-        let left = (at as usize).min(last - 1);
-        let (k0, k1) = (knots[left].lane(lane), knots[left + 1].lane(lane));
-        result.set_lane(lane, k0 + (at - left as f64) * (k1 - k0));
+    let at = ((z - from) / (to - from)).max(zero).min(one) * R::splat(last as f64);
+    // Each piece adds as much of its rise as lies behind z, so that no lane has to choose a knot.
+    let mut sum = knots[0];
+    for (left, pair) in knots.windows(2).enumerate() {
+        let passed = (at - R::splat(left as f64)).max(zero).min(one);
+        sum = passed.mul_add(pair[1] - pair[0], sum);
     }
-    result
+    sum
 }
 
 #[inline(always)]
-fn push<R: Real>(stack: &mut [R; MAX_DEPTH], top: &mut usize, value: R) {
+fn push<R: Real>(stack: &mut [R], top: &mut usize, value: R) {
     stack[*top] = value;
     *top += 1;
 }
@@ -353,21 +395,32 @@ impl Parser<'_> {
     }
 
     fn emit(&mut self, op: Op) -> Result<(), FormulaError> {
-        self.program.push(op);
-        let mut height = 0_usize;
-        for op in &self.program {
-            height = match op {
-                Op::Number(_) | Op::Variable(_) | Op::Parameter(_) => height + 1,
-                Op::Negate => height,
-                Op::Call(function) => height + 1 - function.arity(),
-                Op::Table(knots) => height - knots - 2,
-                _ => height - 1,
-            };
-            if height > MAX_DEPTH {
-                return Err(self.unexpected("a formula with fewer pending operations"));
+        match op {
+            Op::Power if self.program.last() == Some(&Op::Number(2.0)) => {
+                self.program.pop();
+                self.program.push(Op::Square);
             }
+            Op::Table(knots) => {
+                let start = self.program.len() - knots;
+                let first = self.parameters_in_a_row(start);
+                if first.is_some() {
+                    self.program.truncate(start);
+                }
+                self.program.push(first.map_or(op, |first| Op::TableOfParameters(first, knots)));
+            }
+            _ => self.program.push(op),
+        }
+        if deepest(&self.program) > MAX_DEPTH {
+            return Err(self.unexpected("a formula with fewer pending operations"));
         }
         Ok(())
+    }
+
+    /// The first parameter, where the program from `start` on takes parameters that follow each other.
+    fn parameters_in_a_row(&self, start: usize) -> Option<usize> {
+        let Op::Parameter(first) = self.program[start] else { return None };
+        let follow = |(offset, op): (usize, &Op)| *op == Op::Parameter(first + offset);
+        self.program[start..].iter().enumerate().all(follow).then_some(first)
     }
 
     fn skip_space(&mut self) {
@@ -409,7 +462,8 @@ mod tests {
     use super::*;
 
     fn value(formula: &str) -> f64 {
-        let variables = Variables { values: [0.5, -0.25, 4e5, 5e5, 6e5, 1e5, 0.125, 0.0254] };
+        let values = [0.5, -0.25, 4e5, 5e5, 6e5, 1e5, 0.125, 0.0254];
+        let variables = Variables { values: values.each_ref() };
         Formula::parse(formula, &["a", "b"]).unwrap().evaluate(&variables, &[3.0, 7.0])
     }
 
@@ -433,6 +487,10 @@ mod tests {
             ("table(x, 0, 1, 10, 20, 40)", 20.0),
             ("1 + table(0.75, 0, 1, 10, 20, 40) * 2", 61.0),
             ("table(v, 0, 1, a, b)", 3.0),
+            ("table(x, 0, 1, a, b)", 5.0),
+            ("table(x, 0, 2, b, a)", 6.0),
+            ("table(x, 1, 0, 10, 20 + a, 40)", 23.0),
+            ("2 * (a - 1)^2 + table(7, 0, 1, a, b)", 15.0),
         ] {
             assert!((value(formula) - expected).abs() < 1e-12, "{formula} gave {}", value(formula));
         }

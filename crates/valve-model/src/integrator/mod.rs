@@ -11,7 +11,7 @@ mod recorder;
 pub(crate) use clock::{Clock, MOST_SUBSTEPS, Pace};
 pub(crate) use recorder::Recorder;
 
-use crate::coefficients::{Coefficients, Equations};
+use crate::coefficients::{Coefficients, Equations, groups};
 use crate::command::Segment;
 use crate::driven::Driven;
 use crate::real::Real;
@@ -45,19 +45,19 @@ pub(crate) type Take<'a> = dyn FnMut(usize, &Nodes, &State<f64>) + 'a;
 /// Integrates runs with the same groups of terms, as many at a time as there are lanes: a lane whose run is
 /// over takes the next one. Hands each to `take` when it is over.
 #[inline(always)]
-pub(crate) fn integrate<R: Real, const BASE: bool>(runs: &[LaneRun<'_>], recorder: &mut Recorder, take: &mut Take<'_>) {
+pub(crate) fn integrate<R: Real, const GROUPS: u8>(runs: &[LaneRun<'_>], recorder: &mut Recorder, take: &mut Take<'_>) {
     let zero = R::splat(0.0);
     let mut batch = Batch::<R>::new(runs);
     for lane in 0..batch.lanes.len() {
-        recorder.begin::<R, BASE>(lane, &batch.system, &batch.front, &batch.inputs::<BASE>(zero));
+        recorder.begin::<R, GROUPS>(lane, &batch.system, &batch.front, &batch.inputs::<GROUPS>(zero));
     }
-    batch.hand_over::<BASE>(recorder, take);
+    batch.hand_over::<GROUPS>(recorder, take);
     while let Some(count) = batch.lanes.iter().filter_map(|lane| lane.clock.steps_left()).min() {
         for _ in 0..count {
-            batch.step::<BASE>();
-            recorder.node::<R, BASE>(&batch.system, &batch.front, &batch.inputs::<BASE>(zero));
+            batch.step::<GROUPS>();
+            recorder.node::<R, GROUPS>(&batch.system, &batch.front, &batch.inputs::<GROUPS>(zero));
         }
-        batch.count_steps::<BASE>(count, recorder, take);
+        batch.count_steps::<GROUPS>(count, recorder, take);
     }
 }
 
@@ -128,7 +128,7 @@ impl<'a, R: Real> Batch<'a, R> {
 
     /// The inputs some time after the start of a step.
     #[inline(always)]
-    fn inputs<const BASE: bool>(&self, ahead: R) -> Inputs<R> {
+    fn inputs<const GROUPS: u8>(&self, ahead: R) -> Inputs<R> {
         let front = &self.front;
         let zero = R::splat(0.0);
         let mut inputs = Inputs {
@@ -137,7 +137,7 @@ impl<'a, R: Real> Batch<'a, R> {
             pipe_pressure: zero,
             chamber_pressure: zero,
         };
-        if !BASE && self.driven {
+        if GROUPS & groups::DRIVEN != 0 && self.driven {
             self.drive(&mut inputs, front.time + ahead);
         }
         inputs
@@ -145,16 +145,16 @@ impl<'a, R: Real> Batch<'a, R> {
 
     /// Takes one step in every lane.
     #[inline(always)]
-    fn step<const BASE: bool>(&mut self) {
+    fn step<const GROUPS: u8>(&mut self) {
         let front = &self.front;
         let mut sum = front.state;
         let mut rate = State::splat(&State::ZERO);
         // A loop, so that the equations are compiled once for each instruction set.
         for (share, weight) in STAGES {
             let ahead = front.step * R::splat(share);
-            let inputs = self.inputs::<BASE>(ahead);
-            rate = self.system.rates::<BASE>(&front.state.advanced::<BASE>(&rate, ahead), &inputs);
-            sum = sum.advanced::<BASE>(&rate, front.step * R::splat(weight));
+            let inputs = self.inputs::<GROUPS>(ahead);
+            rate = self.system.rates::<GROUPS>(&front.state.advanced::<GROUPS>(&rate, ahead), &inputs);
+            sum = sum.advanced::<GROUPS>(&rate, front.step * R::splat(weight));
         }
         let front = &mut self.front;
         front.state = sum;
@@ -165,7 +165,7 @@ impl<'a, R: Real> Batch<'a, R> {
 
     /// Counts steps as taken in every lane, and loads what is then due.
     #[inline(always)]
-    fn count_steps<const BASE: bool>(&mut self, count: u32, recorder: &mut Recorder, take: &mut Take<'_>) {
+    fn count_steps<const GROUPS: u8>(&mut self, count: u32, recorder: &mut Recorder, take: &mut Take<'_>) {
         let mut any_over = false;
         for (lane, InLane { clock, .. }) in self.lanes.iter_mut().enumerate() {
             if clock.finish_steps(count) {
@@ -174,13 +174,13 @@ impl<'a, R: Real> Batch<'a, R> {
             }
         }
         if any_over {
-            self.hand_over::<BASE>(recorder, take);
+            self.hand_over::<GROUPS>(recorder, take);
         }
     }
 
     /// Hands over the runs that are over, and puts those that wait in their place.
     #[inline(never)]
-    fn hand_over<const BASE: bool>(&mut self, recorder: &mut Recorder, take: &mut Take<'_>) {
+    fn hand_over<const GROUPS: u8>(&mut self, recorder: &mut Recorder, take: &mut Take<'_>) {
         for lane in 0..self.lanes.len() {
             while self.lanes[lane].clock.is_done() && recorder.is_busy(lane) {
                 take(self.lanes[lane].run, recorder.end(lane), &self.front.state.lane(lane));
@@ -188,7 +188,7 @@ impl<'a, R: Real> Batch<'a, R> {
                     let run = self.next;
                     let clock = self.load(lane);
                     self.lanes[lane] = InLane { run, clock };
-                    recorder.begin::<R, BASE>(lane, &self.system, &self.front, &self.inputs::<BASE>(R::splat(0.0)));
+                    recorder.begin::<R, GROUPS>(lane, &self.system, &self.front, &self.inputs::<GROUPS>(R::splat(0.0)));
                 }
             }
         }

@@ -74,7 +74,7 @@ impl Recorder {
 
     /// Starts a run in a lane, with its initial node.
     #[inline(never)]
-    pub(super) fn begin<R: Real, const BASE: bool>(
+    pub(super) fn begin<R: Real, const GROUPS: u8>(
         &mut self,
         lane: usize,
         system: &System<'_, R>,
@@ -87,7 +87,7 @@ impl Recorder {
         nodes.position_m.push(front.state.x.lane(lane));
         nodes.velocity_m_per_s.push(front.state.v.lane(lane));
         if self.pressures {
-            let (chamber, pipe) = system.gas::<BASE>(&front.state, inputs);
+            let (chamber, pipe) = system.gas::<GROUPS>(&front.state, inputs);
             nodes.chamber_pressure_pa.push(chamber.pa.lane(lane));
             nodes.pipe_pressure_pa.push(pipe.pa.lane(lane));
         }
@@ -96,7 +96,7 @@ impl Recorder {
 
     /// Keeps the state of all lanes after a step.
     #[inline(always)]
-    pub(super) fn node<R: Real, const BASE: bool>(
+    pub(super) fn node<R: Real, const GROUPS: u8>(
         &mut self,
         system: &System<'_, R>,
         front: &Front<R>,
@@ -107,7 +107,7 @@ impl Recorder {
         front.state.x.store(&mut self.staged.position[at].0);
         front.state.v.store(&mut self.staged.velocity[at].0);
         if self.pressures {
-            let (chamber, pipe) = system.gas::<BASE>(&front.state, inputs);
+            let (chamber, pipe) = system.gas::<GROUPS>(&front.state, inputs);
             chamber.pa.store(&mut self.staged.chamber_pressure[at].0);
             pipe.pa.store(&mut self.staged.pipe_pressure[at].0);
         }
