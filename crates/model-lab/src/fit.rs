@@ -236,10 +236,16 @@ impl Columns {
     }
 
     /// The columns, from what was simulated and the residuals at the point.
-    fn filled(&self, simulated: &[Vec<f64>], residual: &[f64]) -> Vec<Vec<f64>> {
-        let mut simulated = simulated.iter();
+    fn filled(&self, simulated: Vec<Vec<f64>>, residual: &[f64]) -> Vec<Vec<f64>> {
+        let mut simulated = simulated.into_iter();
         let column = |step: &Option<f64>| match step.and_then(|step| Some((step, simulated.next()?))) {
-            Some((step, changed)) => changed.iter().zip(residual).map(|(a, b)| (a - b) / step).collect(),
+            Some((step, mut column)) => {
+                let inverse = 1.0 / step;
+                for (value, at) in column.iter_mut().zip(residual) {
+                    *value = (*value - at) * inverse;
+                }
+                column
+            }
             None => vec![0.0; residual.len()],
         };
         self.steps.iter().map(column).collect()
@@ -276,13 +282,13 @@ impl<'a> Fitting<'a> {
             Asked::Nothing => {}
             Asked::Start(columns) => {
                 let residual = simulated.remove(0);
-                self.columns.extend(columns.filled(&simulated, &residual));
+                self.columns.extend(columns.filled(simulated, &residual));
                 self.at = Point::with(self.scatter, self.space, core::mem::take(&mut self.at.u), residual);
                 self.cost_then = self.at.cost;
                 self.try_steps();
             }
             Asked::Jacobian(columns) => {
-                self.columns = columns.filled(&simulated, &self.at.residual);
+                self.columns = columns.filled(simulated, &self.at.residual);
                 self.try_steps();
             }
             Asked::Trials { trials, matrix, tolerance, above_noise } => {

@@ -4,6 +4,7 @@ use rayon::prelude::*;
 use valve_model::cycle::{CycleTimes, cycles, cycles_with};
 use valve_model::dispatch::LANES;
 use valve_model::simulate::DEFAULT_STEP_S;
+use valve_model::stroke::{Place, pressures};
 use valve_model::{EffectKind, Nodes, Prepared, Run, Valve, simulate};
 
 use crate::data::{Channel, ChannelData, Dataset, Fineness, RunData};
@@ -26,6 +27,8 @@ pub struct Predicted {
     pub chamber_pressure_pa: Vec<f64>,
     /// Pipe pressure, Pa; empty if the run has no such channel.
     pub pipe_pressure_pa: Vec<f64>,
+    /// The sample times among the nodes of the run.
+    places: Vec<Place>,
 }
 
 impl Predicted {
@@ -49,24 +52,22 @@ fn measurement(valve: &Valve) -> (f64, f64) {
 /// The record of a simulated run as the sensors of the valve would give it.
 pub fn record(valve: &Valve, nodes: &Nodes, times_s: &[f64], into: &mut Predicted) {
     let (lag, offset) = measurement(valve);
-    let shifted: Vec<f64>;
-    let times = if offset == 0.0 {
-        times_s
+    nodes.places_at(times_s, &mut into.places);
+    if lag == 0.0 && offset == 0.0 {
+        nodes.positions(&into.places, &mut into.position_m);
     } else {
-        shifted = times_s.iter().map(|time| time - offset).collect();
-        &shifted
-    };
-    if lag > 0.0 {
-        lagged(nodes, lag).positions_at(times, &mut into.position_m);
-    } else {
-        nodes.positions_at(times, &mut into.position_m);
+        let shifted: Vec<f64> = times_s.iter().map(|time| time - offset).collect();
+        let slow = (lag > 0.0).then(|| lagged(nodes, lag));
+        slow.as_ref().unwrap_or(nodes).positions_at(&shifted, &mut into.position_m);
     }
-    if nodes.chamber_pressure_pa.is_empty() {
-        into.chamber_pressure_pa.clear();
-        into.pipe_pressure_pa.clear();
-    } else {
-        nodes.linear_at(&nodes.chamber_pressure_pa, times_s, &mut into.chamber_pressure_pa);
-        nodes.linear_at(&nodes.pipe_pressure_pa, times_s, &mut into.pipe_pressure_pa);
+    for (channel_pa, into_pa) in [
+        (&nodes.chamber_pressure_pa, &mut into.chamber_pressure_pa),
+        (&nodes.pipe_pressure_pa, &mut into.pipe_pressure_pa),
+    ] {
+        into_pa.clear();
+        if !channel_pa.is_empty() {
+            pressures(channel_pa, &into.places, into_pa);
+        }
     }
 }
 
@@ -116,84 +117,87 @@ fn lagged(nodes: &Nodes, lag: f64) -> Nodes {
     shown
 }
 
-/// A run to simulate with a valve, and the recordings to compare it with.
+/// A run to simulate with a valve, the recordings to compare it with, and where the residuals of each go.
 struct Job<'a> {
     valve: &'a Valve,
     run: &'a Run,
-    recorded: Vec<&'a RunData>,
+    recorded: Vec<(&'a RunData, &'a mut [f64])>,
 }
 
 /// The residuals of a dataset for each valve: data minus model in units of the noise, all blocks of
 /// all runs one after the other, then closing and opening of every row of stroke times.
 pub fn residuals(data: &Dataset, valves: &[Valve]) -> Vec<Vec<f64>> {
-    let count = data.residual_count();
-    let mut all: Vec<Vec<f64>> = valves.iter().map(|_| Vec::with_capacity(count)).collect();
+    let mut all = vec![vec![0.0; data.residual_count()]; valves.len()];
+    let times = if data.timing_rows.is_empty() { Vec::new() } else { timing_predictions(data, valves) };
     let alike = alike(data);
-    let jobs: Vec<Job<'_>> = alike
-        .iter()
-        .flat_map(|runs| {
-            let recorded: Vec<&RunData> = runs.iter().map(|run| &data.runs[*run]).collect();
-            valves.iter().map(move |valve| Job { valve, run: &recorded[0].run, recorded: recorded.clone() })
-        })
-        .collect();
-    let parts = compared(&jobs, data.fineness);
-    for run in 0..data.runs.len() {
-        let place = |runs: &Vec<usize>| runs.iter().position(|other| *other == run);
-        let Some((group, member)) = alike.iter().enumerate().find_map(|(group, runs)| Some((group, place(runs)?)))
-        else {
-            continue;
-        };
-        for (set, all) in all.iter_mut().enumerate() {
-            all.extend_from_slice(&parts[group * valves.len() + set][member]);
+    // Of each valve, the stretch of every run.
+    let mut stretches: Vec<Vec<Option<&mut [f64]>>> = Vec::with_capacity(valves.len());
+    for (set, all) in all.iter_mut().enumerate() {
+        let mut rest = all.as_mut_slice();
+        let of_run = |run: &RunData| rest.split_off_mut(..run.block_count());
+        stretches.push(data.runs.iter().map(of_run).collect());
+        if let Some(times) = times.get(set) {
+            timing_residuals(data, times, rest);
         }
     }
-    if !data.timing_rows.is_empty() {
-        let times = timing_predictions(data, valves);
-        for (all, times) in all.iter_mut().zip(&times) {
-            timing_residuals(data, times, all);
+    let mut jobs = Vec::with_capacity(alike.len() * valves.len());
+    for runs in &alike {
+        for (valve, stretches) in valves.iter().zip(&mut stretches) {
+            let recorded = runs.iter().filter_map(|run| Some((&data.runs[*run], stretches[*run].take()?))).collect();
+            jobs.push(Job { valve, run: &data.runs[runs[0]].run, recorded });
         }
     }
+    compare(jobs, data.fineness);
     all
 }
 
 /// The residuals of single recordings, each against a run and a valve of its own.
 pub fn residuals_of(recorded: &[(&RunData, Run, Valve)], fineness: Fineness) -> Vec<Vec<f64>> {
-    let jobs: Vec<Job<'_>> =
-        recorded.iter().map(|(recorded, run, valve)| Job { valve, run, recorded: vec![recorded] }).collect();
-    compared(&jobs, fineness).into_iter().flatten().collect()
+    let mut all: Vec<Vec<f64>> = recorded.iter().map(|(recorded, ..)| vec![0.0; recorded.block_count()]).collect();
+    let jobs = recorded.iter().zip(&mut all).map(|((recorded, run, valve), into)| Job {
+        valve,
+        run,
+        recorded: vec![(*recorded, into.as_mut_slice())],
+    });
+    compare(jobs.collect(), fineness);
+    all
 }
 
-/// The residuals of every recording of every job.
-fn compared(jobs: &[Job<'_>], fineness: Fineness) -> Vec<Vec<Vec<f64>>> {
-    let prepared: Vec<Prepared> = jobs
-        .par_iter()
-        .map(|job| Prepared::new(job.valve, job.run, fineness.step_s).with_most_substeps(fineness.most_substeps))
-        .collect();
-    let pressures = jobs.iter().flat_map(|job| &job.recorded).any(|recorded| recorded.channels.len() > 1);
-    let mut parts: Vec<(usize, Vec<Vec<f64>>)> = batches(&prepared)
-        .par_iter()
-        .flat_map_iter(|batch| {
-            let mut predicted = Predicted::default();
-            let mut out = Vec::with_capacity(batch.len());
-            let runs: Vec<&Prepared> = batch.iter().map(|job| &prepared[*job]).collect();
-            simulate(&runs, pressures, |index, nodes, _| {
-                let Job { valve, recorded, .. } = &jobs[batch[index]];
-                let mut sampled: Option<&[f64]> = None;
-                let residuals = recorded.iter().map(|recorded| {
-                    // Repeats are often sampled at the same times.
-                    if sampled != Some(&recorded.times_s) {
-                        record(valve, nodes, &recorded.times_s, &mut predicted);
-                        sampled = Some(&recorded.times_s);
-                    }
-                    run_residuals(recorded, &predicted)
-                });
-                out.push((batch[index], residuals.collect()));
-            });
-            out
-        })
-        .collect();
-    parts.sort_unstable_by_key(|(job, _)| *job);
-    parts.into_iter().map(|(_, part)| part).collect()
+/// Writes the residuals of every recording of every job.
+fn compare(jobs: Vec<Job<'_>>, fineness: Fineness) {
+    let prepare =
+        |job: &Job<'_>| Prepared::new(job.valve, job.run, fineness.step_s).with_most_substeps(fineness.most_substeps);
+    let prepared: Vec<Prepared> = jobs.par_iter().map(prepare).collect();
+    let pressures = jobs.iter().flat_map(|job| &job.recorded).any(|(recorded, _)| recorded.channels.len() > 1);
+    let length = batch_length(jobs.len());
+    // Together those that share the lanes.
+    let mut kinds: Vec<(Vec<Job<'_>>, Vec<Prepared>)> = Vec::new();
+    for (job, run) in jobs.into_iter().zip(prepared) {
+        match kinds.iter_mut().find(|(_, runs)| runs[0].fits_beside(&run)) {
+            Some((jobs, runs)) => {
+                jobs.push(job);
+                runs.push(run);
+            }
+            None => kinds.push((vec![job], vec![run])),
+        }
+    }
+    let batches: Vec<_> =
+        kinds.iter_mut().flat_map(|(jobs, runs)| jobs.chunks_mut(length).zip(runs.chunks(length))).collect();
+    batches.into_par_iter().for_each(|(jobs, runs)| {
+        let mut predicted = Predicted::default();
+        simulate(runs, pressures, |index, nodes, _| {
+            let Job { valve, recorded, .. } = &mut jobs[index];
+            let mut sampled: Option<&[f64]> = None;
+            for (recorded, into) in recorded {
+                // Repeats are often sampled at the same times.
+                if sampled != Some(&recorded.times_s) {
+                    record(valve, nodes, &recorded.times_s, &mut predicted);
+                    sampled = Some(&recorded.times_s);
+                }
+                run_residuals(recorded, &predicted, into);
+            }
+        });
+    });
 }
 
 /// The runs of a dataset by index, those that are simulated alike together.
@@ -208,38 +212,38 @@ fn alike(data: &Dataset) -> Vec<Vec<usize>> {
     groups
 }
 
-/// Runs in batches: together those that share the lanes, and enough batches for all threads.
-fn batches(runs: &[Prepared]) -> Vec<Vec<usize>> {
-    let mut kinds: Vec<Vec<usize>> = Vec::new();
-    for (index, run) in runs.iter().enumerate() {
-        match kinds.iter_mut().find(|kind| runs[kind[0]].fits_beside(run)) {
-            Some(kind) => kind.push(index),
-            None => kinds.push(vec![index]),
-        }
-    }
-    let length = runs.len().div_ceil(TASKS * rayon::current_num_threads()).clamp(BATCH.0, BATCH.1);
-    kinds.iter().flat_map(|kind| kind.chunks(length.next_multiple_of(LANES))).map(<[usize]>::to_vec).collect()
+/// Into how long batches runs are cut: enough batches for all threads, with full lanes.
+fn batch_length(runs: usize) -> usize {
+    let even = runs.div_ceil(TASKS * rayon::current_num_threads());
+    even.clamp(BATCH.0, BATCH.1).next_multiple_of(LANES)
 }
 
 /// Residuals of the blocks of one run.
-fn run_residuals(run: &RunData, predicted: &Predicted) -> Vec<f64> {
-    let mut residual = Vec::with_capacity(run.block_count());
+fn run_residuals(run: &RunData, predicted: &Predicted, into: &mut [f64]) {
+    let mut rest = into;
     for channel in &run.channels {
-        channel_residuals(channel, predicted.channel(channel.channel), &mut residual);
+        if let Some(stretch) = rest.split_off_mut(..channel.blocks.len()) {
+            channel_residuals(channel, predicted.channel(channel.channel), stretch);
+        }
     }
-    residual
 }
 
-fn channel_residuals(channel: &ChannelData, model: &[f64], into: &mut Vec<f64>) {
-    for block in &channel.blocks {
-        let (mut sum, mut count) = (0.0, 0.0);
-        for (sample, model) in channel.samples[block.first..block.end].iter().zip(&model[block.first..block.end]) {
-            if sample.is_finite() {
-                sum += model;
-                count += 1.0;
+fn channel_residuals(channel: &ChannelData, model: &[f64], into: &mut [f64]) {
+    for (residual, block) in into.iter_mut().zip(&channel.blocks) {
+        // A block has at least one sample that counts.
+        let mean = if block.end - block.first == 1 {
+            model[block.first]
+        } else {
+            let (mut sum, mut count) = (0.0, 0.0);
+            for (sample, model) in channel.samples[block.first..block.end].iter().zip(&model[block.first..block.end]) {
+                if sample.is_finite() {
+                    sum += model;
+                    count += 1.0;
+                }
             }
-        }
-        into.push(bounded((block.mean - sum / count) * block.inverse_sigma));
+            sum / count
+        };
+        *residual = bounded((block.mean - mean) * block.inverse_sigma);
     }
 }
 
@@ -258,7 +262,7 @@ pub fn timing_predictions(data: &Dataset, valves: &[Valve]) -> Vec<Vec<CycleTime
             .flat_map(|group| (0..valves.len()).map(move |set| (group, set)))
             .collect();
         let parts: Vec<Vec<Vec<CycleTimes>>> = jobs
-            .par_chunks(BATCH.1)
+            .par_chunks(batch_length(jobs.len()))
             .map(|chunk| {
                 let batch: Vec<_> =
                     chunk.iter().map(|(group, set)| (&valves[*set], data.timing_groups[*group].conditions)).collect();
@@ -280,14 +284,13 @@ pub fn timing_predictions(data: &Dataset, valves: &[Valve]) -> Vec<Vec<CycleTime
     times
 }
 
-fn timing_residuals(data: &Dataset, times: &[CycleTimes], into: &mut Vec<f64>) {
+fn timing_residuals(data: &Dataset, times: &[CycleTimes], into: &mut [f64]) {
     let windows = (data.schedule.open_at_s - data.schedule.close_at_s, data.schedule.end_s - data.schedule.open_at_s);
-    for (group, times) in data.timing_groups.iter().zip(times) {
-        for row in &group.rows {
-            let row = &data.timing_rows[*row];
-            into.push(timing_residual(row.close_time_s, times.close_time_s, windows.0, data.timing_noise_s));
-            into.push(timing_residual(row.open_time_s, times.open_time_s, windows.1, data.timing_noise_s));
-        }
+    let rows = data.timing_groups.iter().zip(times).flat_map(|(group, times)| group.rows.iter().map(move |row| (row, times)));
+    for (into, (row, times)) in into.chunks_exact_mut(2).zip(rows) {
+        let row = &data.timing_rows[*row];
+        into[0] = timing_residual(row.close_time_s, times.close_time_s, windows.0, data.timing_noise_s);
+        into[1] = timing_residual(row.open_time_s, times.open_time_s, windows.1, data.timing_noise_s);
     }
 }
 

@@ -248,14 +248,19 @@ impl Scatter {
         let n = columns.len();
         let mut matrix = DMatrix::zeros(n, n);
         let mut vector = DVector::zeros(n);
-        for i in 0..n {
-            for j in 0..=i {
-                let plain = product(&columns[i], &columns[j]);
-                matrix[(i, j)] = plain;
-                matrix[(j, i)] = plain;
+        // By stretches of rows that stay in the cache until every pair of columns has used them.
+        let mut start = 0;
+        while start < residual.len() {
+            let rows = start..residual.len().min(start + STRETCH);
+            for i in 0..n {
+                for j in 0..=i {
+                    matrix[(i, j)] += product(&columns[i][rows.clone()], &columns[j][rows.clone()]);
+                }
+                vector[i] += product(&columns[i][rows.clone()], &residual[rows.clone()]);
             }
-            vector[i] = product(&columns[i], residual);
+            start = rows.end;
         }
+        matrix.fill_upper_triangle_with_lower_triangle();
         for unit in &self.units {
             let Some(kernel) = &unit.kernel else { continue };
             let projected: Vec<DVector<f64>> = columns.iter().filter_map(|column| unit.project(column)).collect();
@@ -330,6 +335,9 @@ impl Scatter {
 /// Flow through the solenoid alone, and through every orifice.
 const FLOWS: [Source; 2] =
     [Source::Parameter(ParameterId::SolenoidOrificeArea), Source::Parameter(ParameterId::FlowCoefficient)];
+
+/// Rows of a Jacobian that are multiplied at once.
+const STRETCH: usize = 1024;
 
 /// Rounds of expectation and maximisation.
 const EM_ROUNDS: usize = 300;

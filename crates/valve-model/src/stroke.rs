@@ -76,40 +76,54 @@ impl Nodes {
         x0 + share * (v0 + share * ((3.0 * rise - 2.0 * v0 - v1) + share * (v0 + v1 - 2.0 * rise)))
     }
 
-    /// Positions at rising times, m; held beyond the ends of the run.
-    pub fn positions_at(&self, times_s: &[f64], into: &mut Vec<f64>) {
+    /// Where rising times lie; times beyond the ends of the run are put there.
+    pub fn places_at(&self, times_s: &[f64], into: &mut Vec<Place>) {
         into.clear();
-        let last = self.time_s.len() - 1;
+        let time = &self.time_s;
+        let last = time.len() - 1;
         let mut left = 0;
-        for &time in times_s {
-            while left < last && self.time_s[left + 1] <= time {
+        into.extend(times_s.iter().map(|&at| {
+            while left < last && time[left + 1] <= at {
                 left += 1;
             }
-            let gap = time - self.time_s[left];
-            into.push(if gap <= 0.0 || left == last {
-                self.position_m[left]
+            if left == last {
+                Place { left: last.saturating_sub(1), share: if last == 0 { 0.0 } else { 1.0 } }
             } else {
-                self.hermite(left, gap / (self.time_s[left + 1] - self.time_s[left]))
-            });
-        }
+                Place { left, share: ((at - time[left]) / (time[left + 1] - time[left])).max(0.0) }
+            }
+        }));
     }
 
-    /// A pressure channel at rising times, linear between nodes, Pa.
-    pub fn linear_at(&self, channel: &[f64], times_s: &[f64], into: &mut Vec<f64>) {
+    /// Positions at places, m.
+    pub fn positions(&self, places: &[Place], into: &mut Vec<f64>) {
         into.clear();
-        let last = self.time_s.len() - 1;
-        let mut left = 0;
-        for &time in times_s {
-            while left < last && self.time_s[left + 1] <= time {
-                left += 1;
-            }
-            let gap = time - self.time_s[left];
-            into.push(if gap <= 0.0 || left == last {
-                channel[left]
-            } else {
-                let share = gap / (self.time_s[left + 1] - self.time_s[left]);
-                channel[left] + share * (channel[left + 1] - channel[left])
-            });
+        if self.time_s.len() == 1 {
+            into.resize(places.len(), self.position_m[0]);
+            return;
         }
+        into.extend(places.iter().map(|place| self.hermite(place.left, place.share)));
     }
+
+    /// Positions at rising times, m; held beyond the ends of the run.
+    pub fn positions_at(&self, times_s: &[f64], into: &mut Vec<f64>) {
+        let mut places = Vec::with_capacity(times_s.len());
+        self.places_at(times_s, &mut places);
+        self.positions(&places, into);
+    }
+}
+
+/// A place between two nodes of a run.
+#[derive(Debug, Clone, Copy)]
+pub struct Place {
+    left: usize,
+    share: f64,
+}
+
+/// A pressure channel of a run at places, linear between nodes, Pa.
+pub fn pressures(channel_pa: &[f64], places: &[Place], into: &mut Vec<f64>) {
+    into.clear();
+    into.extend(places.iter().map(|Place { left, share }| {
+        let (here, next) = (channel_pa[*left], channel_pa.get(left + 1).copied().unwrap_or(channel_pa[*left]));
+        here + share * (next - here)
+    }));
 }
