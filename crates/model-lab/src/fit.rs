@@ -238,17 +238,23 @@ impl Columns {
     /// The columns, from what was simulated and the residuals at the point.
     fn filled(&self, simulated: Vec<Vec<f64>>, residual: &[f64]) -> Vec<Vec<f64>> {
         let mut simulated = simulated.into_iter();
-        let column = |step: &Option<f64>| match step.and_then(|step| Some((step, simulated.next()?))) {
-            Some((step, mut column)) => {
-                let inverse = 1.0 / step;
+        let mut columns: Vec<(Option<f64>, Vec<f64>)> = self
+            .steps
+            .iter()
+            .map(|step| match step.and_then(|step| Some((step, simulated.next()?))) {
+                Some((step, column)) => (Some(step), column),
+                None => (None, vec![0.0; residual.len()]),
+            })
+            .collect();
+        columns.par_iter_mut().for_each(|(step, column)| {
+            if let Some(step) = step {
+                let inverse = 1.0 / *step;
                 for (value, at) in column.iter_mut().zip(residual) {
                     *value = (*value - at) * inverse;
                 }
-                column
             }
-            None => vec![0.0; residual.len()],
-        };
-        self.steps.iter().map(column).collect()
+        });
+        columns.into_iter().map(|(_, column)| column).collect()
     }
 }
 
@@ -438,11 +444,12 @@ fn trials(
 
 /// The trial of the lowest cost.
 fn best_of(scatter: &Scatter, space: &Space, trials: Vec<Trial>, simulated: Vec<Vec<f64>>) -> Option<(Trial, Point)> {
-    let tried = trials.into_iter().zip(simulated).map(|(trial, residual)| {
+    let tried = trials.into_par_iter().zip(simulated).map(|(trial, residual)| {
         let point = Point::with(scatter, space, trial.u.clone(), residual);
         (trial, point)
     });
-    tried.min_by(|a, b| a.1.cost.total_cmp(&b.1.cost))
+    let tried: Vec<(Trial, Point)> = tried.collect();
+    tried.into_iter().min_by(|a, b| a.1.cost.total_cmp(&b.1.cost))
 }
 
 /// Broyden's update of the Jacobian, with coordinates weighed by how much the residuals feel them.
@@ -458,12 +465,12 @@ fn update(columns: &mut [Vec<f64>], matrix: &DMatrix<f64>, moved: &[f64], change
             *missed -= slope * moved;
         }
     }
-    for (index, column) in columns.iter_mut().enumerate() {
+    columns.par_iter_mut().enumerate().for_each(|(index, column)| {
         let share = weight(index) / length;
         for (slope, missed) in column.iter_mut().zip(&missed) {
             *slope += missed * share;
         }
-    }
+    });
 }
 
 /// The differences of the first Jacobian: a visible share of each coordinate's width.

@@ -6,6 +6,7 @@
 //! the residuals of a unit have the covariance 1 + D S D' in units of the sensor noise.
 
 use nalgebra::{DMatrix, DVector, DVectorView};
+use rayon::prelude::*;
 use valve_model::{CommandEdge, ParameterId, Valve};
 
 use crate::data::Dataset;
@@ -60,6 +61,26 @@ struct Common {
 /// The mean of a delay that cannot be negative, in units of its scatter (that of a half-normal
 /// distribution is 1.3).
 const SHARED_DELAY: f64 = 1.5;
+
+/// What one stretch of rows adds to J'WJ and J'Wr, with the scatter of its stroke alone.
+fn normal_part(columns: &[&[f64]], residual: &[f64], unit: Option<&UnitScatter>) -> (DMatrix<f64>, DVector<f64>) {
+    let n = columns.len();
+    let mut matrix = DMatrix::zeros(n, n);
+    for i in 0..n {
+        for j in 0..=i {
+            matrix[(i, j)] = product(columns[i], columns[j]);
+        }
+    }
+    matrix.fill_upper_triangle_with_lower_triangle();
+    let mut vector = DVector::from_fn(n, |i, _| product(columns[i], residual));
+    if let Some((unit, kernel)) = unit.and_then(|unit| Some((unit, unit.kernel.as_ref()?))) {
+        let projected = DMatrix::from_columns(&columns.iter().map(|column| unit.along(column)).collect::<Vec<_>>());
+        let weighted = (kernel * &projected).transpose();
+        matrix -= &weighted * &projected;
+        vector -= weighted * unit.along(residual);
+    }
+    (matrix, vector)
+}
 
 /// The nuisance directions of one stretch of the residual vector.
 #[derive(Debug, Clone)]
@@ -246,32 +267,25 @@ impl Scatter {
     /// J'WJ and J'Wr for the columns of J.
     pub fn normal_equations(&self, columns: &[Vec<f64>], residual: &[f64]) -> (DMatrix<f64>, DVector<f64>) {
         let n = columns.len();
+        // By stretches of rows that stay in the cache until every pair of columns has used them.
+        let stretches: Vec<(usize, usize)> = if self.units.is_empty() {
+            (0..residual.len()).step_by(STRETCH).map(|from| (from, residual.len().min(from + STRETCH))).collect()
+        } else {
+            self.units.iter().map(|unit| (unit.start, unit.end)).collect()
+        };
+        let parts: Vec<_> = stretches
+            .par_iter()
+            .enumerate()
+            .map(|(index, (start, end))| {
+                let rows: Vec<&[f64]> = columns.iter().map(|column| &column[*start..*end]).collect();
+                normal_part(&rows, &residual[*start..*end], self.units.get(index))
+            })
+            .collect();
         let mut matrix = DMatrix::zeros(n, n);
         let mut vector = DVector::zeros(n);
-        // By stretches of rows that stay in the cache until every pair of columns has used them.
-        let mut start = 0;
-        while start < residual.len() {
-            let rows = start..residual.len().min(start + STRETCH);
-            for i in 0..n {
-                for j in 0..=i {
-                    matrix[(i, j)] += product(&columns[i][rows.clone()], &columns[j][rows.clone()]);
-                }
-                vector[i] += product(&columns[i][rows.clone()], &residual[rows.clone()]);
-            }
-            start = rows.end;
-        }
-        matrix.fill_upper_triangle_with_lower_triangle();
-        for unit in &self.units {
-            let Some(kernel) = &unit.kernel else { continue };
-            let projected: Vec<DVector<f64>> = columns.iter().filter_map(|column| unit.project(column)).collect();
-            let Some(target) = unit.project(residual) else { continue };
-            for i in 0..n {
-                let weighted = kernel * &projected[i];
-                for j in 0..n {
-                    matrix[(i, j)] -= weighted.dot(&projected[j]);
-                }
-                vector[i] -= weighted.dot(&target);
-            }
+        for (part, gradient) in parts {
+            matrix += part;
+            vector += gradient;
         }
         let shared: Vec<_> = columns.iter().filter_map(|column| self.common_projection(column)).collect();
         if let Some((target, _)) = self.common_projection(residual) {
@@ -337,7 +351,7 @@ const FLOWS: [Source; 2] =
     [Source::Parameter(ParameterId::SolenoidOrificeArea), Source::Parameter(ParameterId::FlowCoefficient)];
 
 /// Rows of a Jacobian that are multiplied at once.
-const STRETCH: usize = 1024;
+const STRETCH: usize = 2048;
 
 /// Rounds of expectation and maximisation.
 const EM_ROUNDS: usize = 300;
@@ -408,11 +422,14 @@ fn likeliest(samples: &[Sample], without: Option<&Source>) -> ([f64; SOURCES.len
 impl UnitScatter {
     fn project(&self, vector: &[f64]) -> Option<DVector<f64>> {
         self.kernel.as_ref()?;
-        let part = view(&vector[self.start..self.end]);
-        Some(DVector::from_iterator(
-            self.directions.ncols(),
-            self.directions.column_iter().map(|column| column.dot(&part)),
-        ))
+        Some(self.along(&vector[self.start..self.end]))
+    }
+
+    /// Its rows of a vector along each direction.
+    fn along(&self, rows: &[f64]) -> DVector<f64> {
+        let rows = view(rows);
+        let products = self.directions.column_iter().map(|direction| direction.dot(&rows));
+        DVector::from_iterator(self.directions.ncols(), products)
     }
 
     fn weigh(&self, projected: &DVector<f64>) -> Option<DVector<f64>> {
