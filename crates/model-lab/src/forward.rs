@@ -286,7 +286,8 @@ pub fn timing_predictions(data: &Dataset, valves: &[Valve]) -> Vec<Vec<CycleTime
 
 fn timing_residuals(data: &Dataset, times: &[CycleTimes], into: &mut [f64]) {
     let windows = (data.schedule.open_at_s - data.schedule.close_at_s, data.schedule.end_s - data.schedule.open_at_s);
-    let rows = data.timing_groups.iter().zip(times).flat_map(|(group, times)| group.rows.iter().map(move |row| (row, times)));
+    let rows =
+        data.timing_groups.iter().zip(times).flat_map(|(group, times)| group.rows.iter().map(move |row| (row, times)));
     for (into, (row, times)) in into.chunks_exact_mut(2).zip(rows) {
         let row = &data.timing_rows[*row];
         into[0] = timing_residual(row.close_time_s, times.close_time_s, windows.0, data.timing_noise_s);

@@ -394,10 +394,9 @@ impl Equations {
 }
 
 impl Equations {
-    /// The parameter values of each custom effect.
-    pub fn custom_values(&self) -> Vec<Vec<f64>> {
-        let values = |effect: &CustomEffect| effect.parameters().iter().map(|parameter| parameter.value).collect();
-        self.custom.iter().map(values).collect()
+    /// What the formula of each custom effect is evaluated with.
+    pub fn custom_operands(&self) -> Vec<Vec<f64>> {
+        self.custom.iter().map(CustomEffect::operands).collect()
     }
 }
 

@@ -103,6 +103,12 @@ fn plain<R: Real>(runs: &[LaneRun<'_>], recorder: &mut Recorder, take: &mut Take
 /// What a search for something outside the catalogue asks for.
 const CUSTOM_FRICTION: u8 = groups::CUSTOM | groups::FRICTION;
 
+const FORCES_FRICTION: u8 = groups::FORCES | groups::FRICTION;
+const FORCES_HEATING: u8 = groups::FORCES | groups::HEATING;
+const FORCES_LINE: u8 = groups::FORCES | groups::LINE;
+const FRICTION_HEATING: u8 = groups::FRICTION | groups::HEATING;
+const FRICTION_LINE: u8 = groups::FRICTION | groups::LINE;
+
 /// In a loop for the very groups of terms, where they are one of those that a search mostly asks for.
 #[inline(always)]
 fn lean<R: Real>(runs: &[LaneRun<'_>], recorder: &mut Recorder, take: &mut Take<'_>) {
@@ -114,6 +120,11 @@ fn lean<R: Real>(runs: &[LaneRun<'_>], recorder: &mut Recorder, take: &mut Take<
         groups::SPOOL => integrate::<R, { groups::SPOOL }>(runs, recorder, take),
         groups::CUSTOM => integrate::<R, { groups::CUSTOM }>(runs, recorder, take),
         CUSTOM_FRICTION => integrate::<R, CUSTOM_FRICTION>(runs, recorder, take),
+        FORCES_FRICTION => integrate::<R, FORCES_FRICTION>(runs, recorder, take),
+        FORCES_HEATING => integrate::<R, FORCES_HEATING>(runs, recorder, take),
+        FORCES_LINE => integrate::<R, FORCES_LINE>(runs, recorder, take),
+        FRICTION_HEATING => integrate::<R, FRICTION_HEATING>(runs, recorder, take),
+        FRICTION_LINE => integrate::<R, FRICTION_LINE>(runs, recorder, take),
         _ => plain::<R>(runs, recorder, take),
     }
 }

@@ -38,7 +38,7 @@ fn at_rest(equations: &Equations, pressure: f64, line_pressure: f64) -> State<f6
         line_pressure,
         bristle: 0.0,
     };
-    let system = System::new(*c, equations.terms, &equations.custom, equations.custom_values());
+    let system = System::new(*c, equations.terms, &equations.custom, equations.custom_operands());
     let inputs = Inputs { spool: 0.0, since_command: 0.0, pipe_pressure: pressure, chamber_pressure: pressure };
     // The net force falls with x through both stops; a valve that does not reach a stop rests between them.
     let force = |x: f64| system.rates::<{ groups::ANY }>(&state(x), &inputs).v;

@@ -147,7 +147,7 @@ pub struct System<'a, R> {
     /// Custom effects, the same in all lanes but for their parameters.
     pub custom: &'a [CustomEffect],
     /// The parameters of each custom effect, lane by lane.
-    pub custom_parameters: Vec<Vec<R>>,
+    pub custom_operands: Vec<Vec<R>>,
     supply: Pressure<R>,
     ambient: Pressure<R>,
     exhaust: Pressure<R>,
@@ -182,7 +182,7 @@ impl<'a, R: Real> System<'a, R> {
         coefficients: Coefficients<R>,
         terms: Terms,
         custom: &'a [CustomEffect],
-        custom_parameters: Vec<Vec<R>>,
+        custom_operands: Vec<Vec<R>>,
     ) -> Self {
         let c = &coefficients;
         let any = |leak: &R| (0..R::LANES).any(|lane| leak.lane(lane) != 0.0);
@@ -196,7 +196,7 @@ impl<'a, R: Real> System<'a, R> {
             terms,
             groups: terms.groups(),
             custom,
-            custom_parameters,
+            custom_operands,
         }
     }
 
@@ -215,7 +215,7 @@ impl<'a, R: Real> System<'a, R> {
         self.exhaust.set_lane(lane, Pressure::of(c.exhaust));
         self.leaks_in |= c.leak_in != 0.0;
         self.leaks_out |= c.leak_out != 0.0;
-        for (packed, values) in self.custom_parameters.iter_mut().zip(equations.custom_values()) {
+        for (packed, values) in self.custom_operands.iter_mut().zip(equations.custom_operands()) {
             for (pack, value) in packed.iter_mut().zip(values) {
                 pack.set_lane(lane, value);
             }
@@ -463,7 +463,7 @@ impl<'a, R: Real> System<'a, R> {
         };
         let zero = R::splat(0.0);
         let mut sum = Custom { force: zero, friction: zero, pipe_flow: zero, chamber_flow: zero };
-        for (effect, parameters) in self.custom.iter().zip(&self.custom_parameters) {
+        for (effect, parameters) in self.custom.iter().zip(&self.custom_operands) {
             let value = effect.formula().evaluate(&variables, parameters);
             let total = match effect.target() {
                 CustomTarget::Force => &mut sum.force,

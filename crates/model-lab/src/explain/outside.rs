@@ -74,8 +74,7 @@ impl Outside {
             // A formula along one axis has no other variable.
             _ => 0.0,
         });
-        let parameters: Vec<f64> = self.effect.parameters().iter().map(|parameter| parameter.value).collect();
-        self.effect.formula().evaluate(&Variables { values: values.each_ref() }, &parameters)
+        self.effect.formula().evaluate(&Variables { values: values.each_ref() }, &self.effect.operands())
     }
 }
 

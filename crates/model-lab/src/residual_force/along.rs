@@ -101,7 +101,7 @@ pub fn follow(valve: &Valve, run: &RunData, smoothed: &Smoothed) -> Option<Along
     coefficients.port_blend = Blend::new(pace.port_blend);
     coefficients.line_blend = Blend::new(pace.line_blend.max(pace.blend));
     coefficients.blend = Blend::new(pace.blend);
-    let system = System::new(coefficients, equations.terms, &equations.custom, equations.custom_values());
+    let system = System::new(coefficients, equations.terms, &equations.custom, equations.custom_operands());
     let follower = Follower { system, motion: Motion { smoothed }, pipe, chamber };
     let mut state = *Prepared::new(valve, &run.run, STEP_S).initial();
     let mut along = Along::default();
@@ -180,7 +180,7 @@ impl Follower<'_> {
     fn effective_inverse_mass(&self, state: &State<f64>, inputs: &Inputs<f64>, chamber: f64) -> f64 {
         let mut terms = self.system.terms;
         terms.driven_chamber = true;
-        let parameters = self.system.custom_parameters.clone();
+        let parameters = self.system.custom_operands.clone();
         let probe = System::new(self.system.coefficients, terms, self.system.custom, parameters);
         let at =
             |pressure: f64| probe.rates::<{ groups::ANY }>(state, &Inputs { chamber_pressure: pressure, ..*inputs }).v;

@@ -2,14 +2,15 @@
 //! functions and table(z, from, to, k0, k1, ...) for straight lines between knots, with the precedence of mathematics (-2^2 is -4, 2^3^2 is
 //! 2^(3^2)) and numbers such as 1e-3.
 //!
-//! A formula is parsed once into a postfix program that runs on any [`Real`].
+//! A formula is parsed once into a program that runs on any [`Real`]. The program keeps the result at hand out
+//! of memory: a step either changes it, or puts it aside for later.
 
 use crate::real::Real;
 
 /// The names that every formula may use, in the order of [`Variables`].
 pub const VARIABLE_NAMES: [&str; 8] = ["x", "v", "p_t", "p_p", "p_s", "p_atm", "t_since_command", "L"];
 
-const FUNCTIONS: [(&str, Function); 11] = [
+const FUNCTIONS: [(&str, Function); 9] = [
     ("exp", Function::Exp),
     ("log", Function::Ln),
     ("ln", Function::Ln),
@@ -19,15 +20,15 @@ const FUNCTIONS: [(&str, Function); 11] = [
     ("cos", Function::Cos),
     ("tanh", Function::Tanh),
     ("sign", Function::Sign),
-    ("min", Function::Min),
-    ("max", Function::Max),
 ];
 
-/// The deepest nesting of intermediate results that a formula may need.
+const FUNCTIONS_OF_TWO: [(&str, Pair); 2] = [("min", Pair::Min), ("max", Pair::Max)];
+
+/// The most intermediate results that may wait.
 const MAX_DEPTH: usize = 32;
 
-/// As deep as most formulas are; a shallow stack takes less time to clear.
-const USUAL_DEPTH: usize = 6;
+/// As many as wait in most formulas; a shallow stack takes less time to clear.
+const USUAL_DEPTH: usize = 4;
 
 /// Values of the variables of a formula, SI.
 #[derive(Debug, Clone, Copy)]
@@ -47,34 +48,60 @@ enum Function {
     Cos,
     Tanh,
     Sign,
-    Min,
-    Max,
 }
 
-impl Function {
-    fn arity(self) -> usize {
-        if matches!(self, Self::Min | Self::Max) { 2 } else { 1 }
-    }
+/// What stands in a formula as it is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Leaf {
+    Variable(usize),
+    /// One of the operands: parameters, then the numbers of the formula.
+    Operand(usize),
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Op {
-    Number(f64),
-    Variable(usize),
-    Parameter(usize),
-    Negate,
+enum Pair {
     Add,
     Subtract,
     Multiply,
     Divide,
     Power,
-    /// A power of two, which most formulas have.
+    Min,
+    Max,
+}
+
+/// A formula as it was parsed.
+#[derive(Debug, Clone, PartialEq)]
+enum Tree {
+    Leaf(Leaf),
+    Negate(Box<Tree>),
+    Square(Box<Tree>),
+    Call(Function, Box<Tree>),
+    Pair(Pair, Box<[Tree; 2]>),
+    /// table(z, from, to, knots)
+    Table(Box<[Tree; 3]>, Vec<Tree>),
+}
+
+/// A step of a program. The result at hand is what the steps before it gave.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Op {
+    /// A leaf becomes the result.
+    Load(Leaf),
+    /// The result is put aside, on a stack.
+    Wait,
+    Negate,
     Square,
     Call(Function),
-    /// Straight lines between this many knots.
+    /// The result, and a leaf to its right.
+    WithRight(Pair, Leaf),
+    /// A leaf, and the result to its right.
+    WithLeft(Pair, Leaf),
+    /// What waits last, and the result to its right.
+    WithWaiting(Pair),
+    /// Straight lines between this many knots: z, from, to and all knots but the last wait.
     Table(usize),
-    /// The same where the knots are parameters that follow each other: the first, and how many.
-    TableOfParameters(usize, usize),
+    /// The same with operands for the bounds and operands that follow each other for the knots: from, to, the
+    /// first knot and how many.
+    TableOfOperands(usize, usize, usize, usize),
 }
 
 /// A formula that was refused, and where.
@@ -95,6 +122,8 @@ pub struct FormulaError {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Formula {
     source: String,
+    /// The numbers in it.
+    numbers: Vec<f64>,
     program: Vec<Op>,
     /// How many intermediate results wait at most.
     depth: usize,
@@ -103,22 +132,29 @@ pub struct Formula {
 impl Formula {
     /// Parses a formula that may use the variables and these parameter names.
     pub fn parse(source: &str, parameters: &[&str]) -> Result<Self, FormulaError> {
-        let mut parser = Parser { source, rest: 0, parameters, program: Vec::new(), depth: 0 };
+        let mut parser = Parser { source, rest: 0, parameters, numbers: Vec::new(), depth: 0 };
         for (index, name) in parameters.iter().enumerate() {
+            let functions = FUNCTIONS.map(|(function, _)| function);
             let clash = *name == "table"
                 || VARIABLE_NAMES.contains(name)
-                || FUNCTIONS.iter().any(|(function, _)| function == name);
+                || functions.contains(name)
+                || FUNCTIONS_OF_TWO.iter().any(|(function, _)| function == name);
             if clash || parameters[..index].contains(name) {
                 return Err(parser.error(0, format!("a parameter named {name}"), "a name that is not yet taken"));
             }
         }
-        parser.sum()?;
+        let tree = parser.sum()?;
         parser.skip_space();
         if parser.rest < source.len() {
             return Err(parser.unexpected("an operator or the end"));
         }
-        let depth = deepest(&parser.program);
-        Ok(Self { source: source.to_owned(), program: parser.program, depth })
+        let mut program = Vec::new();
+        tree.emit(&mut program);
+        let depth = most_waiting(&program);
+        if depth > MAX_DEPTH {
+            return Err(parser.unexpected("a formula with fewer pending operations"));
+        }
+        Ok(Self { source: source.to_owned(), numbers: parser.numbers, program, depth })
     }
 
     /// The formula as it was written.
@@ -131,45 +167,58 @@ impl Formula {
     #[must_use]
     pub fn depends_on_time(&self) -> bool {
         let time = VARIABLE_NAMES.iter().position(|name| *name == "t_since_command");
-        self.program.iter().any(|op| matches!(op, Op::Variable(index) if Some(*index) == time))
+        self.program.iter().any(|op| match op {
+            Op::Load(leaf) | Op::WithRight(_, leaf) | Op::WithLeft(_, leaf) => {
+                matches!(leaf, Leaf::Variable(index) if Some(*index) == time)
+            }
+            _ => false,
+        })
     }
 
-    /// The value of the formula, with the parameters in the order they were named.
+    /// What it is evaluated with: the values of the parameters, in the order they were named, then its numbers.
+    #[must_use]
+    pub fn operands(&self, parameters: impl IntoIterator<Item = f64>) -> Vec<f64> {
+        parameters.into_iter().chain(self.numbers.iter().copied()).collect()
+    }
+
+    /// The value of the formula, with its operands (see [`Formula::operands`]).
     #[inline(always)]
     #[must_use]
-    pub fn evaluate<R: Real>(&self, variables: &Variables<'_, R>, parameters: &[R]) -> R {
-        if self.depth <= USUAL_DEPTH {
-            self.evaluate_on::<R, USUAL_DEPTH>(variables, parameters)
+    pub fn evaluate<R: Real>(&self, variables: &Variables<'_, R>, operands: &[R]) -> R {
+        if self.depth < USUAL_DEPTH {
+            self.evaluate_on::<R, USUAL_DEPTH>(variables, operands)
         } else {
-            self.evaluate_on::<R, MAX_DEPTH>(variables, parameters)
+            self.evaluate_on::<R, { MAX_DEPTH + 1 }>(variables, operands)
         }
     }
 
     #[inline(always)]
-    fn evaluate_on<R: Real, const DEPTH: usize>(&self, variables: &Variables<'_, R>, parameters: &[R]) -> R {
+    fn evaluate_on<R: Real, const DEPTH: usize>(&self, variables: &Variables<'_, R>, operands: &[R]) -> R {
+        // The result stands behind those that wait. It is changed in place: values that meet behind a choice
+        // would be taken out of their wide registers.
         let mut stack = [R::splat(0.0); DEPTH];
         let mut top = 0;
         for op in &self.program {
             match *op {
-                Op::Number(value) => push(&mut stack, &mut top, R::splat(value)),
-                Op::Variable(index) => push(&mut stack, &mut top, *variables.values[index]),
-                Op::Parameter(index) => push(&mut stack, &mut top, parameters[index]),
-                Op::Negate => stack[top - 1] = -stack[top - 1],
-                Op::Square => stack[top - 1] = stack[top - 1] * stack[top - 1],
-                Op::Call(function) if function.arity() == 1 => stack[top - 1] = call(function, stack[top - 1]),
+                Op::Load(leaf) => stack[top] = *value(leaf, variables, operands),
+                Op::Wait => top += 1,
+                Op::Negate => stack[top] = -stack[top],
+                Op::Square => stack[top] = stack[top] * stack[top],
+                Op::Call(function) => call(function, &mut stack[top]),
+                Op::WithRight(pair, leaf) => combine(pair, &mut stack[top], value(leaf, variables, operands)),
+                Op::WithLeft(pair, leaf) => combine_reversed(pair, &mut stack[top], value(leaf, variables, operands)),
+                Op::WithWaiting(pair) => {
+                    let (waiting, result) = stack.split_at_mut(top);
+                    top -= 1;
+                    combine(pair, &mut waiting[top], &result[0]);
+                }
                 Op::Table(knots) => {
                     top -= knots + 2;
-                    let (z, bounds) = (stack[top - 1], (stack[top], stack[top + 1]));
-                    stack[top - 1] = look_up(z, bounds, &stack[top + 2..top + 2 + knots]);
+                    let (z, rest) = stack[top..].split_at_mut(1);
+                    look_up(&mut z[0], &rest[0], &rest[1], &rest[2..2 + knots]);
                 }
-                Op::TableOfParameters(first, knots) => {
-                    top -= 2;
-                    let (z, bounds) = (stack[top - 1], (stack[top], stack[top + 1]));
-                    stack[top - 1] = look_up(z, bounds, &parameters[first..first + knots]);
-                }
-                _ => {
-                    top -= 1;
-                    stack[top - 1] = combine(*op, stack[top - 1], stack[top]);
+                Op::TableOfOperands(from, to, first, knots) => {
+                    look_up(&mut stack[top], &operands[from], &operands[to], &operands[first..first + knots]);
                 }
             }
         }
@@ -177,139 +226,217 @@ impl Formula {
     }
 }
 
-/// The height of the stack after each operation of a program, highest.
-fn deepest(program: &[Op]) -> usize {
-    let mut height = 0;
-    let mut highest = 0;
-    for op in program {
-        height = match op {
-            Op::Number(_) | Op::Variable(_) | Op::Parameter(_) => height + 1,
-            Op::Negate | Op::Square => height,
-            Op::Call(function) => height + 1 - function.arity(),
-            Op::Table(knots) => height - knots - 2,
-            Op::TableOfParameters(..) => height - 2,
-            _ => height - 1,
+impl Tree {
+    /// Appends the steps whose result is this tree's.
+    fn emit(&self, program: &mut Vec<Op>) {
+        let after = |tree: &Self, op: Op, program: &mut Vec<Op>| {
+            tree.emit(program);
+            program.push(op);
         };
-        highest = highest.max(height);
+        match self {
+            Self::Leaf(leaf) => program.push(Op::Load(*leaf)),
+            Self::Negate(tree) => after(tree, Op::Negate, program),
+            Self::Square(tree) => after(tree, Op::Square, program),
+            Self::Call(function, tree) => after(tree, Op::Call(*function), program),
+            Self::Pair(pair, sides) => match &**sides {
+                [left, Self::Leaf(right)] => after(left, Op::WithRight(*pair, *right), program),
+                [Self::Leaf(left), right] => after(right, Op::WithLeft(*pair, *left), program),
+                [left, right] => {
+                    after(left, Op::Wait, program);
+                    after(right, Op::WithWaiting(*pair), program);
+                }
+            },
+            Self::Table(place, knots) => match (&**place, operands_in_a_row(knots)) {
+                ([z, Self::Leaf(Leaf::Operand(from)), Self::Leaf(Leaf::Operand(to))], Some(first)) => {
+                    after(z, Op::TableOfOperands(*from, *to, first, knots.len()), program);
+                }
+                (place, _) => {
+                    let mut all: Vec<&Self> = place.iter().chain(knots).collect();
+                    if let Some(last) = all.pop() {
+                        for tree in all {
+                            after(tree, Op::Wait, program);
+                        }
+                        after(last, Op::Table(knots.len()), program);
+                    }
+                }
+            },
+        }
     }
-    highest
 }
 
-/// The value of table(z, from, to, k0, k1, ...): even knots from `from` to `to`, held beyond them.
+/// The first operand, where all trees are operands that follow each other.
+fn operands_in_a_row(trees: &[Tree]) -> Option<usize> {
+    let Some(Tree::Leaf(Leaf::Operand(first))) = trees.first() else { return None };
+    let follow = |(offset, tree): (usize, &Tree)| *tree == Tree::Leaf(Leaf::Operand(first + offset));
+    trees.iter().enumerate().all(follow).then_some(*first)
+}
+
+/// How many results wait at most while a program runs.
+fn most_waiting(program: &[Op]) -> usize {
+    let mut count = 0;
+    let mut most = 0;
+    for op in program {
+        match op {
+            Op::Wait => count += 1,
+            Op::WithWaiting(_) => count -= 1,
+            Op::Table(knots) => {
+                // The last knot joins those that wait.
+                most = most.max(count + 1);
+                count -= knots + 2;
+            }
+            _ => {}
+        }
+        most = most.max(count);
+    }
+    most
+}
+
 #[inline(always)]
-fn look_up<R: Real>(z: R, (from, to): (R, R), knots: &[R]) -> R {
+fn value<'a, R: Real>(leaf: Leaf, variables: &Variables<'a, R>, operands: &'a [R]) -> &'a R {
+    match leaf {
+        Leaf::Variable(index) => variables.values[index],
+        Leaf::Operand(index) => &operands[index],
+    }
+}
+
+/// The value of table(z, from, to, k0, k1, ...), in place of z: even knots from `from` to `to`, held beyond them.
+#[inline(always)]
+fn look_up<R: Real>(z: &mut R, from: &R, to: &R, knots: &[R]) {
     let (zero, one) = (R::splat(0.0), R::splat(1.0));
     let last = knots.len() - 1;
-    let at = ((z - from) / (to - from)).max(zero).min(one) * R::splat(last as f64);
+    let at = ((*z - *from) / (*to - *from)).max(zero).min(one) * R::splat(last as f64);
     // Each piece adds as much of its rise as lies behind z, so that no lane has to choose a knot.
     let mut sum = knots[0];
     for (left, pair) in knots.windows(2).enumerate() {
         let passed = (at - R::splat(left as f64)).max(zero).min(one);
         sum = passed.mul_add(pair[1] - pair[0], sum);
     }
-    sum
+    *z = sum;
 }
 
 #[inline(always)]
-fn push<R: Real>(stack: &mut [R], top: &mut usize, value: R) {
-    stack[*top] = value;
-    *top += 1;
-}
-
-#[inline(always)]
-fn call<R: Real>(function: Function, a: R) -> R {
+fn call<R: Real>(function: Function, a: &mut R) {
     match function {
-        Function::Exp => a.exp(),
-        Function::Ln => a.map(libm::log),
-        Function::Sqrt => a.sqrt(),
-        Function::Sin => a.map(libm::sin),
-        Function::Cos => a.map(libm::cos),
-        Function::Tanh => a.map(libm::tanh),
-        Function::Sign => a.map(|value| if value == 0.0 { 0.0 } else { value.signum() }),
-        Function::Abs | Function::Min | Function::Max => a.abs(),
+        Function::Exp => *a = a.exp(),
+        Function::Ln => *a = a.map(libm::log),
+        Function::Sqrt => *a = a.sqrt(),
+        Function::Sin => *a = a.map(libm::sin),
+        Function::Cos => *a = a.map(libm::cos),
+        Function::Tanh => *a = a.map(libm::tanh),
+        Function::Sign => *a = a.map(|value| if value == 0.0 { 0.0 } else { value.signum() }),
+        Function::Abs => *a = a.abs(),
     }
 }
 
+/// a becomes "a pair b".
 #[inline(always)]
-fn combine<R: Real>(op: Op, a: R, b: R) -> R {
-    match op {
-        Op::Add => a + b,
-        Op::Subtract => a - b,
-        Op::Multiply => a * b,
-        Op::Divide => a / b,
-        Op::Call(Function::Min) => a.min(b),
-        Op::Call(_) => a.max(b),
-        _ => a.zip(b, |base, exponent| if exponent == 2.0 { base * base } else { libm::pow(base, exponent) }),
+fn combine<R: Real>(pair: Pair, a: &mut R, b: &R) {
+    match pair {
+        Pair::Add => *a = *a + *b,
+        Pair::Subtract => *a = *a - *b,
+        Pair::Multiply => *a = *a * *b,
+        Pair::Divide => *a = *a / *b,
+        Pair::Min => *a = a.min(*b),
+        Pair::Max => *a = a.max(*b),
+        Pair::Power => *a = a.zip(*b, power),
     }
+}
+
+/// a becomes "b pair a".
+#[inline(always)]
+fn combine_reversed<R: Real>(pair: Pair, a: &mut R, b: &R) {
+    match pair {
+        Pair::Add => *a = *b + *a,
+        Pair::Subtract => *a = *b - *a,
+        Pair::Multiply => *a = *b * *a,
+        Pair::Divide => *a = *b / *a,
+        Pair::Min => *a = b.min(*a),
+        Pair::Max => *a = b.max(*a),
+        Pair::Power => *a = b.zip(*a, power),
+    }
+}
+
+fn power(base: f64, exponent: f64) -> f64 {
+    if exponent == 2.0 { base * base } else { libm::pow(base, exponent) }
+}
+
+/// Two trees in one.
+fn pair(pair: Pair, left: Tree, right: Tree) -> Tree {
+    Tree::Pair(pair, Box::new([left, right]))
 }
 
 struct Parser<'a> {
     source: &'a str,
     rest: usize,
     parameters: &'a [&'a str],
-    program: Vec<Op>,
+    numbers: Vec<f64>,
     depth: usize,
 }
 
 impl Parser<'_> {
     /// sum := product (("+" | "-") product)*
-    fn sum(&mut self) -> Result<(), FormulaError> {
-        self.product()?;
+    fn sum(&mut self) -> Result<Tree, FormulaError> {
+        let mut left = self.product()?;
         loop {
             let op = match self.peek() {
-                Some('+') => Op::Add,
-                Some('-') => Op::Subtract,
-                _ => return Ok(()),
+                Some('+') => Pair::Add,
+                Some('-') => Pair::Subtract,
+                _ => return Ok(left),
             };
             self.rest += 1;
-            self.product()?;
-            self.emit(op)?;
+            left = pair(op, left, self.product()?);
         }
     }
 
     /// product := signed (("*" | "/") signed)*
-    fn product(&mut self) -> Result<(), FormulaError> {
-        self.signed()?;
+    fn product(&mut self) -> Result<Tree, FormulaError> {
+        let mut left = self.signed()?;
         loop {
             let op = match self.peek() {
-                Some('*') => Op::Multiply,
-                Some('/') => Op::Divide,
-                _ => return Ok(()),
+                Some('*') => Pair::Multiply,
+                Some('/') => Pair::Divide,
+                _ => return Ok(left),
             };
             self.rest += 1;
-            self.signed()?;
-            self.emit(op)?;
+            left = pair(op, left, self.signed()?);
         }
     }
 
     /// signed := ("-" | "+") signed | power; the sign binds weaker than a power.
-    fn signed(&mut self) -> Result<(), FormulaError> {
+    fn signed(&mut self) -> Result<Tree, FormulaError> {
         match self.peek() {
-            Some('-') => {
-                self.nested(Self::signed)?;
-                self.emit(Op::Negate)
-            }
+            Some('-') => Ok(Tree::Negate(Box::new(self.nested(Self::signed)?))),
             Some('+') => self.nested(Self::signed),
             _ => self.power(),
         }
     }
 
     /// power := atom ("^" signed)?; from right to left.
-    fn power(&mut self) -> Result<(), FormulaError> {
-        self.atom()?;
-        if self.peek() == Some('^') {
-            self.nested(Self::signed)?;
-            self.emit(Op::Power)?;
+    fn power(&mut self) -> Result<Tree, FormulaError> {
+        let base = self.atom()?;
+        if self.peek() != Some('^') {
+            return Ok(base);
         }
-        Ok(())
+        let exponent = self.nested(Self::signed)?;
+        match exponent {
+            Tree::Leaf(leaf) if self.number_at(leaf) == Some(2.0) => Ok(Tree::Square(Box::new(base))),
+            _ => Ok(pair(Pair::Power, base, exponent)),
+        }
+    }
+
+    /// The value of a leaf that is a number.
+    fn number_at(&self, leaf: Leaf) -> Option<f64> {
+        let Leaf::Operand(index) = leaf else { return None };
+        self.numbers.get(index.checked_sub(self.parameters.len())?).copied()
     }
 
     /// atom := number | name | name "(" sum ("," sum)* ")" | "(" sum ")"
-    fn atom(&mut self) -> Result<(), FormulaError> {
+    fn atom(&mut self) -> Result<Tree, FormulaError> {
         match self.peek() {
             Some('(') => {
-                self.nested(Self::sum)?;
-                self.expect(')')
+                let inner = self.nested(Self::sum)?;
+                self.expect(')')?;
+                Ok(inner)
             }
             Some(c) if c.is_ascii_digit() || c == '.' => self.number(),
             Some(c) if c.is_ascii_alphabetic() || c == '_' => self.name(),
@@ -317,7 +444,7 @@ impl Parser<'_> {
         }
     }
 
-    fn number(&mut self) -> Result<(), FormulaError> {
+    fn number(&mut self) -> Result<Tree, FormulaError> {
         let text = &self.source[self.rest..];
         let bytes = text.as_bytes();
         let mut end = 0;
@@ -331,96 +458,75 @@ impl Parser<'_> {
         match text[..end].parse::<f64>() {
             Ok(value) if value.is_finite() => {
                 self.rest += end;
-                self.emit(Op::Number(value))
+                self.numbers.push(value);
+                Ok(Tree::Leaf(Leaf::Operand(self.parameters.len() + self.numbers.len() - 1)))
             }
             _ => Err(self.error(self.rest, format!("\"{}\"", &text[..end]), "a number such as 2.5 or 1e-3")),
         }
     }
 
-    fn name(&mut self) -> Result<(), FormulaError> {
+    fn name(&mut self) -> Result<Tree, FormulaError> {
         let start = self.rest;
         let text = &self.source[start..];
         let end = text.find(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).unwrap_or(text.len());
         let name = &text[..end];
         self.rest += end;
         if let Some(index) = self.parameters.iter().position(|parameter| *parameter == name) {
-            return self.emit(Op::Parameter(index));
+            return Ok(Tree::Leaf(Leaf::Operand(index)));
         }
         if let Some(index) = VARIABLE_NAMES.iter().position(|variable| *variable == name) {
-            return self.emit(Op::Variable(index));
+            return Ok(Tree::Leaf(Leaf::Variable(index)));
         }
         if name == "table" {
             return self.table();
         }
         if let Some((_, function)) = FUNCTIONS.iter().find(|(known, _)| *known == name) {
-            self.expect('(')?;
-            self.rest -= 1;
-            self.nested(Self::sum)?;
-            for _ in 1..function.arity() {
-                self.expect(',')?;
-                self.sum()?;
-            }
+            let argument = self.first_argument()?;
             self.expect(')')?;
-            return self.emit(Op::Call(*function));
+            return Ok(Tree::Call(*function, Box::new(argument)));
+        }
+        if let Some((_, function)) = FUNCTIONS_OF_TWO.iter().find(|(known, _)| *known == name) {
+            let left = self.first_argument()?;
+            self.expect(',')?;
+            let right = self.sum()?;
+            self.expect(')')?;
+            return Ok(pair(*function, left, right));
         }
         let known: Vec<&str> = VARIABLE_NAMES.iter().chain(self.parameters).copied().collect();
         Err(self.error(start, format!("\"{name}\""), &format!("a function or one of {}", known.join(", "))))
     }
 
-    /// table := "table" "(" sum "," sum "," sum "," sum ("," sum)+ ")"
-    fn table(&mut self) -> Result<(), FormulaError> {
+    /// "(" sum
+    fn first_argument(&mut self) -> Result<Tree, FormulaError> {
         self.expect('(')?;
         self.rest -= 1;
-        self.nested(Self::sum)?;
-        let mut arguments = 1;
-        while self.peek() == Some(',') || arguments < 5 {
+        self.nested(Self::sum)
+    }
+
+    /// table := "table" "(" sum "," sum "," sum "," sum ("," sum)+ ")"
+    fn table(&mut self) -> Result<Tree, FormulaError> {
+        let z = self.first_argument()?;
+        let mut rest = Vec::new();
+        while self.peek() == Some(',') || rest.len() < 4 {
             self.expect(',')?;
-            self.sum()?;
-            arguments += 1;
+            rest.push(self.sum()?);
         }
         self.expect(')')?;
-        self.emit(Op::Table(arguments - 3))
+        let knots = rest.split_off(2);
+        let [from, to] = <[Tree; 2]>::try_from(rest).unwrap_or_else(|_| unreachable!("two bounds are left"));
+        Ok(Tree::Table(Box::new([z, from, to]), knots))
     }
 
     /// Steps over one character, then parses one level deeper.
-    fn nested(&mut self, parse: fn(&mut Self) -> Result<(), FormulaError>) -> Result<(), FormulaError> {
+    fn nested(&mut self, parse: fn(&mut Self) -> Result<Tree, FormulaError>) -> Result<Tree, FormulaError> {
         self.rest += 1;
         self.depth += 1;
         if self.depth > 200 {
             return Err(self.unexpected("a formula nested less deeply"));
         }
-        parse(self)?;
+        let tree = parse(self)?;
         self.depth -= 1;
-        Ok(())
-    }
-
-    fn emit(&mut self, op: Op) -> Result<(), FormulaError> {
-        match op {
-            Op::Power if self.program.last() == Some(&Op::Number(2.0)) => {
-                self.program.pop();
-                self.program.push(Op::Square);
-            }
-            Op::Table(knots) => {
-                let start = self.program.len() - knots;
-                let first = self.parameters_in_a_row(start);
-                if first.is_some() {
-                    self.program.truncate(start);
-                }
-                self.program.push(first.map_or(op, |first| Op::TableOfParameters(first, knots)));
-            }
-            _ => self.program.push(op),
-        }
-        if deepest(&self.program) > MAX_DEPTH {
-            return Err(self.unexpected("a formula with fewer pending operations"));
-        }
-        Ok(())
-    }
-
-    /// The first parameter, where the program from `start` on takes parameters that follow each other.
-    fn parameters_in_a_row(&self, start: usize) -> Option<usize> {
-        let Op::Parameter(first) = self.program[start] else { return None };
-        let follow = |(offset, op): (usize, &Op)| *op == Op::Parameter(first + offset);
-        self.program[start..].iter().enumerate().all(follow).then_some(first)
+        Ok(tree)
     }
 
     fn skip_space(&mut self) {
@@ -464,7 +570,10 @@ mod tests {
     fn value(formula: &str) -> f64 {
         let values = [0.5, -0.25, 4e5, 5e5, 6e5, 1e5, 0.125, 0.0254];
         let variables = Variables { values: values.each_ref() };
-        Formula::parse(formula, &["a", "b"]).unwrap().evaluate(&variables, &[3.0, 7.0])
+        {
+            let formula = Formula::parse(formula, &["a", "b"]).unwrap();
+            formula.evaluate(&variables, &formula.operands([3.0, 7.0]))
+        }
     }
 
     #[test]

@@ -113,6 +113,12 @@ impl CustomEffect {
         &self.parameters
     }
 
+    /// What its formula is evaluated with.
+    #[must_use]
+    pub fn operands(&self) -> Vec<f64> {
+        self.formula.operands(self.parameters.iter().map(|parameter| parameter.value))
+    }
+
     /// The same effect with other parameter values, in order.
     #[must_use]
     pub fn with_values(&self, values: &[f64]) -> Self {

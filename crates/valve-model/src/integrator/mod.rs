@@ -85,14 +85,14 @@ impl<'a, R: Real> Batch<'a, R> {
     fn new(runs: &'a [LaneRun<'a>]) -> Self {
         let first = &runs[0];
         let coefficients = Coefficients::splat(&first.equations.coefficients);
-        let custom_parameters: Vec<Vec<R>> = first
+        let custom_operands: Vec<Vec<R>> = first
             .equations
-            .custom_values()
+            .custom_operands()
             .iter()
             .map(|values| values.iter().map(|v| R::splat(*v)).collect())
             .collect();
         let terms = first.equations.terms;
-        let system = System::new(coefficients, terms, &first.equations.custom, custom_parameters);
+        let system = System::new(coefficients, terms, &first.equations.custom, custom_operands);
         // A custom formula may depend on time, and measured pressures do.
         let formulas_rest = system.custom.iter().all(|effect| !effect.formula().depends_on_time());
         let driven = terms.driven_pipe || terms.driven_chamber;
