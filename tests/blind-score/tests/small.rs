@@ -38,6 +38,23 @@ fn a_single_effect_is_named_with_its_size() {
 }
 
 #[test]
+fn a_fit_that_is_stuck_is_freed_by_a_larger_one() {
+    // Strong stiction seen with little noise: a long, curved valley with other valleys beside it.
+    let spec = DrawSpec {
+        weights: [0.0, 1.0, 0.0, 0.0],
+        pressures: Some(false),
+        repeats: Some(false),
+        position_noise_m: Some(0.03e-3),
+        testbed_share: 1.0,
+        ..DrawSpec::default()
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let scored = score(&draw(1, 0, &spec), folder.path()).unwrap();
+    assert!(scored.is_exact() && scored.size_errors[0] < 0.01, "{scored:?}");
+    assert!(scored.held_out.unwrap() < 1.02, "{scored:?}");
+}
+
+#[test]
 fn two_effects_are_both_named() {
     let scored = one(15, [0.0, 0.0, 1.0, 0.0], true);
     assert!(scored.names_all(), "{scored:?}");

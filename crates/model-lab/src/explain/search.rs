@@ -123,7 +123,8 @@ impl Search<'_> {
         let mut beam = vec![self.last().clone()];
         let mut kinds = self.kinds.clone();
         let mut interrupted = false;
-        for (depth, carried) in BEAM.into_iter().enumerate() {
+        let mut depth = 0;
+        while let Some(carried) = BEAM.get(depth).copied() {
             let (first, others) = beam.split_at(1);
             let effort = if depth == 0 { Effort::THOROUGH } else { Effort::QUICK };
             let total = beam.len() * kinds.len();
@@ -142,6 +143,21 @@ impl Search<'_> {
                 self.singles.clone_from(&tried);
             }
             alternatives.clone_from(&tried);
+            if let Some(further_down) = self.further_down(&tried, found.as_ref()) {
+                self.accept(further_down);
+                alternatives.clone_from(&self.singles);
+                let lack = self.lack(&self.last().fit);
+                self.watch.tell(Progress::Accepted { kinds: self.last().kinds.clone(), lack });
+                if lack < fits(&self.view.scatter) {
+                    kinds = self.hints_at(self.last());
+                }
+                if interrupted || kinds.is_empty() {
+                    break;
+                }
+                // What is tried on top of it is tried anew.
+                beam = vec![self.last().clone()];
+                continue;
+            }
             let Some(best) = found else { break };
             let mut best = self.settled(&best);
             let mut lack = self.lack(&best.fit);
@@ -153,8 +169,7 @@ impl Search<'_> {
                 lack = self.lack(&best.fit);
             }
             self.watch.tell(Progress::Accepted { kinds: best.kinds.clone(), lack });
-            self.steps.retain(|step| step.kinds.len() < best.kinds.len());
-            self.steps.push(best.clone());
+            self.accept(best.clone());
             if interrupted || depth > 0 && !self.leads_somewhere(&best) {
                 break;
             }
@@ -172,6 +187,7 @@ impl Search<'_> {
             if kinds.is_empty() {
                 break;
             }
+            depth += 1;
         }
         let lack = self.lack(&self.last().fit);
         Found {
@@ -182,6 +198,35 @@ impl Search<'_> {
             lack,
             interrupted,
         }
+    }
+
+    /// Puts a model behind those with fewer effects, in place of any other.
+    fn accept(&mut self, model: Model) {
+        if let Some(single) = self.singles.iter_mut().find(|single| single.kinds == model.kinds) {
+            *single = model.clone();
+        }
+        self.steps.retain(|step| step.kinds.len() < model.kinds.len());
+        self.steps.push(model);
+    }
+
+    /// The last accepted model from where a larger one stands whose last effect is of no use, if that leads far
+    /// below both it and what was found: it was stuck.
+    fn further_down(&self, tried: &[Model], found: Option<&Model>) -> Option<Model> {
+        let last = self.last();
+        let is_larger = |model: &&Model| {
+            model.kinds.split_last().is_some_and(|(_, kinds)| !kinds.is_empty() && kinds == last.kinds)
+        };
+        let larger = tried.iter().filter(is_larger).find(|model| !is_practical(model, &self.view.scatter))?;
+        let above = found.map_or(last.score() - ACCEPT_FURTHER, |found| found.score() + ACCEPT);
+        if larger.fit.cost > above.min(last.score() - ACCEPT_FURTHER) || self.watch.is_stopped() {
+            return None;
+        }
+        let mut start = last.fit.clone();
+        start.u.copy_from_slice(&larger.fit.u[..last.fit.u.len()]);
+        let fit = self.polished(self.view.finely(&start));
+        let gain = self.steps[0].score() - fit.cost - penalty(&fit);
+        let model = Model { kinds: last.kinds.clone(), fit, gain };
+        (model.score() < above).then_some(model)
     }
 
     fn last(&self) -> &Model {
