@@ -146,9 +146,28 @@ pub fn fit_with(
     fit_all(data, scatter, vec![Task { space, start: start.to_vec(), known, options }]).pop()?
 }
 
+/// Memory that what is simulated side by side may take, bytes; of large campaigns less is done at a time.
+pub const MOST_MEMORY: usize = 128 << 20;
+
+/// Residual vectors that a fit holds beside its Jacobian: what is simulated for it, and its updates.
+const VECTORS_BESIDE: usize = 8;
+
 /// Makes several fits to one dataset side by side: what all of them want simulated next is simulated together,
 /// which fills the lanes. Each comes out as if it were made alone; nothing where a start is no possible valve.
-pub fn fit_all(data: &Dataset, scatter: &Scatter, tasks: Vec<Task<'_>>) -> Vec<Option<Fit>> {
+pub fn fit_all(data: &Dataset, scatter: &Scatter, mut tasks: Vec<Task<'_>>) -> Vec<Option<Fit>> {
+    let widest = tasks.iter().map(|task| task.start.len()).max().unwrap_or(0) + VECTORS_BESIDE;
+    let each = widest * data.residual_count() * size_of::<f64>();
+    let together = (MOST_MEMORY / each.max(1)).max(1);
+    let mut fits = Vec::with_capacity(tasks.len());
+    while !tasks.is_empty() {
+        let later = tasks.split_off(together.min(tasks.len()));
+        fits.extend(fit_together(data, scatter, tasks));
+        tasks = later;
+    }
+    fits
+}
+
+fn fit_together(data: &Dataset, scatter: &Scatter, tasks: Vec<Task<'_>>) -> Vec<Option<Fit>> {
     let mut fittings: Vec<Option<Fitting<'_>>> = tasks.into_iter().map(|task| Fitting::new(scatter, task)).collect();
     loop {
         let mut active: Vec<&mut Fitting<'_>> =

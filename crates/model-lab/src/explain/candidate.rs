@@ -13,7 +13,7 @@ use super::Watch;
 use super::impression::Impression;
 use super::view::View;
 use crate::data::Dataset;
-use crate::fit::{Fit, FitOptions, Task, fit_all, prior_cost};
+use crate::fit::{Fit, FitOptions, MOST_MEMORY, Task, fit_all, prior_cost};
 use crate::forward::residuals;
 use crate::scatter::Scatter;
 use crate::space::{Space, Target};
@@ -190,8 +190,17 @@ fn best_first<'a>(
     fits
 }
 
+/// Points that a profile has, more or less.
+const PROFILE_POINTS: usize = 64;
+
 /// Most promising points of each job, along the profiles of its new coordinates.
 fn promising(data: &Dataset, scatter: &Scatter, jobs: &[Job], count: usize) -> Vec<Vec<Vec<f64>>> {
+    let each = PROFILE_POINTS * data.residual_count() * size_of::<f64>();
+    let together = (MOST_MEMORY / each.max(1)).max(1);
+    jobs.chunks(together).flat_map(|jobs| promising_together(data, scatter, jobs, count)).collect()
+}
+
+fn promising_together(data: &Dataset, scatter: &Scatter, jobs: &[Job], count: usize) -> Vec<Vec<Vec<f64>>> {
     let probes: Vec<Vec<Probe>> = jobs.iter().map(|job| probes(&job.space, job.base.u.len())).collect();
     let small =
         jobs.iter().zip(&probes).map(|(job, probes)| probes.iter().map(|p| full(&job.base, &p.small)).collect());

@@ -1,5 +1,7 @@
 //! The search over effects: one, then pairs, then triples, with earlier picks looked at again.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 use valve_model::EffectKind;
 
@@ -313,7 +315,10 @@ impl Search<'_> {
             .partition(|(_, fit)| hope(fit) < NEAR + least && !self.watch.is_stopped());
         let (jobs, fits): (Vec<_>, Vec<Fit>) = hopeful.into_iter().unzip();
         add(jobs, carried_on(view, &fits, effort));
-        let (jobs, fits): (Vec<_>, Vec<Option<Fit>>) = behind.into_iter().map(|(job, fit)| (job, Some(fit))).unzip();
+        // Of those that stay behind, only where they came to is wanted.
+        let place = |fit: Fit| Fit { jacobian: Arc::default(), ..fit };
+        let (jobs, fits): (Vec<_>, Vec<Option<Fit>>) =
+            behind.into_iter().map(|(job, fit)| (job, Some(place(fit)))).unzip();
         add(jobs, fits);
         tried.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         tried
