@@ -11,11 +11,20 @@ use leak_table::Fault;
 use lut_builder::{Options, build};
 use rayon::prelude::*;
 use reference_valve::plain::Plain;
-use reference_valve::{CYCLE, base_valve, leaking, spread, table_model, testbed, testbed_file};
+use reference_valve::{CYCLE, base_valve, leaking, spread, table_model, testbed, testbed_file, typical, with_effect};
 use valve_model::cycle::{cycle_commands, cycles};
 use valve_model::dispatch::{InstructionSet, LANES};
 use valve_model::simulate::{DEFAULT_STEP_S, simulate_scalar, simulate_with};
-use valve_model::{Conditions, ParameterId, Prepared, Run, Valve};
+use valve_model::{Conditions, EffectKind, ParameterId, Prepared, Run, Valve, simulate};
+
+/// Effects of which the price of a step is printed, one for each group of terms.
+const WITH_EFFECTS: [EffectKind; 5] = [
+    EffectKind::DryFriction,
+    EffectKind::GasHeating,
+    EffectKind::ProcessForce,
+    EffectKind::SolenoidLag,
+    EffectKind::SupplyDroop,
+];
 
 /// Valves of the fleet.
 const FLEET: usize = 10_000;
@@ -76,6 +85,12 @@ fn step(criterion: &mut Criterion) {
     for set in sets() {
         let lanes = ns_each(fastest(|| simulate_with(set, &runs, false, |_, nodes, _| keep(nodes))), steps);
         println!("lane-step: {} {lanes:.1} ns, {:.1} times faster", set.name(), plain / lanes);
+    }
+    for kind in WITH_EFFECTS {
+        let runs = leaking_runs(&with_effect(typical(kind)));
+        let steps = step_count(&runs);
+        let lanes = ns_each(fastest(|| simulate(&runs, false, |_, nodes, _| keep(nodes))), steps);
+        println!("lane-step with {}: {lanes:.1} ns", kind.id());
     }
 }
 

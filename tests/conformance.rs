@@ -3,6 +3,7 @@
 mod reference_valve;
 
 use reference_valve::{CYCLE, base_valve, periodic, testbed, typical, with_effect};
+use valve_model::custom::{CustomEffect, CustomTarget};
 use valve_model::cycle::cycle_commands;
 use valve_model::dispatch::InstructionSet;
 use valve_model::params::Switches;
@@ -88,9 +89,36 @@ fn all_valves() -> Vec<(String, Valve)> {
     std::iter::once(base).chain(effects).collect()
 }
 
+/// The same, and valves with two effects and with formulas: those have loops of their own, or share one.
+fn valves_for_every_loop() -> Vec<(String, Valve)> {
+    use EffectKind::{ClosingCushion, DryFriction, GasHeating, ProcessForce, SolenoidLag, SupplyDroop};
+    let pairs = [
+        (ProcessForce, DryFriction),
+        (ClosingCushion, GasHeating),
+        (ProcessForce, SupplyDroop),
+        (DryFriction, GasHeating),
+        (DryFriction, SupplyDroop),
+        (SolenoidLag, GasHeating),
+    ];
+    let with = |effects: Vec<Effect>, custom: Vec<CustomEffect>| {
+        Valve::new(testbed(), Switches::default(), effects, custom).expect("possible")
+    };
+    let pair = |(a, b): (EffectKind, EffectKind)| {
+        (format!("{} and {}", a.id(), b.id()), with(vec![typical(a), typical(b)], Vec::new()))
+    };
+    let formula = |name: &str, target: CustomTarget, formula: &str| {
+        CustomEffect::new(name, target, formula, Vec::new()).expect("a formula")
+    };
+    let table = formula("table", CustomTarget::Friction, "table(x, 0, L, 10, 20, 60, 20, 10)");
+    let bump = formula("bump", CustomTarget::Force, "-40*exp(-((x - 0.012)/0.002)^2) + 5*sin(v/0.01)*sign(v)");
+    let formulas = [("friction", vec![table.clone()]), ("force", vec![bump.clone()]), ("both", vec![table, bump])];
+    let custom = formulas.map(|(name, custom)| (format!("formula for {name}"), with(Vec::new(), custom)));
+    all_valves().into_iter().chain(pairs.map(pair)).chain(custom).collect()
+}
+
 #[test]
 fn lanes_that_fuse_nothing_give_the_bits_of_the_scalar_path() {
-    for (name, valve) in all_valves() {
+    for (name, valve) in valves_for_every_loop() {
         let runs = runs(&valve);
         let (lanes, scalar) = (with_set(InstructionSet::Baseline, &runs), one_by_one(&runs));
         assert!(scalar.iter().all(|run| run.len() > 10_000), "{name}: a run has thousands of nodes");
@@ -100,7 +128,7 @@ fn lanes_that_fuse_nothing_give_the_bits_of_the_scalar_path() {
 
 #[test]
 fn lanes_that_fuse_give_the_same_bits_in_registers_of_any_width() {
-    for (name, valve) in all_valves() {
+    for (name, valve) in valves_for_every_loop() {
         let runs = runs(&valve);
         let widest = with_lanes(&runs);
         for set in available().filter(|set| *set != InstructionSet::Baseline) {
@@ -116,7 +144,7 @@ fn lanes_that_fuse_give_the_same_bits_in_registers_of_any_width() {
 #[test]
 fn every_stroke_time_is_that_of_the_scalar_path_within_a_nanosecond() {
     let mut worst: f64 = 0.0;
-    for (name, valve) in all_valves() {
+    for (name, valve) in valves_for_every_loop() {
         let runs = runs(&valve);
         let commands = commands();
         let times = |index: usize, nodes: &Nodes| strokes(&valve, &commands[index], nodes);

@@ -36,8 +36,7 @@ impl InstructionSet {
             Self::Avx2 => is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma"),
             #[cfg(target_arch = "x86_64")]
             Self::Avx512 => {
-                let wide = is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq");
-                wide && is_x86_feature_detected!("fma")
+                Self::Avx2.is_available() && is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq")
             }
             #[cfg(not(target_arch = "x86_64"))]
             Self::Avx2 | Self::Avx512 => false,
@@ -68,32 +67,32 @@ pub(crate) fn integrate_with(set: InstructionSet, runs: &[LaneRun<'_>], recorder
     match set {
         #[cfg(target_arch = "x86_64")]
         InstructionSet::Avx512 | InstructionSet::Avx2 if set.is_available() && runs.len() == 1 => {
-            // SAFETY: the machine has AVX2 and FMA: both sets ask for FMA, and AVX-512 F comes with AVX2.
-            unsafe { with_avx2::<1>(runs, recorder, take) }
+            // SAFETY: the machine has AVX2 and FMA, which both sets ask for.
+            unsafe { alone_with_avx2(runs, recorder, take) }
         }
         #[cfg(target_arch = "x86_64")]
         InstructionSet::Avx512 if set.is_available() => {
-            // SAFETY: the machine has AVX-512 F and DQ and FMA.
+            // SAFETY: the machine has AVX-512 F and DQ, AVX2 and FMA.
             unsafe { with_avx512(runs, recorder, take) }
         }
         #[cfg(target_arch = "x86_64")]
         InstructionSet::Avx2 if set.is_available() => {
             // SAFETY: the machine has AVX2 and FMA.
-            unsafe { with_avx2::<LANES>(runs, recorder, take) }
+            unsafe { with_avx2(runs, recorder, take) }
         }
         _ if runs.len() == 1 => integrate_scalar(runs, recorder, take),
-        _ => plain::<Lanes<LANES, false>>(runs, recorder, take),
+        _ => any_loop::<Lanes<LANES, false>>(runs, recorder, take),
     }
 }
 
 /// Integrates runs one after another on the scalar path.
 pub(crate) fn integrate_scalar(runs: &[LaneRun<'_>], recorder: &mut Recorder, take: &mut Take<'_>) {
-    plain::<f64>(runs, recorder, take);
+    any_loop::<f64>(runs, recorder, take);
 }
 
 /// In the loop of the base model, or in that for any groups of terms.
 #[inline(always)]
-fn plain<R: Real>(runs: &[LaneRun<'_>], recorder: &mut Recorder, take: &mut Take<'_>) {
+fn any_loop<R: Real>(runs: &[LaneRun<'_>], recorder: &mut Recorder, take: &mut Take<'_>) {
     match runs[0].equations.terms.groups() {
         0 => integrate::<R, 0>(runs, recorder, take),
         _ => integrate::<R, { groups::ANY }>(runs, recorder, take),
@@ -111,7 +110,7 @@ const FRICTION_LINE: u8 = groups::FRICTION | groups::LINE;
 
 /// In a loop for the very groups of terms, where they are one of those that a search mostly asks for.
 #[inline(always)]
-fn lean<R: Real>(runs: &[LaneRun<'_>], recorder: &mut Recorder, take: &mut Take<'_>) {
+fn own_loop<R: Real>(runs: &[LaneRun<'_>], recorder: &mut Recorder, take: &mut Take<'_>) {
     match runs[0].equations.terms.groups() {
         groups::FORCES => integrate::<R, { groups::FORCES }>(runs, recorder, take),
         groups::FRICTION => integrate::<R, { groups::FRICTION }>(runs, recorder, take),
@@ -125,18 +124,24 @@ fn lean<R: Real>(runs: &[LaneRun<'_>], recorder: &mut Recorder, take: &mut Take<
         FORCES_LINE => integrate::<R, FORCES_LINE>(runs, recorder, take),
         FRICTION_HEATING => integrate::<R, FRICTION_HEATING>(runs, recorder, take),
         FRICTION_LINE => integrate::<R, FRICTION_LINE>(runs, recorder, take),
-        _ => plain::<R>(runs, recorder, take),
+        _ => any_loop::<R>(runs, recorder, take),
     }
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512dq,fma")]
 fn with_avx512(runs: &[LaneRun<'_>], recorder: &mut Recorder, take: &mut Take<'_>) {
-    lean::<Lanes<LANES, true>>(runs, recorder, take);
+    own_loop::<Lanes<LANES, true>>(runs, recorder, take);
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
-fn with_avx2<const N: usize>(runs: &[LaneRun<'_>], recorder: &mut Recorder, take: &mut Take<'_>) {
-    plain::<Lanes<N, true>>(runs, recorder, take);
+fn with_avx2(runs: &[LaneRun<'_>], recorder: &mut Recorder, take: &mut Take<'_>) {
+    own_loop::<Lanes<LANES, true>>(runs, recorder, take);
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+fn alone_with_avx2(runs: &[LaneRun<'_>], recorder: &mut Recorder, take: &mut Take<'_>) {
+    any_loop::<Lanes<1, true>>(runs, recorder, take);
 }

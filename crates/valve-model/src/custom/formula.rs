@@ -1,9 +1,9 @@
-//! A small formula language: numbers, names, + - * / ^, parentheses, the usual
-//! functions and table(z, from, to, k0, k1, ...) for straight lines between knots, with the precedence of mathematics (-2^2 is -4, 2^3^2 is
-//! 2^(3^2)) and numbers such as 1e-3.
+//! A small formula language: numbers, names, + - * / ^, parentheses, the usual functions and
+//! table(z, from, to, k0, k1, ...) for straight lines between knots, with the precedence of mathematics
+//! (-2^2 is -4, 2^3^2 is 2^(3^2)) and numbers such as 1e-3.
 //!
-//! A formula is parsed once into a program that runs on any [`Real`]. The program keeps the result at hand out
-//! of memory: a step either changes it, or puts it aside for later.
+//! A formula is parsed once into a program that runs on any [`Real`]: each step changes the result at hand, or
+//! puts it aside for later.
 
 use crate::real::Real;
 
@@ -23,6 +23,9 @@ const FUNCTIONS: [(&str, Function); 9] = [
 ];
 
 const FUNCTIONS_OF_TWO: [(&str, Pair); 2] = [("min", Pair::Min), ("max", Pair::Max)];
+
+/// The longest formula, characters: what is parsed is taken apart by recursion.
+const LONGEST: usize = 4000;
 
 /// The most intermediate results that may wait.
 const MAX_DEPTH: usize = 32;
@@ -142,6 +145,10 @@ impl Formula {
             if clash || parameters[..index].contains(name) {
                 return Err(parser.error(0, format!("a parameter named {name}"), "a name that is not yet taken"));
             }
+        }
+        if source.len() > LONGEST {
+            let found = format!("{} characters", source.chars().count());
+            return Err(parser.error(0, found, &format!("a formula of at most {LONGEST}")));
         }
         let tree = parser.sum()?;
         parser.skip_space();
@@ -629,6 +636,11 @@ mod tests {
             assert_eq!(error.position, position, "{formula}: {error}");
         }
         assert!(Formula::parse("x", &["x"]).is_err());
-        assert!(Formula::parse(&"(".repeat(100_000), &[]).is_err());
+        for piece in ["(", "x + ", "-", "max(x, "] {
+            assert!(Formula::parse(&(piece.repeat(100_000) + "x"), &[]).is_err(), "{piece}");
+        }
+        let long = "x + ".repeat(900) + "x";
+        let sum = Formula::parse(&long, &[]).unwrap();
+        assert!((sum.evaluate(&Variables { values: [&1.0; 8] }, &[]) - 901.0).abs() < 1e-9);
     }
 }
