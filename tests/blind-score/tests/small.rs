@@ -55,6 +55,16 @@ fn a_fit_that_is_stuck_is_freed_by_a_larger_one() {
 }
 
 #[test]
+fn what_little_an_effect_leaves_is_no_physics_outside_the_catalogue() {
+    // A seat that holds strongly, seen with little noise: strokes scatter by more than a few directions show.
+    let spec = DrawSpec { weights: [0.0, 1.0, 0.0, 0.0], ..DrawSpec::default() };
+    let folder = tempfile::tempdir().unwrap();
+    let scored = score(&draw(6001, 5, &spec), folder.path()).unwrap();
+    assert!(scored.is_exact() && scored.size_errors[0] < 0.05, "{scored:?}");
+    assert!(scored.lack > 15.0 && scored.held_out.unwrap() < 1.1, "{scored:?}");
+}
+
+#[test]
 fn two_effects_are_both_named() {
     let scored = one(15, [0.0, 0.0, 1.0, 0.0], true);
     assert!(scored.names_all(), "{scored:?}");

@@ -134,6 +134,10 @@ pub struct Explanation {
 /// Lack of fit beyond what is accepted in the search from which something is missing for sure.
 const MARGIN: f64 = 1.3;
 
+/// Share of what effects of the catalogue have explained that they may leave, where no formula explains as much
+/// as they do.
+const NEARLY_ALL: f64 = 0.02;
+
 /// Root mean square of the residuals of a model that does not fit.
 const FAR: f64 = 3.0;
 
@@ -170,11 +174,20 @@ pub(super) fn assemble(datasheet_rms: f64, found: &Found, watch: &Watch<'_>) -> 
             held_out_normalised_rms: *held_out,
         });
     }
-    let missing = found.lack > MARGIN * fits(scatter) && excess(scatter, &best.fit) > INEXACT * best.gain;
+    let left = excess(scatter, &best.fit);
+    let mut missing = found.lack > MARGIN * fits(scatter) && left > INEXACT * best.gain;
     let mut found_outside = None;
     if missing && !watch.is_stopped() {
         watch.tell(Progress::Doing("tables along position, velocity and time"));
         found_outside = outside(&found.view, &calibrated, watch);
+        let explains_less = |outside: &Outside| outside.fit.cost > best.fit.cost;
+        if !watch.is_stopped() && left < NEARLY_ALL * best.gain && found_outside.as_ref().is_none_or(explains_less) {
+            (missing, found_outside) = (false, None);
+            notes.push(format!(
+                "an error of {:.3} is left, more than noise; nothing in or outside the catalogue explains as much as the effects named",
+                best.fit.normalised_rms(scatter)
+            ));
+        }
     }
     let mut twin_reports = Vec::new();
     if !best.kinds.is_empty() && !missing && !watch.is_stopped() {
@@ -321,6 +334,8 @@ fn candidates(
             Some(format!("improves chi-squared by {gain:.1} only"))
         } else if found.steps.iter().any(|step| step.kinds == model.kinds) {
             Some("another effect beside it explains more".into())
+        } else if model.kinds.len() > best.kinds.len() && best.kinds.iter().all(|kind| model.kinds.contains(kind)) {
+            Some("adds too little to be believed".into())
         } else if behind < super::twins::TWIN {
             Some("explains the data as well; these data cannot tell it apart".into())
         } else {
