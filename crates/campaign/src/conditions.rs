@@ -13,7 +13,10 @@ pub(crate) const CONDITION_KEYS: [&str; 4] =
 pub(crate) fn read(section: &Section<'_>, valve: &ValveFacts) -> Result<(RunConditions, Option<Doubt>), TomlFileError> {
     let ambient_pressure_pa = valve.ambient_pressure_pa;
     let supply = section.quantity("supply_pressure", QuantityKind::Pressure { ambient_pressure_pa })?;
-    let doubt = supply.is_none().then_some(Doubt::SupplyAssumed { assumed_kpa: valve.supply_pressure_pa / 1e3 });
+    let doubt = match supply {
+        None => Some(Doubt::SupplyAssumed { assumed_kpa: valve.supply_pressure_pa / 1e3 }),
+        Some(supply) => far_supply(supply, valve),
+    };
     let conditions = RunConditions {
         supply_pressure_pa: supply.unwrap_or(valve.supply_pressure_pa),
         temperature_k: section.quantity("temperature", QuantityKind::Si("K"))?.unwrap_or(valve.temperature_k),
@@ -24,6 +27,18 @@ pub(crate) fn read(section: &Section<'_>, valve: &ValveFacts) -> Result<(RunCond
         None => Ok((conditions, doubt)),
         Some((key, found, expected)) => Err(section.wrong(key, found, expected)),
     }
+}
+
+/// How many times the valve file's supply pressure, or what part of it, is in doubt (both gauge): units that are
+/// taken for each other differ by more.
+const FAR: f64 = 4.0;
+
+/// A doubt about a supply pressure that is far from the valve file's, as one in a wrong unit is.
+pub(crate) fn far_supply(supply_pa: f64, valve: &ValveFacts) -> Option<Doubt> {
+    let gauge = |absolute: f64| absolute - valve.ambient_pressure_pa;
+    let ratio = gauge(supply_pa) / gauge(valve.supply_pressure_pa);
+    let usual_kpa = valve.supply_pressure_pa / 1e3;
+    (!(1.0 / FAR..=FAR).contains(&ratio)).then_some(Doubt::SupplyFar { supply_kpa: supply_pa / 1e3, usual_kpa })
 }
 
 /// The first condition that makes no sense: its key, what was found and what would be right.

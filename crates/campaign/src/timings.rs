@@ -57,6 +57,7 @@ pub(crate) fn read(
     columns::look_alikes(&csv, &indices, &KNOWN).into_iter().for_each(warn);
 
     let mut rows = Vec::new();
+    let mut far = None;
     let mut row = ByteRecord::new();
     while let Some(line) = csv.next_row(&mut row)? {
         let or = |column: Option<Column>, missing: f64| match column {
@@ -76,6 +77,10 @@ pub(crate) fn read(
             let problem = DataProblem::ImpossibleCondition { key: key.to_owned(), found, expected };
             return Err(csv.error(line, problem));
         }
+        // Once is enough.
+        if far.is_none() {
+            far = conditions::far_supply(conditions.supply_pressure_pa, valve).map(|doubt| (line, doubt));
+        }
         let stroke_time = |column: Column| match column.to_si(csv.number(&row, column.index, line)?) {
             time_s if time_s.is_nan() => Ok(None),
             time_s if time_s >= 0.0 => Ok(Some(time_s)),
@@ -91,5 +96,6 @@ pub(crate) fn read(
     if rows.is_empty() {
         return Err(csv.error(header_line, DataProblem::TooFewRows { rows: 0, expected: 1 }));
     }
+    warnings.extend(far.map(|(line, doubt)| Warning { file: file.to_owned(), line, doubt }));
     Ok(rows)
 }

@@ -129,4 +129,15 @@ pub enum Doubt {
         /// The valve file's supply pressure, kPa absolute.
         assumed_kpa: f64,
     },
+    /// A supply pressure far from that of the valve file.
+    #[error(
+        "a supply pressure of {supply_kpa:.1} kPa absolute, where the valve file has {usual_kpa:.1} kPa: \
+         is its unit right?"
+    )]
+    SupplyFar {
+        /// The supply pressure of the run, kPa absolute.
+        supply_kpa: f64,
+        /// The valve file's, kPa absolute.
+        usual_kpa: f64,
+    },
 }

@@ -237,6 +237,17 @@ fn faults_of_the_campaign_file_are_refused_with_its_line() {
 }
 
 #[test]
+fn a_supply_pressure_in_another_unit_is_doubted() {
+    let with = |supply: &str| read(&RUN.replace("75 psig", supply), &usual());
+    for wrong in ["75 bar", "7.5 psig"] {
+        let campaign = with(wrong);
+        let [Doubt::SupplyFar { usual_kpa, .. }] = doubts(&campaign)[..] else { panic!("{wrong}: {campaign:?}") };
+        assert!((usual_kpa - VALVE.supply_pressure_pa / 1e3).abs() < 1e-9);
+    }
+    assert!(doubts(&with("40 psig")).is_empty() && doubts(&with("150 psig")).is_empty());
+}
+
+#[test]
 fn faults_of_a_trace_are_refused_with_its_line() {
     let good = usual();
     let changed = |from: &str, to: &str| {
