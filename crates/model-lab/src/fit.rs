@@ -560,8 +560,24 @@ fn damped_step(
 
 /// The inverse of a symmetric matrix that may be nearly singular.
 pub fn inverse(matrix: &DMatrix<f64>) -> DMatrix<f64> {
+    // A valve without tolerances has nothing to fit; the decomposition refuses an empty matrix.
+    if matrix.is_empty() {
+        return matrix.clone();
+    }
     let eigen = matrix.clone().symmetric_eigen();
     let largest = eigen.eigenvalues.amax().max(1e-300);
     let inverted = eigen.eigenvalues.map(|value| if value > 1e-14 * largest { 1.0 / value } else { 1e14 / largest });
     &eigen.eigenvectors * DMatrix::from_diagonal(&inverted) * eigen.eigenvectors.transpose()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_valve_without_tolerances_has_an_empty_covariance() {
+        let (matrix, gradient) = Scatter::none().normal_equations(&[], &[1.0, -2.0]);
+        assert_eq!((matrix.shape(), gradient.len()), ((0, 0), 0));
+        assert_eq!(inverse(&matrix).shape(), (0, 0));
+    }
 }

@@ -74,7 +74,8 @@ fn normal_part(columns: &[&[f64]], residual: &[f64], unit: Option<&UnitScatter>)
     matrix.fill_upper_triangle_with_lower_triangle();
     let mut vector = DVector::from_fn(n, |i, _| product(columns[i], residual));
     if let Some((unit, kernel)) = unit.and_then(|unit| Some((unit, unit.kernel.as_ref()?))) {
-        let projected = DMatrix::from_columns(&columns.iter().map(|column| unit.along(column)).collect::<Vec<_>>());
+        let along: Vec<DVector<f64>> = columns.iter().map(|column| unit.along(column)).collect();
+        let projected = DMatrix::from_fn(kernel.nrows(), n, |row, column| along[column][row]);
         let weighted = (kernel * &projected).transpose();
         matrix -= &weighted * &projected;
         vector -= weighted * unit.along(residual);
