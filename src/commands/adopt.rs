@@ -2,8 +2,7 @@
 
 use std::fmt::Write;
 
-use model_lab::Space;
-use model_lab::calibrate::polished;
+use model_lab::calibrate::{Settled, polished};
 use model_lab::explain::Watch;
 use model_lab::explain::candidate::{Effort, add_effect};
 use model_lab::explain::held_out::held_out_rms;
@@ -12,6 +11,7 @@ use model_lab::explain::view::View;
 use model_lab::explain::{Calibrated, calibrated};
 use model_lab::fit::{self, Fit, FitOptions};
 use model_lab::space::Target;
+use model_lab::{Dataset, Space};
 use serde_json::json;
 use valve_file::{HistoryEntry, ValveFile};
 use valve_model::custom::CustomEffect;
@@ -42,56 +42,44 @@ pub fn run(args: &AdoptArgs) -> anyhow::Result<Answer> {
     let plot = PlotFile::create(args.plot.as_deref())?;
     let (additions, without) = additions(&input.file, &args.effects)?;
     let data = &input.data;
-    let nothing = || {
+    let Calibrated { datasheet, fit, scatter } = calibrated(data, &Space::tolerated(&without)).ok_or_else(|| {
         Hinted::error(
             format!("{}: its strokes cannot be simulated", input.file.file_name()),
             "look at the valve with `valve simulate`",
         )
-    };
-    let Calibrated { datasheet_rms, fit, scatter } =
-        calibrated(data, &Space::tolerated(&without)).ok_or_else(nothing)?;
-    let mut view = View::new(data.clone(), scatter);
-    let mut best = polished(&view.fine, &view.scatter, fit);
+    })?;
+    let mut climb = Climb::new(&additions, data, View::new(data.clone(), scatter), fit)?;
+    // Strokes of which none was repeated may differ for all that.
+    if !climb.view.explains(climb.best())
+        && let Some(settled) = Settled::supposed(data, &climb.view.scatter, climb.best())
+    {
+        let view = View::new(settled.data, settled.scatter);
+        let calibrated = view.finely(&climb.rungs[0].1);
+        let again = Climb::new(&additions, data, view, calibrated)?;
+        if again.view.explains(again.best()) {
+            climb = again;
+        }
+    }
+    let scatter = &climb.view.scatter;
+    let datasheet_rms = datasheet.normalised_rms(scatter);
     let mut steps =
         vec![StepReport { step: "datasheet".into(), normalised_rms: datasheet_rms, held_out_normalised_rms: None }];
     let mut models = vec![("datasheet".to_owned(), without.clone())];
-    let mut note = |step: &str, view: &View, best: &Fit| -> anyhow::Result<()> {
+    for (step, fit) in &climb.rungs {
         steps.push(StepReport {
-            step: step.into(),
-            normalised_rms: best.normalised_rms(&view.scatter),
-            held_out_normalised_rms: held_out_rms(&view.fine, &view.scatter, best),
+            step: step.clone(),
+            normalised_rms: fit.normalised_rms(scatter),
+            held_out_normalised_rms: held_out_rms(&climb.view.fine, scatter, fit),
         });
-        models.push((step.to_owned(), adopted(&without, best)?));
-        Ok(())
-    };
-    note("calibrated", &view, &best)?;
-    for addition in &additions {
-        let base = view.roughly(&best);
-        let added = match addition {
-            Addition::Catalogue(kind) => add_effect(&view, &base, *kind, Effort::THOROUGH, &Watch::nobody()),
-            // A formula has values of its own to start from.
-            Addition::Own(effect) => {
-                let space = base.space.with_custom(effect);
-                let own = space.start().into_iter().skip(base.u.len());
-                let start: Vec<f64> = base.u.iter().copied().chain(own).collect();
-                fit::fit(&view.rough, &view.scatter, &space, &start, FitOptions::default())
-            }
-        };
-        best = view.finely(&added.ok_or_else(nothing)?);
-        if view.scatter.is_known {
-            view = view.through(data, &best);
-            best = view.finely(&best);
-        }
-        best = polished(&view.fine, &view.scatter, best);
-        note(name(addition), &view, &best)?;
+        models.push((step.clone(), adopted(&without, fit)?));
     }
-    let scatter = &view.scatter;
+    let best = climb.best();
     let lives = args.log.as_deref().map(|log| Lives::read(log, &models)).transpose()?;
     let names: Vec<&str> = additions.iter().map(name).collect();
     let action = format!("added {}", names.join(" and "));
     let last = &steps[steps.len() - 1];
     let entry = HistoryEntry::new(&action, &input.campaign.name, datasheet_rms, last.normalised_rms);
-    adopted(&input.file, &best)?.with_history(entry)?.write(&args.out, args.force)?;
+    adopted(&input.file, best)?.with_history(entry)?.write(&args.out, args.force)?;
     let kinds: Vec<EffectKind> = additions
         .iter()
         .filter_map(|addition| match addition {
@@ -99,7 +87,7 @@ pub fn run(args: &AdoptArgs) -> anyhow::Result<Answer> {
             Addition::Own(_) => None,
         })
         .collect();
-    let parameters = fitted_parameters(&best, &kinds, scatter);
+    let parameters = fitted_parameters(best, &kinds, scatter);
     match args.format {
         Format::Text => {
             let mut text = format!("{action} on {}\n\n{}\n", input.campaign.name, ladder::table(&steps));
@@ -128,6 +116,52 @@ pub fn run(args: &AdoptArgs) -> anyhow::Result<Answer> {
         plot.write(&ladder::figure(&input.campaign.name, &action, &steps, scatter).figure())?;
     }
     Ok(Answer::Fine)
+}
+
+/// The calibrated model, and that model with one effect after the other.
+struct Climb {
+    view: View,
+    /// What was done, and the fit after it.
+    rungs: Vec<(String, Fit)>,
+}
+
+impl Climb {
+    fn new(additions: &[Addition], data: &Dataset, mut view: View, calibrated: Fit) -> anyhow::Result<Self> {
+        let mut best = polished(&view.fine, &view.scatter, calibrated);
+        let mut rungs = vec![("calibrated".to_owned(), best.clone())];
+        for addition in additions {
+            let base = view.roughly(&best);
+            let added = match addition {
+                Addition::Catalogue(kind) => add_effect(&view, &base, *kind, Effort::THOROUGH, &Watch::nobody()),
+                // A formula has values of its own to start from.
+                Addition::Own(effect) => {
+                    let space = base.space.with_custom(effect);
+                    let own = space.start().into_iter().skip(base.u.len());
+                    let start: Vec<f64> = base.u.iter().copied().chain(own).collect();
+                    fit::fit(&view.rough, &view.scatter, &space, &start, FitOptions::default())
+                }
+            };
+            let added = added.ok_or_else(|| {
+                Hinted::error(
+                    format!("{}: the strokes cannot be simulated with it", name(addition)),
+                    "look at its parameters with `valve effects`",
+                )
+            })?;
+            best = view.finely(&added);
+            if view.scatter.is_known() {
+                view = view.through(data, &best);
+                best = view.finely(&best);
+            }
+            best = polished(&view.fine, &view.scatter, best);
+            rungs.push((name(addition).to_owned(), best.clone()));
+        }
+        Ok(Self { view, rungs })
+    }
+
+    /// The model with all effects.
+    fn best(&self) -> &Fit {
+        &self.rungs[self.rungs.len() - 1].1
+    }
 }
 
 /// One line for each fitted parameter of an effect.

@@ -3,11 +3,13 @@
 use std::fmt::Write;
 
 use model_lab::calibrate::{CalibrateOptions, Calibration, Verdict};
+use model_lab::scatter::Origin;
 use report::figures::{ParameterShift, ParametersFigure};
 use serde_json::{Map, Value, json};
 
 use super::campaign_input::CampaignInput;
 use super::compare_json::comparison_value;
+use super::explain_json::scatter;
 use crate::cli::{CalibrateArgs, Format};
 use crate::failure::{Answer, Hinted};
 use crate::output::{self, Align, PlotFile, TextTable};
@@ -43,9 +45,10 @@ pub fn run(args: &CalibrateArgs) -> anyhow::Result<Answer> {
 }
 
 fn verdict_words(calibration: &Calibration) -> &'static str {
-    match (calibration.verdict, calibration.repeatability.is_some()) {
-        (Verdict::Explained, true) => "calibration and repeatability explain everything",
-        (Verdict::Explained, false) => "calibration within the tolerances explains everything",
+    match (calibration.verdict, calibration.scatter.origin) {
+        (Verdict::Explained, Origin::Repeats) => "calibration and repeatability explain everything",
+        (Verdict::Explained, Origin::Unknown) => "calibration within the tolerances explains everything",
+        (Verdict::Explained, Origin::Supposed) => "calibration and strokes that differ would explain everything",
         (Verdict::BeyondTolerance, _) => "something beyond the tolerances is there: physics is missing from the model",
     }
 }
@@ -157,6 +160,10 @@ fn error_words(calibration: &Calibration) -> String {
     } else {
         text.push_str("repeatability: unknown, no stroke was repeated\n");
     }
+    if calibration.scatter.origin == Origin::Supposed {
+        let differ = calibration.scatter.words();
+        let _ = writeln!(text, "  what is left looks as if single strokes differed by {differ}");
+    }
     if calibration.inflation > 1.0 {
         let _ = writeln!(
             text,
@@ -235,6 +242,7 @@ fn document(input: &CampaignInput, calibration: &Calibration) -> Value {
             json!({ "before": held_out.before, "after": held_out.after, "parts": held_out.parts })
         }),
         "repeatability": repeatability,
+        "scatter": scatter(&calibration.scatter),
         "chi2_per_reading": calibration.lack_of_fit.chi2_per_reading,
         "inflation": calibration.inflation,
         "before": comparison_value(input, &calibration.before),

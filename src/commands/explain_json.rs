@@ -3,11 +3,11 @@
 use std::fmt::Write;
 
 use leak_table::mm2_from_m2;
+use model_lab::Scatter;
 use model_lab::explain::Explanation;
 use model_lab::explain::experiment::Experiment;
 use model_lab::explain::outside::Outside;
 use model_lab::explain::report::FittedParameter;
-use model_lab::scatter::{SOURCES, Scatter};
 use serde_json::{Map, Value, json};
 
 use super::ladder;
@@ -43,11 +43,6 @@ pub fn document(answer: &Explanation, campaign: &str) -> Value {
             })
         })
         .collect();
-    let scatter: Map<String, Value> = SOURCES
-        .iter()
-        .zip(answer.scatter.sizes())
-        .map(|((source, _), size)| (format!("{source:?}"), json!(size)))
-        .collect();
     json!({
         "campaign": campaign,
         "verdict": answer.verdict.id(),
@@ -58,10 +53,17 @@ pub fn document(answer: &Explanation, campaign: &str) -> Value {
         "steps": ladder::value(&answer.steps),
         "residual": answer.outside.as_ref().map(|found| outside(found, &answer.scatter)),
         "lack_of_fit": answer.lack,
-        "repeatability": if answer.scatter.is_known { Value::Object(scatter) } else { Value::Null },
+        "scatter": scatter(&answer.scatter),
         "notes": answer.notes,
         "interrupted": answer.interrupted,
     })
+}
+
+/// How strokes differ from one to the next, one standard deviation, and where that is known from.
+pub fn scatter(scatter: &Scatter) -> Value {
+    let sizes: Map<String, Value> =
+        scatter.sources().map(|(source, size)| (source.name().to_owned(), json!(size))).collect();
+    json!({ "known_from": scatter.origin.id(), "one_sigma": sizes })
 }
 
 /// Fitted parameters, SI.

@@ -2,6 +2,7 @@
 
 use model_lab::Scatter;
 use model_lab::explain::report::StepReport;
+use model_lab::scatter::Origin;
 use report::figures::{StaircaseFigure, StaircaseStep};
 use serde_json::{Value, json};
 
@@ -45,6 +46,6 @@ pub fn figure(title: &str, subtitle: &str, steps: &[StepReport], scatter: &Scatt
                 held_out: step.held_out_normalised_rms,
             })
             .collect(),
-        repeatability: scatter.is_known.then_some(1.0),
+        repeatability: (scatter.origin == Origin::Repeats).then_some(1.0),
     }
 }

@@ -15,6 +15,9 @@ const TOLERANCES: &str = "
 \"pneumatics.solenoid_orifice_area\" = 0.05
 ";
 
+/// A stroke at each of these tells how strokes differ, though none is repeated.
+const SUPPLIES_PSIG: [f64; 6] = [55.0, 65.0, 75.0, 85.0, 95.0, 105.0];
+
 fn sandbox() -> Sandbox {
     let sandbox = Sandbox::new();
     let text = match VALVE.find("[tolerance]") {
@@ -48,6 +51,24 @@ fn changed_parameters_are_found_and_the_rest_is_noise() {
         assert!((after - truth).abs() < 3.0 * error, "{found}");
         assert!(error < 0.05 * truth, "{found}");
     }
+}
+
+#[test]
+fn strokes_that_differ_are_no_missing_physics() {
+    let sandbox = sandbox();
+    Recording { supplies_psig: SUPPLIES_PSIG.to_vec(), scatter: 1.0, ..Recording::default() }.write(&sandbox, VALVE);
+    let answer = calibrated(&sandbox);
+    assert_eq!(answer["verdict"], "explained", "{}", answer["reasons"]);
+    assert_eq!(answer["scatter"]["known_from"], "supposed");
+    assert!(answer["repeatability"].is_null(), "no stroke was repeated");
+    assert!(answer["reasons"][0].as_str().unwrap().contains("repeat one three times"), "{}", answer["reasons"]);
+    for found in answer["parameters"].as_array().unwrap() {
+        let (before, after) = (found["before"].as_f64().unwrap(), found["after"].as_f64().unwrap());
+        let error = found["standard_error"].as_f64().unwrap();
+        assert!((after - before).abs() < 3.5 * error, "nothing was changed: {found}");
+    }
+    let words = sandbox.valve(&["calibrate", "valve.toml", "campaign.toml"]);
+    assert!(shown(&words).contains("what is left looks as if single strokes differed by"), "{}", shown(&words));
 }
 
 #[test]

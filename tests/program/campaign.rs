@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use valve_file::ValveFile;
-use valve_model::{CommandEdge, Conditions, Nodes, Prepared, Run, Valve, simulate};
+use valve_model::{CommandEdge, Conditions, Nodes, ParameterId, Prepared, Run, Valve, simulate};
 
 use crate::support::Sandbox;
 
@@ -37,11 +37,14 @@ pub struct Recording {
     pub noise_mm: f64,
     /// Seed of the noise.
     pub seed: u64,
+    /// By how much single strokes differ: times 1 ms of delay, and 0.3 % of preload, flow and supply pressure (one
+    /// standard deviation).
+    pub scatter: f64,
 }
 
 impl Default for Recording {
     fn default() -> Self {
-        Self { supplies_psig: vec![60.0, 75.0, 90.0], noise_mm: 0.03, seed: 7 }
+        Self { supplies_psig: vec![60.0, 75.0, 90.0], noise_mm: 0.03, seed: 7, scatter: 0.0 }
     }
 }
 
@@ -50,33 +53,41 @@ impl Recording {
     pub fn write(&self, sandbox: &Sandbox, valve_text: &str) {
         let file = ValveFile::parse(valve_text, "recorded").expect("a valid valve");
         let mut noise = Noise(self.seed);
+        let mut differences = Noise(!self.seed);
         let mut campaign = format!("name = \"recorded\"\n\n[sensors]\nposition_noise = \"{} mm\"\n", self.noise_mm);
         for (index, supply) in self.supplies_psig.iter().enumerate() {
             let name = format!("run-{}.csv", index + 1);
-            sandbox.write(&name, &trace(file.valve(), *supply, self.noise_mm, &mut noise));
+            sandbox.write(&name, &self.trace(file.valve(), *supply, &mut noise, &mut differences));
             let _ = write!(campaign, "\n[[run]]\nfile = \"{name}\"\nsupply_pressure = \"{supply} psig\"\n");
         }
         sandbox.write("campaign.toml", &campaign);
     }
-}
 
-fn trace(valve: &Valve, supply_psig: f64, noise_mm: f64, noise: &mut Noise) -> String {
-    let parameters = valve.parameters();
-    let conditions = Conditions {
-        supply_pressure_pa: supply_psig * 6894.757 + parameters.ambient_pressure_pa,
-        ..Conditions::nominal(parameters)
-    };
-    let commands = vec![CommandEdge { time_s: 0.0, close: true }, CommandEdge { time_s: 3.0, close: false }];
-    let run = Run { conditions, commands, end_s: 6.5, driven: None };
-    let mut nodes = Nodes::default();
-    simulate(&[Prepared::new(valve, &run, 5e-4)], false, |_, path, _| nodes = path.clone());
-    let times: Vec<f64> = (0..=3250).map(|row| f64::from(row) * SPACING_S).collect();
-    let mut positions = Vec::new();
-    nodes.positions_at(&times, &mut positions);
-    let mut text = String::from("time_s,command,position_mm\n");
-    for (time, position) in times.iter().zip(&positions) {
-        let command = u8::from(*time < 3.0);
-        let _ = writeln!(text, "{time:.3},{command},{:.4}", position * 1e3 + noise_mm * noise.normal());
+    /// One stroke, as it differs from the others.
+    fn trace(&self, valve: &Valve, supply_psig: f64, noise: &mut Noise, differences: &mut Noise) -> String {
+        let mut parameters = valve.parameters().clone();
+        let mut share = || 1.0 + 3e-3 * self.scatter * differences.normal();
+        let supply_pressure_pa = supply_psig * share() * 6894.757 + parameters.ambient_pressure_pa;
+        for id in [ParameterId::PreloadCompression, ParameterId::FlowCoefficient] {
+            parameters.set(id, parameters.get(id) * share());
+        }
+        let [closes_s, opens_s] = [0.0, 3.0].map(|at_s| at_s + 1e-3 * self.scatter * differences.normal().abs());
+        let conditions = Conditions { supply_pressure_pa, ..Conditions::nominal(&parameters) };
+        let stroke = Valve::new(parameters, valve.switches(), valve.effects().to_vec(), valve.custom().to_vec());
+        let commands =
+            vec![CommandEdge { time_s: closes_s, close: true }, CommandEdge { time_s: opens_s, close: false }];
+        let run = Run { conditions, commands, end_s: 6.5, driven: None };
+        let mut nodes = Nodes::default();
+        let stroke = stroke.expect("a possible valve");
+        simulate(&[Prepared::new(&stroke, &run, 5e-4)], false, |_, path, _| nodes = path.clone());
+        let times: Vec<f64> = (0..=3250).map(|row| f64::from(row) * SPACING_S).collect();
+        let mut positions = Vec::new();
+        nodes.positions_at(&times, &mut positions);
+        let mut text = String::from("time_s,command,position_mm\n");
+        for (time, position) in times.iter().zip(&positions) {
+            let command = u8::from(*time < 3.0);
+            let _ = writeln!(text, "{time:.3},{command},{:.4}", position * 1e3 + self.noise_mm * noise.normal());
+        }
+        text
     }
-    text
 }

@@ -6,6 +6,7 @@ use serde_json::Value;
 use valve_file::ValveFile;
 use valve_model::EffectKind;
 
+use crate::campaign::Recording;
 use crate::support::Sandbox;
 
 /// The testbed valve with an effect that its file does not have.
@@ -158,4 +159,35 @@ fn an_unknown_effect_is_refused_with_the_nearest_name() {
     assert_eq!(output.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&output.stderr).contains("dry-friction"));
     assert!(!output.stderr.is_empty());
+}
+
+#[test]
+fn an_effect_is_found_though_strokes_differ_and_none_was_repeated() {
+    let sandbox = Sandbox::new();
+    let rubs = valve_with(EffectKind::DryFriction, &[Some(45.0), Some(45.0), None]);
+    let supplies_psig = vec![55.0, 65.0, 75.0, 85.0, 95.0, 105.0];
+    Recording { supplies_psig, scatter: 1.0, ..Recording::default() }.write(&sandbox, &rubs.to_string());
+    let output = sandbox.valve(&["explain", "valve.toml", "campaign.toml", "--format", "json"]);
+    let answer: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(answer["verdict"], "effect-found", "{answer:#}");
+    assert_eq!(answer["recommended"], serde_json::json!(["dry-friction"]), "{answer:#}");
+    assert_eq!(answer["scatter"]["known_from"], "supposed");
+    assert!(answer["notes"].to_string().contains("repeat one stroke three times"), "{}", answer["notes"]);
+    let output = sandbox.valve(&[
+        "adopt",
+        "valve.toml",
+        "campaign.toml",
+        "--effect",
+        "dry-friction",
+        "--out",
+        "new.toml",
+        "--format",
+        "json",
+    ]);
+    let adopted: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let steps = adopted["steps"].as_array().expect("a ladder");
+    assert!(steps.last().expect("a step")["normalised_rms"].as_f64().expect("a number") < 1.05, "{adopted:#}");
+    let [found, error] =
+        ["value", "standard_error"].map(|key| adopted["parameters"][0][key].as_f64().expect("a number"));
+    assert!((found - 45.0).abs() < 3.5 * error && error < 5.0, "{found} +- {error} N");
 }

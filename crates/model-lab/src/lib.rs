@@ -4,6 +4,7 @@
 //! a [`Dataset`] holds what was recorded in units of its noise, [`fit()`] brings both together.
 
 pub mod calibrate;
+pub mod certainty;
 pub mod compare;
 pub mod data;
 pub mod explain;

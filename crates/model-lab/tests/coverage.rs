@@ -1,29 +1,18 @@
 //! Whether the 90 % intervals of a calibration hold the truth in 90 % of cases.
 
+mod drawn;
 mod recorded;
 
+use drawn::drawn;
 use model_lab::Space;
 use model_lab::calibrate::{CalibrateOptions, Calibration};
 use rayon::prelude::*;
 use recorded::{Noise, campaign, recorded};
-use valve_file::{Tolerance, ValveFile};
-use valve_model::{Conditions, Valve};
+use valve_file::ValveFile;
+use valve_model::Conditions;
 
 /// Campaigns that are made and calibrated.
 const CAMPAIGNS: u64 = 120;
-
-/// A valve whose tolerated parameters were drawn from their tolerances, and those draws.
-fn drawn(valve: &Valve, tolerances: &[Tolerance], noise: &mut Noise) -> (Valve, Vec<f64>) {
-    let mut parameters = valve.parameters().clone();
-    let mut truth = Vec::new();
-    for tolerance in tolerances {
-        let value = parameters.get(tolerance.parameter) * (tolerance.relative_sigma * noise.normal()).exp();
-        parameters.set(tolerance.parameter, value);
-        truth.push(value);
-    }
-    let drawn = Valve::new(parameters, valve.switches(), Vec::new(), Vec::new()).expect("a possible valve");
-    (drawn, truth)
-}
 
 #[test]
 fn ninety_percent_intervals_hold_the_truth_in_nine_cases_of_ten() {

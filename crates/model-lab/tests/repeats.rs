@@ -44,7 +44,7 @@ fn a_recorder_started_by_hand_shows_the_same_scatter() {
     let [together, by_hand] = [TOGETHER, BY_HAND].map(|waits_s| {
         let data = strokes(&file, waits_s, 0.0);
         let scatter = Scatter::estimate(&data, file.valve());
-        assert!(scatter.is_known);
+        assert!(scatter.is_known());
         let repeatability = Repeatability::of(&data, &scatter).expect("there are repeats");
         (closing_delay_s(&scatter), repeatability.position_m.expect("there are traces"))
     });
@@ -93,5 +93,5 @@ fn a_stroke_that_is_held_for_longer_is_no_repeat() {
         run.run.commands[1].time_s += 0.1 * index as f64;
     }
     assert!(repeats(&data).is_empty());
-    assert!(!Scatter::estimate(&data, file.valve()).is_known);
+    assert!(!Scatter::estimate(&data, file.valve()).is_known());
 }

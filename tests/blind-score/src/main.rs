@@ -31,6 +31,9 @@ struct Arguments {
     /// Repeat conditions with scatter from stroke to stroke; by default in half of the campaigns.
     #[arg(long)]
     repeats: Option<bool>,
+    /// Let strokes scatter even where none is repeated.
+    #[arg(long)]
+    scatter: bool,
     /// Take stroke times only.
     #[arg(long)]
     timings: bool,
@@ -51,6 +54,7 @@ fn main() -> Result<()> {
         weights,
         pressures: arguments.pressures,
         repeats: arguments.repeats,
+        always_scatters: arguments.scatter,
         timings_only: arguments.timings,
         ..DrawSpec::default()
     };
@@ -78,7 +82,11 @@ fn line(scored: &Scored) -> String {
         "{} {:44} {:8} {:.2} mm {:17} {:24} lack {:5.1} left out {:.3} {:5.1} s  {}",
         if scored.is_right() { "ok " } else { "BAD" },
         scored.name,
-        if truth.repeats { "repeats" } else { "" },
+        match (truth.repeats, truth.scatter) {
+            (true, _) => "repeats",
+            (false, Some(_)) => "scatter",
+            (false, None) => "",
+        },
         truth.position_noise_m * 1e3,
         scored.verdict.id(),
         scored.groups.iter().map(|group| group.join("|")).collect::<Vec<_>>().join(" + "),

@@ -29,6 +29,8 @@ pub struct DrawSpec {
     pub pressures: Option<bool>,
     /// Whether conditions are repeated, with scatter from stroke to stroke.
     pub repeats: Option<bool>,
+    /// Whether strokes scatter even where none is repeated.
+    pub always_scatters: bool,
     /// Position noise, one sigma.
     pub position_noise_m: Option<f64>,
     /// Share of campaigns on the testbed valve; the others have a drawn valve.
@@ -47,6 +49,7 @@ impl Default for DrawSpec {
             weights: [0.25, 0.45, 0.15, 0.15],
             pressures: None,
             repeats: None,
+            always_scatters: false,
             position_noise_m: None,
             testbed_share: 0.3,
             timings_only: false,
@@ -148,7 +151,11 @@ fn attempt_draw(
             channels,
             position_noise_m: noise_m,
             timing_noise_s: if spec.timings_only { measure::TIMING_NOISE_S } else { 0.0 },
-            scatter: if spec.timings_only { Some(TIMING_SCATTER) } else { repeats.then_some(SCATTER) },
+            scatter: if spec.timings_only {
+                Some(TIMING_SCATTER)
+            } else {
+                (repeats || spec.always_scatters).then_some(SCATTER)
+            },
             repeats: repeats || spec.timings_only,
         },
     };

@@ -33,6 +33,9 @@ struct Arguments {
     /// Repeat conditions with scatter from stroke to stroke; by default in half of the campaigns.
     #[arg(long)]
     repeats: Option<bool>,
+    /// Let strokes scatter even where none is repeated.
+    #[arg(long)]
+    scatter: bool,
     /// Position noise in millimetres; by default one of 0.03, 0.1 and 0.3.
     #[arg(long, value_name = "MM")]
     noise: Option<f64>,
@@ -76,6 +79,7 @@ fn main() -> ExitCode {
         weights,
         pressures: arguments.pressures,
         repeats: arguments.repeats,
+        always_scatters: arguments.scatter,
         position_noise_m: arguments.noise.map(|mm| mm * 1e-3),
         testbed_share: arguments.testbed_share,
         timings_only: arguments.timings,

@@ -9,6 +9,7 @@ mod identifiability;
 mod polish;
 mod relinearise;
 mod repeatability;
+mod settled;
 mod verdict;
 
 use campaign::Campaign;
@@ -22,8 +23,10 @@ pub use identifiability::{SingularDirection, singular_directions};
 pub use polish::polished;
 pub use relinearise::relinearised;
 pub use repeatability::Repeatability;
-pub use verdict::{LackOfFit, Verdict};
+pub use settled::Settled;
+pub use verdict::{LackOfFit, Verdict, is_within_tolerances};
 
+use crate::certainty::widened;
 use crate::compare::Comparison;
 use crate::data::Dataset;
 use crate::fit::{Fit, FitOptions, fit, inverse, prior_cost};
@@ -143,20 +146,25 @@ impl Calibration {
 
     /// Calibrates a space of tolerated parameters around a valve on a dataset.
     pub fn of(space: &Space, data: &Dataset, valve: &Valve, options: CalibrateOptions) -> Self {
-        let BestFit { fit, scatter, data: straight, start_costs } = best_fit(space, data, valve, options);
-        let clean = scatter.without_scatter(&fit.residual);
-        let lack_of_fit = LackOfFit::new(data, &fit, &scatter, &clean);
+        let (mut found, start_costs) = best_fit(space, data, valve, options);
+        if found.lack_of_fit(data).excess().is_some()
+            && let Some(supposed) = Settled::supposed(data, &found.scatter, &found.fit)
+        {
+            found = supposed.polished();
+        }
+        let lack_of_fit = found.lack_of_fit(data);
         let inflation = lack_of_fit.inflation();
+        let after = Comparison::new(data, &found.fit.valve());
+        let (verdict, reasons) = verdict::judge(&found, &lack_of_fit, &after);
+        let Settled { fit, scatter, data: straight } = found;
         let (information, _) = scatter.normal_equations(&fit.jacobian, &fit.residual);
         let information = information / inflation;
-        let covariance = posterior(space, &information);
+        let covariance = widened(&scatter, &fit, &posterior(space, &information));
         let before = Comparison::new(data, valve);
-        let after = Comparison::new(data, &fit.valve());
         let parameters = parameters(space, &fit, &covariance);
         let held_out =
             if options.hold_out { held_out(space, (data, &straight), &fit, &scatter, &before) } else { None };
         let repeatability = Repeatability::of(data, &scatter);
-        let (verdict, reasons) = verdict::judge(&parameters, &lack_of_fit, &after, repeatability.as_ref());
         Self {
             correlations: correlations(&covariance),
             singular: singular_directions(space, &information),
@@ -188,63 +196,24 @@ impl Calibration {
     }
 }
 
-/// The best of several fits.
-struct BestFit {
-    fit: Fit,
-    scatter: Scatter,
-    /// The data with the scatter of single strokes made linear.
-    data: Dataset,
-    start_costs: Vec<f64>,
-}
-
-/// The best of several fits, the scatter it allows for, and where all of them ended.
-fn best_fit(space: &Space, data: &Dataset, valve: &Valve, options: CalibrateOptions) -> BestFit {
+/// The best of several fits with the scatter it allows for, and the costs at which all of them ended.
+fn best_fit(space: &Space, data: &Dataset, valve: &Valve, options: CalibrateOptions) -> (Settled, Vec<f64>) {
     // The scatter shows in how repeats differ, whatever the model; only its directions need one.
     let mut scatter = Scatter::estimate(data, valve);
     let rough = data.rough();
     let mut fits = followed(space, &rough, &scatter, options);
     let start_costs = fits.iter().map(|fit| fit.cost).collect();
-    let mut straight = data.clone();
-    if scatter.is_known && fits[0].chi2 > HOPELESS * data.residual_count() as f64 && !data.runs.is_empty() {
+    if scatter.is_known() && fits[0].chi2 > HOPELESS * data.residual_count() as f64 && !data.runs.is_empty() {
         // Where physics is missing, a fit that may call misfit scatter follows neither.
-        scatter = Scatter::none();
+        scatter = Scatter::unknown(data);
         fits = followed(space, &rough, &scatter, options);
     }
-    let finely = FitOptions { steps: 6, tolerance: 0.1, ..FitOptions::default() };
-    if let Some(best) = fit(data, &scatter, space, &fits[0].u, finely) {
-        fits[0] = best;
-    }
-    if scatter.is_known {
-        for _ in 0..SCATTER_ROUNDS {
-            let best = &fits[0];
-            let next = relinearised(data, &straight, &scatter, &best.valve());
-            let estimated = Scatter::estimate(&next, &best.valve());
-            let options = FitOptions { steps: 3, tolerance: 0.2, ..FitOptions::default() };
-            let Some(again) = fit(&next, &estimated, space, &best.u, options) else { break };
-            // A model that is far from the data takes their misfit for scatter; that gets worse, not better.
-            if again.cost > best.cost {
-                break;
-            }
-            let settled = best.cost - again.cost < SCATTER_SETTLED;
-            (fits, scatter, straight) = (vec![again], estimated, next);
-            if settled {
-                break;
-            }
-        }
-    }
-    let fit = polished(&straight, &scatter, fits.swap_remove(0));
-    BestFit { fit, scatter, data: straight, start_costs }
+    (Settled::new(data, scatter, fits.swap_remove(0)).polished(), start_costs)
 }
-
-/// Times that the scatter of single strokes is made linear about what it most likely is.
-const SCATTER_ROUNDS: usize = 6;
 
 /// chi-squared per reading beyond which scatter between strokes is not what is wrong, even before it
 /// was made linear.
 const HOPELESS: f64 = 6.0;
-
-/// Change of the cost below which they are linear enough.
-const SCATTER_SETTLED: f64 = 10.0;
 
 /// Fits from several starts, best first: a little at first, the best of them to its end.
 fn followed(space: &Space, data: &Dataset, scatter: &Scatter, options: CalibrateOptions) -> Vec<Fit> {

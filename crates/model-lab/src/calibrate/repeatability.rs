@@ -2,7 +2,7 @@
 
 use crate::data::{Channel, Dataset, RunData};
 use crate::repeats::{Repeats, repeats};
-use crate::scatter::{SOURCES, Scatter, Source};
+use crate::scatter::Scatter;
 
 /// The scatter between repeated strokes: no model can be closer to a single stroke than that.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,12 +30,7 @@ impl Repeatability {
             (None, None) => return None,
         };
         let normalised = (1.0 + ratio.max(0.0)).sqrt();
-        let sources = SOURCES
-            .iter()
-            .zip(scatter.sizes())
-            .filter(|(_, size)| *size > 0.0)
-            .map(|((source, _), size)| (source_name(*source), size))
-            .collect();
+        let sources = scatter.sources().map(|(source, size)| (source.name(), size)).collect();
         Some(Self {
             position_m: traces.map(|(variance, _)| variance.max(0.0).sqrt()),
             normalised,
@@ -94,13 +89,4 @@ fn time_variance(data: &Dataset) -> Option<f64> {
         }
     }
     (freedom > 0.0).then(|| sum / freedom - data.timing_noise_s.powi(2))
-}
-
-fn source_name(source: Source) -> &'static str {
-    match source {
-        Source::CloseDelay => "closing delay (s)",
-        Source::OpenDelay => "opening delay (s)",
-        Source::Parameter(id) => id.key(),
-        Source::Supply => "supply pressure",
-    }
 }

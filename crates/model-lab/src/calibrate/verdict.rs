@@ -1,12 +1,14 @@
 //! Whether tolerances, noise and repeatability explain a campaign, or something is missing.
 
-use super::CalibratedParameter;
-use super::repeatability::Repeatability;
+use valve_model::ParameterId;
+
+use super::Settled;
 use crate::compare::Comparison;
 use crate::compare::averages::{LongAverage, long_averages};
 use crate::data::{Dataset, RunData};
 use crate::fit::Fit;
-use crate::scatter::Scatter;
+use crate::scatter::{Origin, Scatter};
+use crate::space::Target;
 
 /// Residuals are more than noise when an average exceeds it by this many standard deviations ...
 const EXCESS_SIGMAS: f64 = 4.5;
@@ -55,14 +57,15 @@ pub struct LackOfFit {
 }
 
 impl LackOfFit {
-    pub(super) fn new(data: &Dataset, fit: &Fit, scatter: &Scatter, clean: &[f64]) -> Self {
+    pub(super) fn new(data: &Dataset, fit: &Fit, scatter: &Scatter) -> Self {
+        let clean = scatter.without_scatter(&fit.residual);
         let readings = fit.residual.len();
         let chi2 = scatter.dot(&fit.residual, &fit.residual);
         let free = readings.saturating_sub(fit.u.len()).max(1);
         Self {
             chi2_per_reading: chi2 / free as f64,
             readings,
-            averages: long_averages(&data.runs.iter().collect::<Vec<&RunData>>(), clean),
+            averages: long_averages(&data.runs.iter().collect::<Vec<&RunData>>(), &clean),
             least_excess: if data.noise_is_stated { LEAST_EXCESS } else { LEAST_EXCESS_ESTIMATED },
         }
     }
@@ -90,44 +93,67 @@ impl LackOfFit {
     }
 }
 
-/// The verdict and its reasons.
-pub(super) fn judge(
-    parameters: &[CalibratedParameter],
-    lack: &LackOfFit,
-    after: &Comparison,
-    repeatability: Option<&Repeatability>,
-) -> (Verdict, Vec<String>) {
-    let mut reasons = Vec::new();
-    for parameter in parameters.iter().filter(|parameter| parameter.shift.abs() > FAR_SHIFT) {
-        reasons.push(format!("{} would have to be {:.1} tolerances off", parameter.id.key(), parameter.shift));
-    }
-    let together: f64 = parameters.iter().map(|parameter| parameter.shift.powi(2)).sum();
-    let count = parameters.len() as f64;
+/// What is wrong with where a fit had to go: parameters too far from where they are believed to be.
+fn strayed(shifts: &[(ParameterId, f64)]) -> Vec<String> {
+    let far = shifts.iter().filter(|(_, shift)| shift.abs() > FAR_SHIFT);
+    let mut reasons: Vec<String> =
+        far.map(|(id, shift)| format!("{} would have to be {shift:.1} tolerances off", id.key())).collect();
+    let together: f64 = shifts.iter().map(|(_, shift)| shift.powi(2)).sum();
+    let count = shifts.len() as f64;
     if reasons.is_empty() && (together - count) / (2.0 * count).sqrt() > FAR_TOGETHER {
         reasons.push(format!(
             "the parameters together would have to be further off than their tolerances allow \
              (sum of squares {together:.0} for {count} of them)"
         ));
     }
+    reasons
+}
+
+/// The verdict and its reasons.
+pub(super) fn judge(found: &Settled, lack: &LackOfFit, after: &Comparison) -> (Verdict, Vec<String>) {
+    let mut reasons = strayed(&shifts(&found.fit));
     if let Some(excess) = lack.excess() {
         let over = if excess.average_s > 0.0 {
             format!("averages of the error over {:.0} ms are", excess.average_s * 1e3)
         } else {
             "the error is".to_owned()
         };
-        let than = if repeatability.is_some() { "noise and scatter between strokes allow" } else { "noise allows" };
+        let than = match found.scatter.origin {
+            Origin::Unknown => "noise allows",
+            Origin::Repeats | Origin::Supposed => "noise and scatter between strokes allow",
+        };
         reasons.push(format!("{over} {:.2} times larger than {than}", excess.mean_square.sqrt()));
         reasons.extend(after.words().into_iter().map(|words| format!("still wrong, {words}")));
     }
     if !reasons.is_empty() {
         return (Verdict::BeyondTolerance, reasons);
     }
-    let reason = match repeatability {
-        Some(_) => "calibration and repeatability explain everything",
-        None => {
-            "calibration within the tolerances explains everything; without repeated strokes, \
-                 scatter from stroke to stroke is unknown"
-        }
+    let reason = match found.scatter.origin {
+        Origin::Repeats => "calibration and repeatability explain everything".to_owned(),
+        Origin::Unknown => "calibration within the tolerances explains everything; without repeated strokes, \
+                            scatter from stroke to stroke is unknown"
+            .to_owned(),
+        Origin::Supposed => format!(
+            "calibration within the tolerances explains everything if single strokes differ by {}; none was \
+             repeated: repeat one three times or more to see whether they do",
+            found.scatter.words()
+        ),
     };
-    (Verdict::Explained, vec![reason.to_owned()])
+    (Verdict::Explained, vec![reason])
+}
+
+/// Whether no parameter had to go further than its tolerance lets it.
+pub fn is_within_tolerances(fit: &Fit) -> bool {
+    strayed(&shifts(fit)).is_empty()
+}
+
+/// How far every parameter moved, in tolerances.
+fn shifts(fit: &Fit) -> Vec<(ParameterId, f64)> {
+    let moved = fit.space.coordinates.iter().zip(&fit.u);
+    moved
+        .filter_map(|(coordinate, u)| match coordinate.target {
+            Target::Base(id) => Some((id, *u)),
+            _ => None,
+        })
+        .collect()
 }

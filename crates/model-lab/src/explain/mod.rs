@@ -22,6 +22,7 @@ use crate::data::Dataset;
 use crate::fit::{Fit, FitOptions, fit};
 use crate::scatter::Scatter;
 use crate::space::Space;
+use search::Found;
 use view::View;
 
 pub use report::{Explanation, Verdict};
@@ -86,8 +87,8 @@ impl Watch<'_> {
 /// The model calibrated within its tolerances, and the scatter of strokes that the repeats show.
 #[derive(Debug, Clone)]
 pub struct Calibrated {
-    /// The residuals of the datasheet's values, in units of the noise.
-    pub datasheet_rms: f64,
+    /// The datasheet's values.
+    pub datasheet: Fit,
     /// The calibrated model.
     pub fit: Fit,
     /// The scatter from stroke to stroke.
@@ -96,7 +97,7 @@ pub struct Calibrated {
 
 /// Calibrates a space on a dataset: several starts, scatter estimated where strokes are repeated.
 pub fn calibrated(data: &Dataset, space: &Space) -> Option<Calibrated> {
-    let none = Scatter::none();
+    let none = Scatter::unknown(data);
     let start = space.start();
     let shifted = |by: f64| -> Vec<f64> { start.iter().map(|u| u + by).collect() };
     let rough = data.rough();
@@ -109,10 +110,10 @@ pub fn calibrated(data: &Dataset, space: &Space) -> Option<Calibrated> {
     let best = fit(&rough, &none, space, &best.u, FitOptions { steps: 10, ..FitOptions::default() })?;
     let mut best = fit(data, &none, space, &best.u, FitOptions::default())?;
     let scatter = Scatter::estimate(data, &best.valve());
-    if scatter.is_known {
+    if scatter.is_known() {
         best = fit(data, &scatter, space, &best.u, FitOptions::default())?;
     }
-    Some(Calibrated { datasheet_rms: datasheet.normalised_rms(&scatter), fit: best, scatter })
+    Some(Calibrated { datasheet, fit: best, scatter })
 }
 
 /// Root mean square of the residuals up to which a calibrated model shows the scatter of strokes well
@@ -122,14 +123,18 @@ const SHOWS_SCATTER: f64 = 1.5;
 /// Explains what a model lacks on a dataset; nothing if not even the valve file's own values can be
 /// simulated.
 pub fn explain(data: &Dataset, space: &Space, watch: &Watch<'_>) -> Option<Explanation> {
-    let Calibrated { datasheet_rms, fit: mut base, scatter } = calibrated(data, space)?;
-    watch.tell(Progress::Calibrated { normalised_rms: base.normalised_rms(&scatter) });
-    let mut view = View::new(data.clone(), scatter);
-    if view.scatter.is_known && base.normalised_rms(&view.scatter) < SHOWS_SCATTER {
+    let Calibrated { datasheet, fit, scatter } = calibrated(data, space)?;
+    watch.tell(Progress::Calibrated { normalised_rms: fit.normalised_rms(&scatter) });
+    let found = searched(data, View::new(data.clone(), scatter), fit, watch);
+    Some(report::assemble(datasheet.normalised_rms(&found.view.scatter), &found, watch))
+}
+
+/// Searches from a calibrated model, with the scatter of strokes seen through it where it shows that.
+fn searched(data: &Dataset, mut view: View, mut base: Fit, watch: &Watch<'_>) -> Found {
+    if view.scatter.is_known() && base.normalised_rms(&view.scatter) < SHOWS_SCATTER {
         view = view.through(data, &base);
         base = view.finely(&base);
     }
     base = polished(&view.fine, &view.scatter, base);
-    let found = search::search(data, view, base, watch);
-    Some(report::assemble(datasheet_rms, &found, watch))
+    search::search(data, view, base, watch)
 }

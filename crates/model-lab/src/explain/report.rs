@@ -7,12 +7,13 @@ use super::experiment::{Experiment, best_experiment};
 use super::held_out::held_out_rms;
 use super::model::{Model, is_practical};
 use super::outside::{Outside, outside};
-use super::search::{Found, INEXACT, excess, fits};
+use super::search::{Found, INEXACT, excess};
 use super::twins::{Twin, twins};
-use super::view::View;
+use super::view::{View, fits};
 use super::{Progress, Watch};
+use crate::certainty::widened;
 use crate::fit::Fit;
-use crate::scatter::Scatter;
+use crate::scatter::{Origin, Scatter};
 
 /// The verdict.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -208,11 +209,16 @@ pub(super) fn assemble(datasheet_rms: f64, found: &Found, watch: &Watch<'_>) -> 
         (false, false) if group > LARGEST_GROUP => Verdict::NotEnoughData,
         (false, false) => Verdict::EffectFound,
     };
-    if !scatter.is_known {
-        notes.push(
+    match scatter.origin {
+        Origin::Repeats => {}
+        Origin::Unknown => notes.push(
             "no condition was repeated, so the scatter from stroke to stroke is unknown; repeats would show whether small effects are real"
                 .into(),
-        );
+        ),
+        Origin::Supposed => notes.push(format!(
+            "no condition was repeated; what is left looks as if single strokes differed by {} (one standard deviation), and this answer takes it for that: repeat one stroke three times or more to see whether they do",
+            scatter.words()
+        )),
     }
     if interrupted {
         notes.push("the search was cut short; this is what was known by then".into());
@@ -240,6 +246,7 @@ pub(super) fn assemble(datasheet_rms: f64, found: &Found, watch: &Watch<'_>) -> 
 pub fn fitted_parameters(fit: &Fit, kinds: &[EffectKind], scatter: &Scatter) -> Vec<FittedParameter> {
     // What is left above the noise makes every parameter less sure.
     let inflation = fit.normalised_rms(scatter).max(1.0);
+    let covariance = widened(scatter, fit, &(inflation * inflation * &fit.covariance));
     let mut all = Vec::new();
     for kind in kinds {
         let Some(values) = fit.space.effect_values(*kind, &fit.u) else { continue };
@@ -258,7 +265,7 @@ pub fn fitted_parameters(fit: &Fit, kinds: &[EffectKind], scatter: &Scatter) -> 
             let mut variance = 0.0;
             for (i, a) in slopes.iter().enumerate() {
                 for (j, b) in slopes.iter().enumerate() {
-                    variance += a[index] * fit.covariance[(i, j)] * b[index];
+                    variance += a[index] * covariance[(i, j)] * b[index];
                 }
             }
             all.push(FittedParameter {
@@ -266,7 +273,7 @@ pub fn fitted_parameters(fit: &Fit, kinds: &[EffectKind], scatter: &Scatter) -> 
                 name: parameter.name,
                 unit: parameter.si_unit,
                 value: values[index],
-                sigma: variance.max(0.0).sqrt() * inflation,
+                sigma: variance.max(0.0).sqrt(),
             });
         }
     }

@@ -8,9 +8,9 @@ use valve_model::EffectKind;
 use super::candidate::{Effort, Started, add_effect, carried_on, finished, hope, promised_gain, seen, start_effects};
 use super::lack::lack_of_fit;
 use super::model::{Model, is_practical, least_size, penalty, practical_kinds};
-use super::view::View;
-use super::{Progress, Watch};
-use crate::calibrate::polished;
+use super::view::{View, fits};
+use super::{Progress, Watch, searched};
+use crate::calibrate::{Settled, polished};
 use crate::data::Dataset;
 use crate::fit::Fit;
 use crate::scatter::Scatter;
@@ -32,17 +32,6 @@ const AGREE: f64 = 2.5;
 
 /// Gain beyond which they need not: while a second effect is missing, the first one may cost some of them.
 const BEYOND_DOUBT: f64 = 1000.0;
-
-/// Lack of fit, in standard deviations of noise, below which nothing more is looked for.
-pub const FITS: f64 = 5.0;
-
-/// The same where strokes scatter: what the scatter's few directions leave is not quite noise.
-const FITS_SCATTERED: f64 = 12.0;
-
-/// Lack of fit below which nothing more is looked for.
-pub fn fits(scatter: &Scatter) -> f64 {
-    if scatter.is_known { FITS_SCATTERED } else { FITS }
-}
 
 /// Most effects that are ever combined.
 const DEEPEST: usize = 3;
@@ -172,6 +161,9 @@ impl Search<'_> {
             }
             self.watch.tell(Progress::Accepted { kinds: best.kinds.clone(), lack });
             self.accept(best.clone());
+            if let Some(found) = self.if_strokes_scatter(lack) {
+                return found;
+            }
             if interrupted || depth > 0 && !self.leads_somewhere(&best) {
                 break;
             }
@@ -192,6 +184,11 @@ impl Search<'_> {
             depth += 1;
         }
         let lack = self.lack(&self.last().fit);
+        if self.steps.len() == 1
+            && let Some(found) = self.if_strokes_scatter(lack)
+        {
+            return found;
+        }
         Found {
             view: self.view.clone(),
             steps: self.steps.clone(),
@@ -200,6 +197,29 @@ impl Search<'_> {
             lack,
             interrupted,
         }
+    }
+
+    /// What is found if strokes of which none was repeated scatter, where that explains what the calibrated model
+    /// or the last accepted one leaves.
+    fn if_strokes_scatter(&self, lack: f64) -> Option<Found> {
+        if lack < fits(&self.view.scatter) {
+            return None;
+        }
+        let seen_through = |model: &Model| {
+            if self.watch.is_stopped() {
+                return None;
+            }
+            let Settled { fit, scatter, data } = Settled::supposed(self.recorded, &self.view.scatter, &model.fit)?;
+            self.watch.tell(Progress::Doing("what is missing if strokes differ though none was repeated"));
+            let view = View::new(data, scatter);
+            let base = if model.kinds.is_empty() { fit } else { view.finely(&self.steps[0].fit) };
+            let found = searched(self.recorded, view, base, self.watch);
+            let last = &found.steps[found.steps.len() - 1];
+            (found.view.explains(&last.fit) && !found.interrupted).then_some(found)
+        };
+        let last = self.last();
+        let others = if last.kinds.is_empty() { None } else { Some(last) };
+        [&self.steps[0]].into_iter().chain(others).find_map(seen_through)
     }
 
     /// Puts a model behind those with fewer effects, in place of any other.
@@ -259,7 +279,7 @@ impl Search<'_> {
 
     /// The same, if that model explains the data down to the noise; otherwise nothing is changed.
     fn explained(&mut self, tried: &[Model], needed: f64) -> Option<(Vec<Model>, Option<Model>)> {
-        let bound = if self.view.scatter.is_known { ALMOST_FITS } else { NEARLY_FITS };
+        let bound = if self.view.scatter.is_known() { ALMOST_FITS } else { NEARLY_FITS };
         tried.first().filter(|best| best.fit.normalised_rms(&self.view.scatter) < bound)?;
         let (view, steps) = (self.view.clone(), self.steps.clone());
         let mut tried = tried.to_vec();
@@ -384,7 +404,7 @@ impl Search<'_> {
 
     /// Whether strokes are repeated and a model is near enough to them to show how they scatter.
     fn shows_scatter(&self, model: &Model, rms: f64) -> bool {
-        self.view.scatter.is_known && model.fit.normalised_rms(&self.view.scatter) < rms
+        self.view.scatter.is_known() && model.fit.normalised_rms(&self.view.scatter) < rms
     }
 
     /// Sees the scatter through a better model, and the accepted models with that scatter.
@@ -397,7 +417,7 @@ impl Search<'_> {
     fn clearest(&self, model: &Fit, mut least: f64) -> View {
         let mut clearest = self.view.clone();
         // Anew: nothing of what worse models made of the strokes.
-        let mut view = View::new(self.recorded.clone(), Scatter::estimate(self.recorded, &model.valve()));
+        let mut view = View::new(self.recorded.clone(), self.view.scatter.seen_through(self.recorded, model));
         let mut fit = model.clone();
         let mut in_vain = 0;
         for _ in 0..LOOKS {

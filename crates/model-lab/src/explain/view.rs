@@ -1,7 +1,8 @@
 //! A campaign as a search sees it: how finely it is simulated, and how its strokes scatter.
 
 use super::impression::Impression;
-use crate::calibrate::relinearised;
+use super::lack::lack_of_fit;
+use crate::calibrate::{is_within_tolerances, relinearised};
 use crate::data::Dataset;
 use crate::fit::{Fit, FitOptions, fit};
 use crate::scatter::Scatter;
@@ -14,6 +15,17 @@ const SETTLED: f64 = 5.0;
 
 /// Rise of the cost from which it got worse.
 const WORSE: f64 = 1.5;
+
+/// Lack of fit, in standard deviations of noise, below which nothing more is looked for.
+pub const FITS: f64 = 5.0;
+
+/// The same where strokes scatter: what the scatter's few directions leave is not quite noise.
+const FITS_SCATTERED: f64 = 12.0;
+
+/// Lack of fit below which nothing more is looked for.
+pub fn fits(scatter: &Scatter) -> f64 {
+    if scatter.is_known() { FITS_SCATTERED } else { FITS }
+}
 
 /// A campaign with the scatter of its strokes, for the search and for its results.
 #[derive(Debug, Clone)]
@@ -45,7 +57,7 @@ impl View {
         for _ in 0..ROUNDS {
             let valve = best.valve();
             let straight = relinearised(recorded, &view.fine, &view.scatter, &valve);
-            let scatter = Scatter::estimate(&straight, &valve);
+            let scatter = view.scatter.seen_through(&straight, &best);
             let next = Self::new(straight, scatter);
             let again = refitted(&next.rough, &next.scatter, &best, 2);
             // A model that is far from the data takes their misfit for scatter; that gets worse, not better.
@@ -60,6 +72,12 @@ impl View {
             }
         }
         view
+    }
+
+    /// Whether a model with believable parameters leaves no more than noise.
+    pub fn explains(&self, model: &Fit) -> bool {
+        let left = lack_of_fit(&self.fine, &self.scatter.without_scatter(&model.residual));
+        left < fits(&self.scatter) && is_within_tolerances(model)
     }
 
     /// A fit carried on in the rough simulation.

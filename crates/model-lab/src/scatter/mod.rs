@@ -2,16 +2,21 @@
 //!
 //! Each unit (a run, or a row of stroke times) has a few nuisance directions D: what its record would
 //! change by if the solenoid answered a little later, or the preload, the flow or the supply were a
-//! little off in this one stroke. Their variances come from the repeats of a campaign alone; with them
-//! the residuals of a unit have the covariance 1 + D S D' in units of the sensor noise.
+//! little off in this one stroke. With their variances S the residuals of a unit have the covariance
+//! 1 + D S D' in units of the sensor noise. Variances come from the repeats of a campaign, whatever the
+//! model; where nothing was repeated, they can only be supposed from what a model leaves.
 
+mod directions;
+mod of_repeats;
+mod supposed;
+
+use directions::layout;
 use nalgebra::{DMatrix, DVector, DVectorView};
 use rayon::prelude::*;
-use valve_model::{CommandEdge, ParameterId, Valve};
+use valve_model::ParameterId;
 
 use crate::data::Dataset;
-use crate::forward::residuals;
-use crate::repeats::{Repeats, repeats};
+use crate::fit::Fit;
 
 /// What scatters from stroke to stroke.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -26,6 +31,18 @@ pub enum Source {
     Supply,
 }
 
+impl Source {
+    /// Its name, with the unit of its size where that is no share.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::CloseDelay => "closing delay (s)",
+            Self::OpenDelay => "opening delay (s)",
+            Self::Parameter(id) => id.key(),
+            Self::Supply => "supply pressure",
+        }
+    }
+}
+
 /// All sources that are looked for, with the size of one unit of each: 1 ms, or a share of 0.3 %. Of the two
 /// flows, which are much alike, only the one counts that the repeats like better.
 pub const SOURCES: [(Source, f64); 6] = [
@@ -37,6 +54,38 @@ pub const SOURCES: [(Source, f64); 6] = [
     (Source::Supply, 3e-3),
 ];
 
+/// Flow through the solenoid alone, and through every orifice.
+const FLOWS: [Source; 2] =
+    [Source::Parameter(ParameterId::SolenoidOrificeArea), Source::Parameter(ParameterId::FlowCoefficient)];
+
+/// A variance below this, in units squared, is none.
+const LEAST_VARIANCE: f64 = 1e-3;
+
+/// Rounds of expectation and maximisation.
+const EM_ROUNDS: usize = 300;
+
+/// Where the scatter of a dataset is known from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Origin {
+    /// It is not; the sensor noise is all there is.
+    Unknown,
+    /// From strokes that were repeated.
+    Repeats,
+    /// From what a model leaves of strokes of which none was repeated.
+    Supposed,
+}
+
+impl Origin {
+    /// Its name in files.
+    pub fn id(self) -> &'static str {
+        match self {
+            Self::Unknown => "unknown",
+            Self::Repeats => "repeats",
+            Self::Supposed => "supposed",
+        }
+    }
+}
+
 /// The scatter of a dataset from stroke to stroke.
 #[derive(Debug, Clone)]
 pub struct Scatter {
@@ -44,8 +93,8 @@ pub struct Scatter {
     common: Option<Common>,
     /// Variance of each source in its units squared; zero for all where repeats are missing or agree.
     pub variances: [f64; SOURCES.len()],
-    /// Whether the campaign has repeats to tell it from.
-    pub is_known: bool,
+    /// Where they are known from.
+    pub origin: Origin,
 }
 
 /// Delays that all strokes share: a scatter of delays never goes below zero, so that it has a mean,
@@ -95,53 +144,45 @@ struct UnitScatter {
 }
 
 impl Scatter {
-    /// No scatter: the sensor noise is all there is.
+    /// No scatter that is known of: the sensor noise is all there is.
+    pub fn unknown(data: &Dataset) -> Self {
+        let stroke = |(start, end): (usize, usize)| UnitScatter {
+            start,
+            end,
+            directions: DMatrix::zeros(end - start, 0),
+            kernel: None,
+        };
+        Self { units: layout(data).into_iter().map(stroke).collect(), ..Self::none() }
+    }
+
+    /// The same where strokes are not told apart.
     pub fn none() -> Self {
-        Self { units: Vec::new(), common: None, variances: [0.0; SOURCES.len()], is_known: false }
+        Self { units: Vec::new(), common: None, variances: [0.0; SOURCES.len()], origin: Origin::Unknown }
     }
 
-    /// Estimates the scatter from the repeats of a dataset, with the directions of a valve that fits it
-    /// (expectation and maximisation over the deviations from each group's mean).
-    pub fn estimate(data: &Dataset, valve: &Valve) -> Self {
-        let layout = layout(data);
-        let groups = repeats(data);
-        if groups.is_empty() {
-            return Self::none();
-        }
-        let directions = directions(data, valve);
-        let base = &residuals(data, core::slice::from_ref(valve))[0];
-        // Deviations from the group's mean lose one degree of freedom in each group.
-        let mut samples: Vec<Sample> = Vec::new();
-        for Repeats { units, places } in &groups {
-            let rows: Vec<Vec<usize>> = units
-                .iter()
-                .zip(places)
-                .map(|(unit, places)| places.iter().map(|place| layout[*unit].0 + place.nearest()).collect())
-                .collect();
-            let repeats = units.len() as f64;
-            let mean: Vec<f64> =
-                (0..rows[0].len()).map(|i| rows.iter().map(|rows| base[rows[i]]).sum::<f64>() / repeats).collect();
-            let share = 1.0 - 1.0 / repeats;
-            for rows in &rows {
-                let d = matrix(&directions, rows);
-                let deviation =
-                    DVector::from_iterator(rows.len(), rows.iter().zip(&mean).map(|(row, m)| base[*row] - m));
-                samples.push(Sample { gram: d.transpose() * &d, projection: d.transpose() * deviation, share });
-            }
-        }
-        let [solenoid, all_orifices] =
-            FLOWS.map(|flow| likeliest(&samples, FLOWS.iter().find(|other| **other != flow)));
-        let (mut variances, _) = if all_orifices.1 > solenoid.1 { all_orifices } else { solenoid };
-        // What is far below a hundredth of a unit is nothing.
-        for variance in &mut variances {
-            if *variance < 1e-3 {
-                *variance = 0.0;
-            }
-        }
-        Self::assemble(&layout, &directions, variances)
+    /// Whether strokes are taken to scatter at all.
+    pub fn is_known(&self) -> bool {
+        self.origin != Origin::Unknown
     }
 
-    fn assemble(layout: &[(usize, usize)], directions: &[Vec<f64>], variances: [f64; SOURCES.len()]) -> Self {
+    /// The scatter of the same origin as it is seen through a model that fits better.
+    #[must_use]
+    pub fn seen_through(&self, data: &Dataset, model: &Fit) -> Self {
+        match self.origin {
+            Origin::Unknown => Self::unknown(data),
+            Origin::Repeats => Self::estimate(data, &model.valve()),
+            Origin::Supposed => Self::supposed(data, model),
+        }
+    }
+
+    /// The scatter with these variances in the units of [`SOURCES`] squared; what is far below one is none.
+    fn assemble(
+        layout: &[(usize, usize)],
+        directions: &[Vec<f64>],
+        variances: [f64; SOURCES.len()],
+        origin: Origin,
+    ) -> Self {
+        let variances = variances.map(|variance| if variance < LEAST_VARIANCE { 0.0 } else { variance });
         let active: Vec<usize> = (0..SOURCES.len()).filter(|source| variances[*source] > 0.0).collect();
         let units: Vec<UnitScatter> = layout
             .iter()
@@ -156,7 +197,7 @@ impl Scatter {
                 UnitScatter { start: *start, end: *end, directions, kernel }
             })
             .collect();
-        Self { units, common: None, variances, is_known: true }.with_common()
+        Self { units, common: None, variances, origin }.with_common()
     }
 
     /// The sources that do scatter, by index into [`SOURCES`]: those of the directions of every unit.
@@ -206,7 +247,7 @@ impl Scatter {
             units.push(UnitScatter { start, end, ..unit.clone() });
             start = end;
         }
-        Self { units, common: None, variances: self.variances, is_known: self.is_known }.with_common()
+        Self { units, common: None, variances: self.variances, origin: self.origin }.with_common()
     }
 
     /// W v with the scatter of the single strokes alone.
@@ -269,7 +310,7 @@ impl Scatter {
     pub fn normal_equations(&self, columns: &[Vec<f64>], residual: &[f64]) -> (DMatrix<f64>, DVector<f64>) {
         let n = columns.len();
         // By stretches of rows that stay in the cache until every pair of columns has used them.
-        let stretches: Vec<(usize, usize)> = if self.units.is_empty() {
+        let stretches: Vec<(usize, usize)> = if self.units.iter().all(|unit| unit.kernel.is_none()) {
             (0..residual.len()).step_by(STRETCH).map(|from| (from, residual.len().min(from + STRETCH))).collect()
         } else {
             self.units.iter().map(|unit| (unit.start, unit.end)).collect()
@@ -279,7 +320,7 @@ impl Scatter {
             .enumerate()
             .map(|(index, (start, end))| {
                 let rows: Vec<&[f64]> = columns.iter().map(|column| &column[*start..*end]).collect();
-                normal_part(&rows, &residual[*start..*end], self.units.get(index))
+                normal_part(&rows, &residual[*start..*end], self.units.get(index).filter(|unit| unit.kernel.is_some()))
             })
             .collect();
         let mut matrix = DMatrix::zeros(n, n);
@@ -299,6 +340,15 @@ impl Scatter {
             }
         }
         (matrix, vector)
+    }
+
+    /// J'WJ and J'Wr of every stroke alone; nothing where strokes are not told apart.
+    pub fn by_stroke(&self, columns: &[Vec<f64>], residual: &[f64]) -> Vec<(DMatrix<f64>, DVector<f64>)> {
+        let part = |unit: &UnitScatter| {
+            let rows: Vec<&[f64]> = columns.iter().map(|column| &column[unit.start..unit.end]).collect();
+            normal_part(&rows, &residual[unit.start..unit.end], Some(unit))
+        };
+        self.units.par_iter().map(part).collect()
     }
 
     /// The residuals with the most likely scatter of each stroke taken out.
@@ -341,84 +391,33 @@ impl Scatter {
         delays.map(|(_, size)| size).fold(0.0, f64::max)
     }
 
+    /// What scatters, and one standard deviation of it, s or a share.
+    pub fn sources(&self) -> impl Iterator<Item = (Source, f64)> {
+        SOURCES.iter().zip(self.sizes()).filter(|(_, size)| *size > 0.0).map(|((source, _), size)| (*source, size))
+    }
+
+    /// The same in words.
+    pub fn words(&self) -> String {
+        let words: Vec<String> = self
+            .sources()
+            .map(|(source, size)| match source {
+                Source::CloseDelay => format!("{:.1} ms of delay to close", size * 1e3),
+                Source::OpenDelay => format!("{:.1} ms of delay to open", size * 1e3),
+                Source::Parameter(id) => format!("{:.2} % of {}", size * 1e2, id.key()),
+                Source::Supply => format!("{:.2} % of supply pressure", size * 1e2),
+            })
+            .collect();
+        if words.is_empty() { "nothing".to_owned() } else { words.join(", ") }
+    }
+
     /// One standard deviation of each source, in the units of [`SOURCES`] times their size (s, or a share).
     pub fn sizes(&self) -> [f64; SOURCES.len()] {
         core::array::from_fn(|source| self.variances[source].sqrt() * SOURCES[source].1)
     }
 }
 
-/// Flow through the solenoid alone, and through every orifice.
-const FLOWS: [Source; 2] =
-    [Source::Parameter(ParameterId::SolenoidOrificeArea), Source::Parameter(ParameterId::FlowCoefficient)];
-
 /// Rows of a Jacobian that are multiplied at once.
 const STRETCH: usize = 2048;
-
-/// Rounds of expectation and maximisation.
-const EM_ROUNDS: usize = 300;
-
-/// One stroke of a group of repeats, as it differs from their mean.
-struct Sample {
-    /// D'D.
-    gram: DMatrix<f64>,
-    /// D' times the deviation.
-    projection: DVector<f64>,
-    /// Share of the variance that a deviation from the mean has.
-    share: f64,
-}
-
-/// The most likely variances of all sources but one, by expectation and maximisation (Dempster, Laird and
-/// Rubin 1977), and the logarithm of their likelihood up to a constant.
-fn likeliest(samples: &[Sample], without: Option<&Source>) -> ([f64; SOURCES.len()], f64) {
-    let used: Vec<usize> = (0..SOURCES.len()).filter(|source| Some(&SOURCES[*source].0) != without).collect();
-    let n = used.len();
-    let part = |sample: &Sample| {
-        let gram = DMatrix::from_fn(n, n, |i, j| sample.gram[(used[i], used[j])] / sample.share);
-        (gram, DVector::from_fn(n, |i, _| sample.projection[used[i]] / sample.share))
-    };
-    let parts: Vec<(DMatrix<f64>, DVector<f64>, f64)> = samples
-        .iter()
-        .map(|sample| {
-            let (gram, projection) = part(sample);
-            (gram, projection, sample.share)
-        })
-        .collect();
-    let freedom: f64 = samples.iter().map(|sample| sample.share).sum();
-    let mut variances = vec![1.0; n];
-    // A deviation from the mean scatters less by its share, and so does its sensor noise.
-    let precision = |gram: &DMatrix<f64>, variances: &[f64], share: f64| {
-        let mut precision = gram.clone();
-        for (index, variance) in variances.iter().enumerate() {
-            precision[(index, index)] += 1.0 / (variance * share).max(1e-12);
-        }
-        precision
-    };
-    for _ in 0..EM_ROUNDS {
-        let mut sums = vec![0.0; n];
-        for (gram, projection, share) in &parts {
-            let Some(covariance) = precision(gram, &variances, *share).try_inverse() else { continue };
-            let mean = &covariance * projection;
-            for (index, sum) in sums.iter_mut().enumerate() {
-                *sum += mean[index] * mean[index] + covariance[(index, index)];
-            }
-        }
-        variances = sums.iter().map(|sum| sum / freedom).collect();
-    }
-    let likelihood = parts
-        .iter()
-        .filter_map(|(gram, projection, share)| {
-            let cholesky = precision(gram, &variances, *share).cholesky()?;
-            let explained = projection.dot(&cholesky.solve(projection));
-            let widths: f64 = variances.iter().map(|variance| (variance * share).max(1e-12).ln()).sum();
-            Some(0.5 * (explained - cholesky.ln_determinant() - widths))
-        })
-        .sum();
-    let mut all = [0.0; SOURCES.len()];
-    for (index, variance) in used.into_iter().zip(variances) {
-        all[index] = variance;
-    }
-    (all, likelihood)
-}
 
 impl UnitScatter {
     fn project(&self, vector: &[f64]) -> Option<DVector<f64>> {
@@ -445,85 +444,4 @@ fn view(values: &[f64]) -> DVectorView<'_, f64> {
 /// The sum of products of two vectors.
 fn product(a: &[f64], b: &[f64]) -> f64 {
     view(a).dot(&view(b))
-}
-
-/// Start and end of each unit in the residual vector: runs, then single rows of stroke times.
-fn layout(data: &Dataset) -> Vec<(usize, usize)> {
-    let mut bounds = Vec::new();
-    let mut start = 0;
-    for run in &data.runs {
-        bounds.push((start, start + run.block_count()));
-        start += run.block_count();
-    }
-    for group in &data.timing_groups {
-        for _ in &group.rows {
-            bounds.push((start, start + 2));
-            start += 2;
-        }
-    }
-    bounds
-}
-
-/// Residual per unit of each source, over the whole residual vector.
-fn directions(data: &Dataset, valve: &Valve) -> Vec<Vec<f64>> {
-    let base = residuals(data, core::slice::from_ref(valve)).remove(0);
-    SOURCES
-        .iter()
-        .map(|(source, size)| {
-            let changed = match source {
-                Source::CloseDelay | Source::OpenDelay => {
-                    let close = *source == Source::CloseDelay;
-                    let mut shifted = data.clone();
-                    for run in &mut shifted.runs {
-                        let edges: Vec<CommandEdge> =
-                            run.run.commands.iter().map(|edge| later(edge, close, *size)).collect();
-                        run.run.commands = edges;
-                    }
-                    let mut moved = residuals(&shifted, core::slice::from_ref(valve)).remove(0);
-                    shift_timings(data, &mut moved, close, *size);
-                    moved
-                }
-                Source::Parameter(id) => {
-                    let mut parameters = valve.parameters().clone();
-                    parameters.set(*id, parameters.get(*id) * (1.0 + size));
-                    let changed =
-                        Valve::new(parameters, valve.switches(), valve.effects().to_vec(), valve.custom().to_vec());
-                    match changed {
-                        Ok(changed) => residuals(data, &[changed]).remove(0),
-                        Err(_) => base.clone(),
-                    }
-                }
-                Source::Supply => {
-                    let mut raised = data.clone();
-                    for run in &mut raised.runs {
-                        run.run.conditions.supply_pressure_pa *= 1.0 + size;
-                    }
-                    for group in &mut raised.timing_groups {
-                        group.conditions.supply_pressure_pa *= 1.0 + size;
-                    }
-                    residuals(&raised, core::slice::from_ref(valve)).remove(0)
-                }
-            };
-            changed.iter().zip(&base).map(|(changed, base)| changed - base).collect()
-        })
-        .collect()
-}
-
-fn later(edge: &CommandEdge, close: bool, by_s: f64) -> CommandEdge {
-    let time_s = if edge.close == close { edge.time_s + by_s } else { edge.time_s };
-    CommandEdge { time_s, ..*edge }
-}
-
-/// A delay lengthens the stroke times of its direction by just that.
-fn shift_timings(data: &Dataset, residual: &mut [f64], close: bool, by_s: f64) {
-    let first = residual.len() - 2 * data.timing_rows.len();
-    let offset = usize::from(!close);
-    for pair in residual[first..].chunks_mut(2) {
-        pair[offset] -= by_s / data.timing_noise_s;
-    }
-}
-
-/// Some rows of the directions.
-fn matrix(directions: &[Vec<f64>], rows: &[usize]) -> DMatrix<f64> {
-    DMatrix::from_fn(rows.len(), directions.len(), |row, column| directions[column][rows[row]])
 }
