@@ -54,7 +54,9 @@ pub struct CompareArgs {
 #[command(after_long_help = "\
 The parameters named in [tolerance] are fitted, each with its tolerance as what is
 known beforehand. A fit that needs a parameter far beyond its tolerance, or leaves
-more than noise and scatter, is reported as a sign of missing physics.
+more than noise and scatter, is reported as a sign of missing physics. How strokes
+differ from one to the next is taken from repeats; where there are none, it is
+supposed from what the fit leaves of three strokes or more, and said so.
 
 Examples:
   valve calibrate valve.toml campaign.toml --out calibrated.toml

@@ -65,6 +65,21 @@ fn what_little_an_effect_leaves_is_no_physics_outside_the_catalogue() {
 }
 
 #[test]
+fn strokes_that_differ_though_none_was_repeated_are_no_physics() {
+    let drawn = |index: usize, weights: [f64; 4]| {
+        let spec = DrawSpec { weights, repeats: Some(false), always_scatters: true, ..DrawSpec::default() };
+        let folder = tempfile::tempdir().unwrap();
+        score(&draw(17, index, &spec), folder.path()).unwrap()
+    };
+    let nothing = drawn(0, [1.0, 0.0, 0.0, 0.0]);
+    assert!(nothing.truth.scatter.is_some() && !nothing.truth.repeats);
+    assert_eq!(nothing.verdict, Verdict::Adequate, "{nothing:?}");
+    let one = drawn(0, [0.0, 1.0, 0.0, 0.0]);
+    assert!(one.first_is_right() && one.is_in_groups(), "{one:?}");
+    assert!(one.held_out.unwrap() < 1.1, "{one:?}");
+}
+
+#[test]
 fn two_effects_are_both_named() {
     let scored = one(15, [0.0, 0.0, 1.0, 0.0], true);
     assert!(scored.names_all(), "{scored:?}");

@@ -26,7 +26,7 @@ pub use repeatability::Repeatability;
 pub use settled::Settled;
 pub use verdict::{LackOfFit, Verdict, is_within_tolerances};
 
-use crate::certainty::widened;
+use crate::certainty::{quantile_90, widened};
 use crate::compare::Comparison;
 use crate::data::Dataset;
 use crate::fit::{Fit, FitOptions, fit, inverse, prior_cost};
@@ -161,7 +161,7 @@ impl Calibration {
         let information = information / inflation;
         let covariance = widened(&scatter, &fit, &posterior(space, &information));
         let before = Comparison::new(data, valve);
-        let parameters = parameters(space, &fit, &covariance);
+        let parameters = parameters(space, &fit, &covariance, quantile_90(&scatter));
         let held_out =
             if options.hold_out { held_out(space, (data, &straight), &fit, &scatter, &before) } else { None };
         let repeatability = Repeatability::of(data, &scatter);
@@ -275,7 +275,7 @@ fn correlations(covariance: &DMatrix<f64>) -> DMatrix<f64> {
     DMatrix::from_fn(n, n, |i, j| covariance[(i, j)] / (covariance[(i, i)] * covariance[(j, j)]).sqrt())
 }
 
-fn parameters(space: &Space, fit: &Fit, covariance: &DMatrix<f64>) -> Vec<CalibratedParameter> {
+fn parameters(space: &Space, fit: &Fit, covariance: &DMatrix<f64>, quantile_90: f64) -> Vec<CalibratedParameter> {
     space
         .coordinates
         .iter()
@@ -292,8 +292,8 @@ fn parameters(space: &Space, fit: &Fit, covariance: &DMatrix<f64>) -> Vec<Calibr
                 after,
                 standard_error: after * tolerance * shift_error,
                 interval_90: (
-                    coordinate.value(shift - 1.645 * shift_error),
-                    coordinate.value(shift + 1.645 * shift_error),
+                    coordinate.value(shift - quantile_90 * shift_error),
+                    coordinate.value(shift + quantile_90 * shift_error),
                 ),
                 shift,
                 shift_error,

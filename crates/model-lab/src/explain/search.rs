@@ -202,24 +202,29 @@ impl Search<'_> {
     /// What is found if strokes of which none was repeated scatter, where that explains what the calibrated model
     /// or the last accepted one leaves.
     fn if_strokes_scatter(&self, lack: f64) -> Option<Found> {
-        if lack < fits(&self.view.scatter) {
+        if lack < fits(&self.view.scatter) || self.watch.is_stopped() {
             return None;
         }
-        let seen_through = |model: &Model| {
-            if self.watch.is_stopped() {
-                return None;
-            }
-            let Settled { fit, scatter, data } = Settled::supposed(self.recorded, &self.view.scatter, &model.fit)?;
+        let last = self.last();
+        let others = if last.kinds.is_empty() { None } else { Some(last) };
+        let mut supposed: Vec<(&Model, Settled)> = [&self.steps[0]]
+            .into_iter()
+            .chain(others)
+            .filter_map(|model| Some((model, Settled::supposed(self.recorded, &self.view.scatter, &model.fit)?)))
+            .collect();
+        // The likelier first: more scatter, or an effect and less of it.
+        let unlikely = |(_, settled): &(&Model, Settled)| {
+            settled.fit.cost + penalty(&settled.fit) + settled.scatter.ln_determinant()
+        };
+        supposed.sort_by(|a, b| unlikely(a).total_cmp(&unlikely(b)));
+        supposed.into_iter().find_map(|(model, Settled { fit, scatter, data })| {
             self.watch.tell(Progress::Doing("what is missing if strokes differ though none was repeated"));
             let view = View::new(data, scatter);
             let base = if model.kinds.is_empty() { fit } else { view.finely(&self.steps[0].fit) };
             let found = searched(self.recorded, view, base, self.watch);
             let last = &found.steps[found.steps.len() - 1];
             (found.view.explains(&last.fit) && !found.interrupted).then_some(found)
-        };
-        let last = self.last();
-        let others = if last.kinds.is_empty() { None } else { Some(last) };
-        [&self.steps[0]].into_iter().chain(others).find_map(seen_through)
+        })
     }
 
     /// Puts a model behind those with fewer effects, in place of any other.

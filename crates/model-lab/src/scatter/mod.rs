@@ -165,6 +165,18 @@ impl Scatter {
         self.origin != Origin::Unknown
     }
 
+    /// How many strokes are told apart.
+    pub fn stroke_count(&self) -> usize {
+        self.units.len()
+    }
+
+    /// Scatter known from some repeats.
+    #[cfg(test)]
+    pub(crate) fn of_strokes(count: usize) -> Self {
+        let unit = UnitScatter { start: 0, end: 0, directions: DMatrix::zeros(0, 0), kernel: None };
+        Self { units: vec![unit; count], origin: Origin::Repeats, ..Self::none() }
+    }
+
     /// The scatter of the same origin as it is seen through a model that fits better.
     #[must_use]
     pub fn seen_through(&self, data: &Dataset, model: &Fit) -> Self {
@@ -287,6 +299,14 @@ impl Scatter {
             _ => 0.0,
         };
         plain - taken - shared
+    }
+
+    /// The logarithm of the determinant of 1 + D S D': what the likelihood of any residuals pays for the scatter.
+    pub fn ln_determinant(&self) -> f64 {
+        let active = self.active();
+        let widths: f64 = active.iter().map(|source| self.variances[*source].ln()).sum();
+        let kernels = self.units.iter().filter_map(|unit| unit.kernel.as_ref()?.clone().cholesky());
+        kernels.map(|kernel| widths - kernel.ln_determinant()).sum()
     }
 
     /// The weighted sum of squares of each unit of a dataset, without what all units share.

@@ -21,7 +21,7 @@ use crate::repeats::repeats;
 const MOST_VARIANCE: f64 = 10.0;
 
 /// Fewest recorded strokes from which scatter is supposed: with fewer of them it explains anything.
-const FEWEST_STROKES: usize = 5;
+const FEWEST_STROKES: usize = 3;
 
 /// Cost per reading, to first order, up to which supposed scatter may explain what a model leaves.
 const EXPLAINS: f64 = 2.0;
