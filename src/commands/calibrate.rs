@@ -161,8 +161,8 @@ fn error_words(calibration: &Calibration) -> String {
         text.push_str("repeatability: unknown, no stroke was repeated\n");
     }
     if calibration.scatter.origin == Origin::Supposed {
-        let differ = calibration.scatter.words();
-        let _ = writeln!(text, "  what is left looks as if single strokes differed by {differ}");
+        let left = calibration.fit.normalised_rms(&calibration.scatter);
+        let _ = writeln!(text, "  with what single strokes would differ by taken out, the error is {left:.3}");
     }
     if calibration.inflation > 1.0 {
         let _ = writeln!(

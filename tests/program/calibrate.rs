@@ -68,7 +68,11 @@ fn strokes_that_differ_are_no_missing_physics() {
         assert!((after - before).abs() < 3.5 * error, "nothing was changed: {found}");
     }
     let words = sandbox.valve(&["calibrate", "valve.toml", "campaign.toml"]);
-    assert!(shown(&words).contains("what is left looks as if single strokes differed by"), "{}", shown(&words));
+    assert!(
+        shown(&words).contains("with what single strokes would differ by taken out, the error is 1.0"),
+        "{}",
+        shown(&words)
+    );
 }
 
 #[test]

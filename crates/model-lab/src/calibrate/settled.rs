@@ -50,7 +50,7 @@ impl Settled {
             if again.cost > if is_wrong { WORSE * found.fit.cost } else { found.fit.cost } {
                 break;
             }
-            let settled = (found.fit.cost - again.cost).abs() < SETTLED;
+            let settled = !is_wrong && (found.fit.cost - again.cost).abs() < SETTLED;
             found = Self { fit: again, scatter, data: next };
             if settled {
                 break;
