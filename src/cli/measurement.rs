@@ -87,8 +87,9 @@ The model is calibrated within its tolerances. Every effect of the catalogue is 
 added and everything refitted; pairs and triples follow until the noise explains what
 is left. An answer names the effect, its size and how sure it is, what else it could
 be, and the run that would tell them apart; or that nothing is missing; or that no
-effect explains the data, with a formula for what is missing. Ctrl-C ends the search
-and prints what is known by then.
+effect explains the data, with a formula for what is missing. Strokes that differ
+from one to the next are allowed for, even where none was repeated to show it. Ctrl-C
+ends the search and prints what is known by then.
 
 Examples:
   valve explain valve.toml campaign.toml

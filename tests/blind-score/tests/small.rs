@@ -80,6 +80,17 @@ fn strokes_that_differ_though_none_was_repeated_are_no_physics() {
 }
 
 #[test]
+fn an_effect_that_only_led_the_way_is_dropped() {
+    // Three strokes, on which a droop of the supply alone gets stuck, and does not beside a leak of nothing.
+    let spec = DrawSpec { weights: [0.0, 1.0, 0.0, 0.0], repeats: Some(false), ..DrawSpec::default() };
+    let mut drawn = draw(9501, 8, &spec);
+    drawn.runs = [0, 2, 4].map(|run| drawn.runs[run].clone()).to_vec();
+    let folder = tempfile::tempdir().unwrap();
+    let scored = score(&drawn, folder.path()).unwrap();
+    assert!(scored.is_exact() && scored.size_errors[0] < 0.05, "{scored:?}");
+}
+
+#[test]
 fn two_effects_are_both_named() {
     let scored = one(15, [0.0, 0.0, 1.0, 0.0], true);
     assert!(scored.names_all(), "{scored:?}");

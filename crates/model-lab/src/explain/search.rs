@@ -57,6 +57,9 @@ const LOOKS: usize = 6;
 const LESS: f64 = 0.8;
 const PATIENCE: usize = 2;
 
+/// Standard errors from nothing within which an effect's size is in doubt.
+const UNSURE: f64 = 3.0;
+
 /// A third effect is looked for if two leave at most this share of the misfit.
 const WORTH_A_THIRD: f64 = 0.5;
 
@@ -205,11 +208,10 @@ impl Search<'_> {
         if lack < fits(&self.view.scatter) || self.watch.is_stopped() {
             return None;
         }
-        let last = self.last();
-        let others = if last.kinds.is_empty() { None } else { Some(last) };
-        let mut supposed: Vec<(&Model, Settled)> = [&self.steps[0]]
-            .into_iter()
-            .chain(others)
+        // The calibrated model is asked once, beside the first that is accepted.
+        let asked = if self.steps.len() <= 2 { &self.steps[..] } else { core::slice::from_ref(self.last()) };
+        let mut supposed: Vec<(&Model, Settled)> = asked
+            .iter()
             .filter_map(|model| Some((model, Settled::supposed(self.recorded, &self.view.scatter, &model.fit)?)))
             .collect();
         // The likelier first: more scatter, or an effect and less of it.
@@ -481,8 +483,9 @@ impl Search<'_> {
                 continue;
             };
             // Only one that comes near has to be simulated finely.
-            if without.cost < NEARLY * best.fit.cost {
-                let smaller = Model { kinds: kinds.clone(), fit: self.view.finely(&without), gain: 0.0 };
+            let near = (without.cost < NEARLY * best.fit.cost).then(|| self.view.finely(&without));
+            for fit in near.into_iter().chain(self.where_it_stands(&best, kind, &without)) {
+                let smaller = Model { kinds: kinds.clone(), fit, gain: 0.0 };
                 if smaller.score() < best.score() + ACCEPT {
                     return self.settled(&smaller);
                 }
@@ -498,6 +501,25 @@ impl Search<'_> {
         }
         best.gain = self.steps[0].score() - best.score();
         best
+    }
+
+    /// The fit without one of the effects of a model from where that model stands, if it is not sure of that
+    /// effect: the others alone may have been stuck. `without` has the space of such a fit.
+    fn where_it_stands(&self, model: &Model, dropped: EffectKind, without: &Fit) -> Option<Fit> {
+        let size = model.fit.space.effect_coordinates(dropped)[0];
+        if model.fit.u[size].abs() > UNSURE * model.fit.sigma(size) {
+            return None;
+        }
+        let mut start = without.clone();
+        let base = self.steps[0].fit.u.len();
+        start.u[..base].copy_from_slice(&model.fit.u[..base]);
+        for kind in model.kinds.iter().filter(|kind| **kind != dropped) {
+            let (to, from) = (start.space.effect_coordinates(*kind), model.fit.space.effect_coordinates(*kind));
+            for (to, from) in to.into_iter().zip(from) {
+                start.u[to] = model.fit.u[from];
+            }
+        }
+        Some(self.view.finely(&start))
     }
 
     /// A fit with its optimum made exact, if it is worth it.
