@@ -33,24 +33,31 @@ impl Scatter {
         if self.is_known() || data.runs.len() < FEWEST_STROKES || !repeats(data).is_empty() {
             return None;
         }
-        let scatter = Self::supposed(data, model);
-        let normal = scatter.normal_equations(&model.jacobian, &model.residual);
-        let (matrix, gradient) = model.space.with_priors(&model.u, normal);
-        let cost = scatter.dot(&model.residual, &model.residual) + prior_cost(&model.space, &model.u);
-        let promised = cost - gradient.dot(&(inverse(&matrix) * &gradient));
-        (promised < EXPLAINS * data.residual_count() as f64).then_some(scatter)
+        let enough = EXPLAINS * data.residual_count() as f64;
+        Self::supposed_within(data, model, enough)
     }
 
     /// The most likely scatter if a fitted model is right but for its parameters; `model` needs its Jacobian.
     pub(super) fn supposed(data: &Dataset, model: &Fit) -> Self {
+        Self::supposed_within(data, model, f64::INFINITY).unwrap_or_else(|| Self::unknown(data))
+    }
+
+    /// The same, if the model then comes to no more than a cost.
+    fn supposed_within(data: &Dataset, model: &Fit, most_cost: f64) -> Option<Self> {
         let layout = layout(data);
         let valve = model.valve();
         let residual = &residuals(data, core::slice::from_ref(&valve))[0];
         let directions = directions(data, &valve, residual);
         let problem = Problem::new(&layout[..data.runs.len()], &directions, model, residual);
-        let [solenoid, all_orifices] = FLOWS.map(|flow| problem.likeliest(FLOWS.iter().find(|other| **other != flow)));
-        let (variances, _) = if all_orifices.1 > solenoid.1 { all_orifices } else { solenoid };
-        Self::assemble(&layout, &directions, variances, Origin::Supposed)
+        // No smaller scatter explains more than the largest.
+        if problem.posterior(&[MOST_VARIANCE; SOURCES.len()])?.cost > most_cost {
+            return None;
+        }
+        let of_flow = |flow: Source| problem.likeliest(FLOWS.iter().find(|other| **other != flow));
+        let [solenoid, all_orifices] = [of_flow(FLOWS[0])?, of_flow(FLOWS[1])?];
+        let (variances, found) =
+            if all_orifices.1.likelihood > solenoid.1.likelihood { all_orifices } else { solenoid };
+        (found.cost <= most_cost).then(|| Self::assemble(&layout, &directions, variances, Origin::Supposed))
     }
 }
 
@@ -70,6 +77,8 @@ struct Problem {
     information: DMatrix<f64>,
     /// J'r with the gradient of the priors.
     gradient: DVector<f64>,
+    /// The cost as the model stands, without scatter.
+    cost: f64,
 }
 
 /// What is known of the scatter for some variances.
@@ -78,6 +87,8 @@ struct Posterior {
     squares: Vec<f64>,
     /// Logarithm of the likelihood, up to a constant.
     likelihood: f64,
+    /// What the cost of the model falls to.
+    cost: f64,
 }
 
 impl Problem {
@@ -94,25 +105,25 @@ impl Problem {
         });
         let unscattered = Scatter::none().normal_equations(&model.jacobian, residual);
         let (information, gradient) = model.space.with_priors(&model.u, unscattered);
-        Self { strokes: strokes.collect(), information, gradient }
+        let cost = product(residual, residual) + prior_cost(&model.space, &model.u);
+        Self { strokes: strokes.collect(), information, gradient, cost }
     }
 
-    /// The most likely variances of all sources but one, and the logarithm of their likelihood.
-    fn likeliest(&self, without: Option<&Source>) -> ([f64; SOURCES.len()], f64) {
+    /// The most likely variances of all sources but one, and what is known with them.
+    fn likeliest(&self, without: Option<&Source>) -> Option<([f64; SOURCES.len()], Posterior)> {
         let used: Vec<usize> = (0..SOURCES.len()).filter(|source| Some(&SOURCES[*source].0) != without).collect();
         let problem = self.of_sources(&used);
         let mut variances = vec![1.0; used.len()];
-        let mut likelihood = f64::NEG_INFINITY;
+        let mut posterior = problem.posterior(&variances)?;
         for _ in 0..EM_ROUNDS {
-            let Some(posterior) = problem.posterior(&variances) else { break };
-            likelihood = posterior.likelihood;
             variances = posterior.squares.iter().map(|square| square.clamp(1e-12, MOST_VARIANCE)).collect();
+            posterior = problem.posterior(&variances)?;
         }
         let mut all = [0.0; SOURCES.len()];
         for (index, variance) in used.into_iter().zip(variances) {
             all[index] = variance;
         }
-        (all, likelihood)
+        Some((all, posterior))
     }
 
     fn of_sources(&self, used: &[usize]) -> Self {
@@ -121,20 +132,25 @@ impl Problem {
             cross: stroke.cross.select_columns(used),
             projection: stroke.projection.select_rows(used),
         });
-        Self { strokes: strokes.collect(), information: self.information.clone(), gradient: self.gradient.clone() }
+        Self {
+            strokes: strokes.collect(),
+            information: self.information.clone(),
+            gradient: self.gradient.clone(),
+            cost: self.cost,
+        }
     }
 
     fn posterior(&self, variances: &[f64]) -> Option<Posterior> {
         let precisions = DVector::from_iterator(variances.len(), variances.iter().map(|variance| 1.0 / variance));
         let mut information = self.information.clone();
         let mut gradient = self.gradient.clone();
-        let mut likelihood = 0.0;
+        let (mut likelihood, mut explained) = (0.0, 0.0);
         let mut inverses = Vec::with_capacity(self.strokes.len());
         for stroke in &self.strokes {
             let decomposed = (&stroke.gram + DMatrix::from_diagonal(&precisions)).cholesky()?;
             likelihood += 0.5 * (precisions.map(f64::ln).sum() - decomposed.ln_determinant());
             let inverse = decomposed.inverse();
-            likelihood += 0.5 * stroke.projection.dot(&(&inverse * &stroke.projection));
+            explained += stroke.projection.dot(&(&inverse * &stroke.projection));
             let weighted = &stroke.cross * &inverse;
             information -= &weighted * stroke.cross.transpose();
             gradient -= &weighted * &stroke.projection;
@@ -142,7 +158,8 @@ impl Problem {
         }
         let covariance = inverse(&information);
         let shift = -(&covariance * &gradient);
-        likelihood += 0.5 * (covariance.clone().cholesky()?.ln_determinant() - shift.dot(&gradient));
+        explained -= shift.dot(&gradient);
+        likelihood += 0.5 * (covariance.clone().cholesky()?.ln_determinant() + explained);
         let mut squares = vec![0.0; variances.len()];
         for (stroke, (inverse, weighted)) in self.strokes.iter().zip(&inverses) {
             let off = -(inverse * &stroke.projection) - weighted.transpose() * &shift;
@@ -151,6 +168,6 @@ impl Problem {
                 *square += (off[index].powi(2) + spread[(index, index)]) / self.strokes.len() as f64;
             }
         }
-        Some(Posterior { squares, likelihood })
+        Some(Posterior { squares, likelihood, cost: self.cost - explained })
     }
 }
