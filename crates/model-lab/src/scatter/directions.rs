@@ -1,5 +1,6 @@
 //! What every source of scatter changes in the records, to first order.
 
+use rayon::prelude::*;
 use valve_model::{CommandEdge, Valve};
 
 use super::{SOURCES, Source};
@@ -26,7 +27,7 @@ pub(super) fn layout(data: &Dataset) -> Vec<(usize, usize)> {
 /// Residual per unit of each source, over the whole residual vector; `base` are the residuals of the valve.
 pub(super) fn directions(data: &Dataset, valve: &Valve, base: &[f64]) -> Vec<Vec<f64>> {
     SOURCES
-        .iter()
+        .par_iter()
         .map(|(source, size)| {
             let changed = match source {
                 Source::CloseDelay | Source::OpenDelay => {
