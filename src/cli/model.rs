@@ -75,16 +75,22 @@ pub struct EffectsArgs {
 #[derive(Debug, Args)]
 #[command(after_long_help = "\
 The page needs no other file: pictures are in it. It tells what the valve does,
-what its tables hold and, with --log, how each valve of the log stands.
+what its tables hold and, with --log, how each valve of the log stands; with --campaign,
+how the model compares with recorded strokes, whether its tolerances explain them,
+and which effect is missing.
 
-Example:
-  valve report valve.toml --log log.csv --out report.html")]
+Examples:
+  valve report valve.toml --log log.csv --out report.html
+  valve report valve.toml --campaign campaign.toml --out report.html")]
 pub struct ReportArgs {
     /// The valve file
     pub valve: PathBuf,
     /// A timing log of this kind of valve
     #[arg(long, value_name = "FILE")]
     pub log: Option<PathBuf>,
+    /// Recorded strokes of this valve
+    #[arg(long, value_name = "FILE")]
+    pub campaign: Option<PathBuf>,
     /// Where the page goes
     #[arg(long, value_name = "FILE")]
     pub out: PathBuf,

@@ -44,7 +44,8 @@ pub fn run(args: &CalibrateArgs) -> anyhow::Result<Answer> {
     Ok(Answer::Fine)
 }
 
-fn verdict_words(calibration: &Calibration) -> &'static str {
+/// The verdict in a sentence.
+pub fn verdict_words(calibration: &Calibration) -> &'static str {
     match (calibration.verdict, calibration.scatter.origin) {
         (Verdict::Explained, Origin::Repeats) => "calibration and repeatability explain everything",
         (Verdict::Explained, Origin::Unknown) => "calibration within the tolerances explains everything",
@@ -78,7 +79,8 @@ fn text(input: &CampaignInput, calibration: &Calibration) -> String {
     text
 }
 
-fn parameter_table(calibration: &Calibration) -> TextTable {
+/// The parameters before and after.
+pub fn parameter_table(calibration: &Calibration) -> TextTable {
     let mut table = TextTable::new(&[
         ("parameter", Align::Left),
         ("before", Align::Right),
@@ -127,7 +129,8 @@ fn significant(value: f64, digits: usize) -> String {
     format!("{value:.places$}")
 }
 
-fn error_words(calibration: &Calibration) -> String {
+/// How large the error is, what was held out and how far strokes repeat, a line each.
+pub fn error_words(calibration: &Calibration) -> String {
     let mut text = String::new();
     let (before, after) = (&calibration.before.overall, &calibration.after.overall);
     let _ = writeln!(
@@ -250,7 +253,8 @@ fn document(input: &CampaignInput, calibration: &Calibration) -> Value {
     })
 }
 
-fn picture(input: &CampaignInput, calibration: &Calibration) -> ParametersFigure {
+/// How far each parameter moved.
+pub fn picture(input: &CampaignInput, calibration: &Calibration) -> ParametersFigure {
     ParametersFigure {
         title: format!("{} calibrated on {}", input.file.name(), input.campaign.name),
         subtitle: verdict_words(calibration).to_owned(),

@@ -138,7 +138,8 @@ fn milliseconds(seconds: Option<f64>) -> String {
     seconds.map_or_else(|| "-".to_owned(), |seconds| format!("{:+.1}", seconds * 1e3))
 }
 
-fn run_table(comparison: &Comparison, against: Option<&Comparison>) -> TextTable {
+/// The error of every run.
+pub fn run_table(comparison: &Comparison, against: Option<&Comparison>) -> TextTable {
     let mut columns = vec![
         ("run", Align::Left),
         ("supply (kPa)", Align::Right),

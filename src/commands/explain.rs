@@ -9,6 +9,7 @@ use model_lab::explain::experiment::DECISIVE;
 use model_lab::explain::outside::Outside;
 use model_lab::explain::report::fitted_parameters;
 use model_lab::explain::{Explanation, Progress, Verdict, Watch, explain};
+use model_lab::scatter::Origin;
 
 use valve_model::EffectKind;
 
@@ -26,21 +27,7 @@ pub fn run(args: &ExplainArgs) -> anyhow::Result<Answer> {
     let plot_steps = PlotFile::create(args.plot_steps.as_deref())?;
     let plot_missing = PlotFile::create(args.plot_missing.as_deref())?;
     let plot_experiment = PlotFile::create(args.plot_experiment.as_deref())?;
-    let stop = Arc::new(AtomicBool::new(false));
-    let asked = Arc::clone(&stop);
-    // Without the handler, Ctrl-C ends the program at once; the search itself does not need it.
-    let _ = ctrlc::set_handler(move || asked.store(true, Ordering::Relaxed));
-    let line = ProgressLine::new();
-    let done = AtomicUsize::new(0);
-    let tell = |progress: Progress| show(&line, &done, &progress);
-    let answer = explain(&input.data, &Space::tolerated(&input.file), &Watch { report: &tell, stop: &stop })
-        .ok_or_else(|| {
-            Hinted::error(
-                format!("{}: its strokes cannot be simulated", input.file.file_name()),
-                "look at the valve with `valve simulate`",
-            )
-        })?;
-    drop(line);
+    let answer = search(&input)?;
     match args.format {
         Format::Text => output::print_text(&text(&answer, &input.campaign.name))?,
         Format::Json => output::print_json(&explain_json::document(&answer, &input.campaign.name))?,
@@ -65,6 +52,24 @@ pub fn run(args: &ExplainArgs) -> anyhow::Result<Answer> {
         }
     }
     Ok(Answer::Fine)
+}
+
+/// Searches for what is missing, with a line of progress; Ctrl-C ends it with what is known by then.
+pub fn search(input: &CampaignInput) -> anyhow::Result<Explanation> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let asked = Arc::clone(&stop);
+    // Without the handler, Ctrl-C ends the program at once; the search itself does not need it.
+    let _ = ctrlc::set_handler(move || asked.store(true, Ordering::Relaxed));
+    let line = ProgressLine::new();
+    let done = AtomicUsize::new(0);
+    let tell = |progress: Progress| show(&line, &done, &progress);
+    let space = Space::tolerated(&input.file);
+    explain(&input.data, &space, &Watch { report: &tell, stop: &stop }).ok_or_else(|| {
+        Hinted::error(
+            format!("{}: its strokes cannot be simulated", input.file.file_name()),
+            "look at the valve with `valve simulate`",
+        )
+    })
 }
 
 fn show(line: &ProgressLine, done: &AtomicUsize, progress: &Progress) {
@@ -99,8 +104,12 @@ fn groups(answer: &Explanation) -> String {
     answer.recommended.iter().map(group).collect::<Vec<_>>().join(" and ")
 }
 
-fn headline(answer: &Explanation) -> String {
+/// The answer in a sentence.
+pub fn headline(answer: &Explanation) -> String {
     match answer.verdict {
+        Verdict::Adequate if answer.scatter.origin == Origin::Supposed => {
+            "nothing is missing beyond noise, the stated tolerances and strokes that would differ".into()
+        }
         Verdict::Adequate => "nothing is missing beyond noise and the stated tolerances".into(),
         Verdict::EffectFound => format!("missing: {}", groups(answer)),
         Verdict::OutsideCatalogue => {

@@ -19,6 +19,12 @@ pub struct TextTable {
     rows: Vec<Vec<String>>,
 }
 
+impl From<TextTable> for report::html::Table {
+    fn from(table: TextTable) -> Self {
+        Self { columns: table.columns.into_iter().map(|(name, _)| name).collect(), rows: table.rows }
+    }
+}
+
 impl TextTable {
     /// An empty table.
     pub fn new(columns: &[(&str, Align)]) -> Self {

@@ -4,6 +4,7 @@ use std::fs;
 use std::io::{BufRead, BufReader, Write};
 use std::process::Stdio;
 
+use crate::campaign::Recording;
 use crate::support::{Sandbox, shown, without_hashes};
 
 fn json_lines(bytes: &[u8]) -> Vec<serde_json::Value> {
@@ -203,6 +204,31 @@ fn report_holds_valve_tables_and_log() {
     }
     assert_eq!(page.matches("<figure>").count(), 3);
     assert!(!page.contains("http://") || page.matches("http://").count() == page.matches("http://www.w3.org").count());
+}
+
+#[test]
+fn report_holds_what_a_campaign_says_of_the_model() {
+    let sandbox = Sandbox::new();
+    let slower = include_str!("../../models/testbed.toml").replace("600 N s/m", "690 N s/m");
+    Recording::default().write(&sandbox, &slower);
+    let output = sandbox.valve(&["report", "valve.toml", "--campaign", "campaign.toml", "--out", "report.html"]);
+    assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
+    let page = sandbox.read("report.html");
+    for part in [
+        "Recorded strokes: recorded",
+        "calibration within the tolerances explains everything",
+        "actuator.viscous_friction",
+        "nothing is missing beyond noise and the stated tolerances",
+        "closes in 1.042",
+    ] {
+        assert!(page.contains(part), "no {part:?}");
+    }
+    // Overlay, strips, force, signature; parameters; steps, candidates; cycle and tables.
+    assert_eq!(page.matches("<figure>").count(), 9);
+    sandbox.write("campaign.toml", "name = \"empty\"\n");
+    let output = sandbox.valve(&["report", "valve.toml", "--campaign", "campaign.toml", "--out", "other.html"]);
+    assert_eq!(output.status.code(), Some(2), "{}", shown(&output));
+    assert!(!sandbox.path("other.html").exists(), "half a page was left behind");
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! `valve report`: one HTML page of what is known.
 
+mod campaign;
 mod log;
 mod valve;
 
@@ -28,6 +29,9 @@ pub fn run(args: &ReportArgs) -> anyhow::Result<Answer> {
     };
     if let Some(path) = &args.log {
         page.sections.push(log::section(path, &bundle)?);
+    }
+    if let Some(path) = &args.campaign {
+        page.sections.extend(campaign::sections(&args.valve, path)?);
     }
     page.sections.push(valve::strokes(&file));
     page.sections.push(valve::tables(&bundle));

@@ -1,0 +1,82 @@
+//! The sections about recorded strokes: the model beside them, calibrated to them, and what it lacks.
+
+use std::path::Path;
+
+use model_lab::calibrate::{CalibrateOptions, Calibration};
+use model_lab::compare::Comparison;
+use model_lab::explain::Explanation;
+use model_lab::residual_force::ResidualForce;
+use report::Figure;
+use report::html::{Block, Section};
+
+use crate::commands::campaign_input::CampaignInput;
+use crate::commands::{adopt, calibrate, compare, compare_figures, explain, explain_figures, explain_json, ladder};
+
+/// Reads the campaign, compares, calibrates and explains.
+pub fn sections(valve: &Path, campaign: &Path) -> anyhow::Result<Vec<Section>> {
+    let input = CampaignInput::read(valve, campaign)?;
+    let mut sections = vec![compared(&input)];
+    // Without tolerances there is nothing to calibrate.
+    if !input.file.tolerances().is_empty() {
+        let calibration = Calibration::new(&input.file, &input.campaign, CalibrateOptions::default())?;
+        sections.push(calibrated(&input, &calibration));
+    }
+    let answer = explain::search(&input)?;
+    sections.push(explained(&input, &answer));
+    Ok(sections)
+}
+
+fn figure(figure: Figure) -> Block {
+    Block::Figure(Box::new(figure))
+}
+
+fn compared(input: &CampaignInput) -> Section {
+    let comparison = Comparison::new(&input.data, input.file.valve());
+    let mut blocks: Vec<Block> = comparison.words().into_iter().map(Block::Callout).collect();
+    blocks.push(Block::Table(compare::run_table(&comparison, None).into()));
+    if !input.data.runs.is_empty() {
+        blocks.push(figure(compare_figures::overlay(input, &comparison).figure()));
+        blocks.push(figure(compare_figures::strips(input, &comparison, None).figure()));
+        if let Some(force) = ResidualForce::new(&input.data, input.file.valve(), input.file.tolerances()) {
+            blocks.push(figure(compare_figures::missing_force(&force).figure()));
+            let signature = force.signature.as_ref();
+            blocks.extend(signature.map(|found| figure(compare_figures::signature(input.file.name(), found).figure())));
+        }
+    }
+    Section { title: format!("Recorded strokes: {}", input.campaign.name), blocks }
+}
+
+fn calibrated(input: &CampaignInput, calibration: &Calibration) -> Section {
+    let verdict = calibrate::verdict_words(calibration);
+    let mut blocks = vec![Block::Callout(verdict.to_owned())];
+    blocks.extend(calibration.reasons.iter().filter(|reason| *reason != verdict).cloned().map(Block::Text));
+    blocks.push(Block::Table(calibrate::parameter_table(calibration).into()));
+    blocks.extend(calibrate::error_words(calibration).lines().map(|line| Block::Text(line.to_owned())));
+    blocks.push(figure(calibrate::picture(input, calibration).figure()));
+    Section { title: "Calibration".to_owned(), blocks }
+}
+
+fn explained(input: &CampaignInput, answer: &Explanation) -> Section {
+    let (name, headline) = (&input.campaign.name, explain::headline(answer));
+    let mut blocks = vec![Block::Callout(headline.clone())];
+    let parameters = adopt::parameter_lines(&answer.parameters);
+    blocks.extend(parameters.lines().map(|line| Block::Text(line.to_owned())));
+    blocks.extend(answer.notes.iter().cloned().map(Block::Text));
+    blocks.push(figure(ladder::figure(name, &headline, &answer.steps, &answer.scatter).figure()));
+    blocks.push(figure(explain_figures::leaderboard(answer, name, &headline).figure()));
+    for twin in &answer.twins {
+        if let Some(plan) = &twin.experiment {
+            let others: Vec<&str> = twin.with.iter().map(|other| other.kind.id()).collect();
+            let (kind, others) = (twin.kind.id(), others.join(", "));
+            blocks.push(Block::Text(format!("What would tell {kind} from {others}: {}", plan.purpose)));
+            blocks.push(Block::Code(explain_json::run_toml(plan)));
+        }
+    }
+    blocks.extend(explain_figures::next_experiment(answer, &input.data).map(|found| figure(found.figure())));
+    if let Some(outside) = &answer.outside {
+        blocks.push(figure(explain_figures::unexplained(outside, name).figure()));
+        blocks.push(Block::Text("The same as an effect for the valve file:".to_owned()));
+        blocks.push(Block::Code(explain_json::effect_toml(outside)));
+    }
+    Section { title: "What is missing".to_owned(), blocks }
+}
