@@ -94,6 +94,9 @@ pub struct ReportArgs {
     /// Where the page goes
     #[arg(long, value_name = "FILE")]
     pub out: PathBuf,
+    /// How the result is printed
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    pub format: Format,
 }
 
 /// Options of `revert`.
@@ -110,4 +113,7 @@ pub struct RevertArgs {
     /// Replace the output if it exists
     #[arg(long)]
     pub force: bool,
+    /// How the result is printed
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    pub format: Format,
 }

@@ -43,6 +43,9 @@ pub struct DemoArgs {
     /// Write the valve file, the timing log and the tables into a directory
     #[arg(long, value_name = "DIR")]
     pub files: Option<PathBuf>,
+    /// How the result is printed
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    pub format: Format,
 }
 
 /// Options of `prognose`.

@@ -8,6 +8,7 @@ use std::time::Instant;
 use anyhow::Context;
 use leak_table::TableBundle;
 use prognoser::{Method, Prognoser, Prognosis, TimingLog};
+use serde_json::json;
 use valve_file::ValveFile;
 use valve_model::Conditions;
 use valve_model::simulate::DEFAULT_STEP_S;
@@ -15,7 +16,7 @@ use valve_model::simulate::DEFAULT_STEP_S;
 use super::prognose::{Ends, History, probability};
 use super::strokes::Cycles;
 use super::{build_tables, tables};
-use crate::cli::DemoArgs;
+use crate::cli::{DemoArgs, Format};
 use crate::failure::Answer;
 use crate::output::{self, Align, PlotFile, StagedFile, TextTable};
 
@@ -36,7 +37,8 @@ pub fn run(args: &DemoArgs) -> anyhow::Result<Answer> {
     let healthy = Cycles::simulate(file.valve(), conditions, &file.schedule(), 1, DEFAULT_STEP_S).times_s[0];
     let text = |time: Option<f64>| time.map_or_else(|| "not at all".to_owned(), |time| format!("in {time:.4} s"));
     let limits = file.limits();
-    output::print_text(&format!(
+    let tell = |text: &str| if args.format == Format::Text { output::print_text(text) } else { Ok(()) };
+    tell(&format!(
         "1. The valve file describes {:?}. Simulated healthy, it closes {} and opens {};\n   \
          its life ends where a closing takes more than {} s or an opening more than {} s.\n\n",
         file.name(),
@@ -48,7 +50,7 @@ pub fn run(args: &DemoArgs) -> anyhow::Result<Answer> {
 
     let built = tables::build(&file)?;
     let bundle = Arc::new(built.bundle);
-    output::print_text(&format!(
+    tell(&format!(
         "2. Tables from leak area to stroke times, for a pipe that leaks to the atmosphere and one\n   \
          that leaks from the supply ({} cycles simulated until periodic):\n\n{}\n",
         built.simulated_areas,
@@ -57,17 +59,26 @@ pub fn run(args: &DemoArgs) -> anyhow::Result<Answer> {
 
     let limit_mm2 = leak_table::mm2_from_m2(bundle.limit_area_m2(leak_table::Fault::Atmosphere));
     let true_eol_cycle = limit_mm2 / TRUE_GROWTH_MM2;
-    let (table, last, figure) = prognose(&bundle, true_eol_cycle)?;
-    output::print_text(&format!(
+    let Chain { table, last, figure, prognoses } = prognose(&bundle, true_eol_cycle)?;
+    tell(&format!(
         "3. A timing log of 25 cycles, with a missing cycle and a mistyped time, read through the tables.\n   \
          Its leak was made to grow to the limit at cycle {true_eol_cycle:.1}; what was said on the way:\n\n{}\n   {last}\n\n",
         indented(&table)
     ))?;
-    output::print_text(&format!(
-        "Done in {:.2} s. The same with your own files:\n{NEXT}",
-        start.elapsed().as_secs_f64()
-    ))?;
+    tell(&format!("Done in {:.2} s. The same with your own files:\n{NEXT}", start.elapsed().as_secs_f64()))?;
 
+    if args.format == Format::Json {
+        output::print_json(&json!({
+            "valve": file.name(),
+            "close_time_s": healthy[0],
+            "open_time_s": healthy[1],
+            "close_within_s": limits.close_within_s,
+            "open_within_s": limits.open_within_s,
+            "leak_to_atmosphere_at_limit_mm2": limit_mm2,
+            "true_eol_cycle": true_eol_cycle,
+            "prognoses": prognoses,
+        }))?;
+    }
     if let (Some(plot), Some(figure)) = (plot, figure) {
         plot.write(&figure.figure())?;
     }
@@ -97,10 +108,15 @@ fn indented(text: &str) -> String {
     lines.join("\n") + "\n"
 }
 
-fn prognose(
-    tables: &Arc<TableBundle>,
-    true_eol_cycle: f64,
-) -> anyhow::Result<(String, String, Option<report::figures::PrognosisFigure>)> {
+/// What the log said on the way and in the end.
+struct Chain {
+    table: String,
+    last: String,
+    figure: Option<report::figures::PrognosisFigure>,
+    prognoses: Vec<Prognosis>,
+}
+
+fn prognose(tables: &Arc<TableBundle>, true_eol_cycle: f64) -> anyhow::Result<Chain> {
     let method = Method::default();
     let mut prognoser = Prognoser::new(Arc::clone(tables), method);
     let mut log = TimingLog::new("data/leaking-valve.csv", LOG.as_bytes())?;
@@ -114,6 +130,7 @@ fn prognose(
         ("truth", Align::Right),
         ("note", Align::Left),
     ]);
+    let mut prognoses = Vec::new();
     let mut history = History::of(None);
     let mut ends = Ends::default();
     while let Some(row) = log.next_row()? {
@@ -123,9 +140,11 @@ fn prognose(
         if SHOWN.contains(&prognosis.cycle) {
             table.row(cells(&prognosis, true_eol_cycle));
         }
+        prognoses.push(prognosis);
     }
     let last = ends.iter().map(super::prognose::End::sentence).collect::<Vec<_>>().join("\n");
-    Ok((table.render(), last, history.figure(tables, method.name(), Some(true_eol_cycle))))
+    let figure = history.figure(tables, method.name(), Some(true_eol_cycle));
+    Ok(Chain { table: table.render(), last, figure, prognoses })
 }
 
 fn cells(one: &Prognosis, true_eol_cycle: f64) -> Vec<String> {

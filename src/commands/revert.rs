@@ -1,8 +1,9 @@
 //! `valve revert`: the valve file before its last step.
 
+use serde_json::json;
 use valve_file::ValveFile;
 
-use crate::cli::RevertArgs;
+use crate::cli::{Format, RevertArgs};
 use crate::failure::Answer;
 use crate::output;
 
@@ -12,7 +13,10 @@ pub fn run(args: &RevertArgs) -> anyhow::Result<Answer> {
     let undone = file.history().last().map(|entry| entry.action.clone());
     let earlier = file.reverted()?;
     earlier.write(&args.out, args.force)?;
-    let undone = undone.unwrap_or_default();
-    output::print_text(&format!("undone: {undone}\nwritten: {}\n", args.out.display()))?;
+    let (undone, out) = (undone.unwrap_or_default(), args.out.display().to_string());
+    match args.format {
+        Format::Text => output::print_text(&format!("undone: {undone}\nwritten: {out}\n"))?,
+        Format::Json => output::print_json(&json!({ "undone": undone, "out": out }))?,
+    }
     Ok(Answer::Fine)
 }

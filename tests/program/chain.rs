@@ -207,12 +207,27 @@ fn report_holds_valve_tables_and_log() {
 }
 
 #[test]
+fn demo_as_json() {
+    let output = Sandbox::new().valve(&["demo", "--format", "json"]);
+    let answer: serde_json::Value =
+        serde_json::from_slice(&output.stdout).unwrap_or_else(|error| panic!("{error}\n{}", shown(&output)));
+    let last = answer["prognoses"].as_array().unwrap().last().unwrap();
+    assert_eq!(last["fault"], "atmosphere");
+    let (said, truth) = (last["eol_cycle"].as_f64().unwrap(), answer["true_eol_cycle"].as_f64().unwrap());
+    assert!((said - truth).abs() < 0.5, "{said} instead of {truth}");
+}
+
+#[test]
 fn report_holds_what_a_campaign_says_of_the_model() {
     let sandbox = Sandbox::new();
     let slower = include_str!("../../models/testbed.toml").replace("600 N s/m", "690 N s/m");
     Recording::default().write(&sandbox, &slower);
-    let output = sandbox.valve(&["report", "valve.toml", "--campaign", "campaign.toml", "--out", "report.html"]);
+    let call = ["report", "valve.toml", "--campaign", "campaign.toml", "--out", "report.html", "--format", "json"];
+    let output = sandbox.valve(&call);
     assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
+    let answer: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(answer["out"], "report.html");
+    assert_eq!(answer["sections"][2], "What is missing");
     let page = sandbox.read("report.html");
     for part in [
         "Recorded strokes: recorded",

@@ -105,7 +105,9 @@ fn a_hidden_effect_is_found_adopted_and_reverted() {
     assert!((factor - 0.8).abs() < 0.03, "{answer:#}");
     // The input is not touched, the output not replaced, and the step can be undone.
     assert!(!sandbox.valve(&adopted).status.success());
-    assert!(sandbox.valve(&["revert", "better.toml", "--out", "back.toml"]).status.success());
+    let undone = sandbox.valve(&["revert", "better.toml", "--out", "back.toml", "--format", "json"]);
+    let undone: Value = serde_json::from_slice(&undone.stdout).expect("JSON");
+    assert_eq!((&undone["undone"], &undone["out"]), (&"added vent-restriction".into(), &"back.toml".into()));
     let before = json(&sandbox, &["simulate", "valve.toml", "--format", "json"]);
     assert_eq!(before["cycles"], json(&sandbox, &["simulate", "back.toml", "--format", "json"])["cycles"]);
 }

@@ -9,10 +9,11 @@ use std::sync::Arc;
 
 use anyhow::Context;
 use report::html::Page;
+use serde_json::json;
 use valve_file::ValveFile;
 
 use super::tables;
-use crate::cli::ReportArgs;
+use crate::cli::{Format, ReportArgs};
 use crate::failure::Answer;
 use crate::output::{self, StagedFile};
 
@@ -38,6 +39,13 @@ pub fn run(args: &ReportArgs) -> anyhow::Result<Answer> {
     page.sections.push(valve::model(&file));
     out.write_all(page.to_html().as_bytes())?;
     out.commit()?;
-    output::note(&format!("written: {}", args.out.display()));
+    let out = args.out.display().to_string();
+    match args.format {
+        Format::Text => output::note(&format!("written: {out}")),
+        Format::Json => {
+            let titles: Vec<&str> = page.sections.iter().map(|section| section.title.as_str()).collect();
+            output::print_json(&json!({ "sections": titles, "out": out }))?;
+        }
+    }
     Ok(Answer::Fine)
 }
