@@ -34,6 +34,11 @@ impl Scatter {
             return None;
         }
         let enough = EXPLAINS * data.residual_count() as f64;
+        // No smaller scatter explains more than the largest; a rough look tells whether that is enough.
+        let (_, roughly) = Problem::of(&data.rough(), model);
+        if roughly.posterior(&[MOST_VARIANCE; SOURCES.len()])?.cost > enough {
+            return None;
+        }
         Self::supposed_within(data, model, enough)
     }
 
@@ -44,20 +49,12 @@ impl Scatter {
 
     /// The same, if the model then comes to no more than a cost.
     fn supposed_within(data: &Dataset, model: &Fit, most_cost: f64) -> Option<Self> {
-        let layout = layout(data);
-        let valve = model.valve();
-        let residual = &residuals(data, core::slice::from_ref(&valve))[0];
-        let directions = directions(data, &valve, residual);
-        let problem = Problem::new(&layout[..data.runs.len()], &directions, model, residual);
-        // No smaller scatter explains more than the largest.
-        if problem.posterior(&[MOST_VARIANCE; SOURCES.len()])?.cost > most_cost {
-            return None;
-        }
+        let (directions, problem) = Problem::of(data, model);
         let of_flow = |flow: Source| problem.likeliest(FLOWS.iter().find(|other| **other != flow));
         let [solenoid, all_orifices] = [of_flow(FLOWS[0])?, of_flow(FLOWS[1])?];
         let (variances, found) =
             if all_orifices.1.likelihood > solenoid.1.likelihood { all_orifices } else { solenoid };
-        (found.cost <= most_cost).then(|| Self::assemble(&layout, &directions, variances, Origin::Supposed))
+        (found.cost <= most_cost).then(|| Self::assemble(&layout(data), &directions, variances, Origin::Supposed))
     }
 }
 
@@ -92,6 +89,15 @@ struct Posterior {
 }
 
 impl Problem {
+    /// What every source changes in a dataset about a fitted model, and the problem.
+    fn of(data: &Dataset, model: &Fit) -> (Vec<Vec<f64>>, Self) {
+        let valve = model.valve();
+        let residual = residuals(data, core::slice::from_ref(&valve)).remove(0);
+        let directions = directions(data, &valve, &residual);
+        let problem = Self::new(&layout(data)[..data.runs.len()], &directions, model, &residual);
+        (directions, problem)
+    }
+
     fn new(layout: &[(usize, usize)], directions: &[Vec<f64>], model: &Fit, residual: &[f64]) -> Self {
         let strokes = layout.iter().map(|(start, end)| {
             let rows = *start..*end;
