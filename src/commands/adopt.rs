@@ -48,37 +48,31 @@ pub fn run(args: &AdoptArgs) -> anyhow::Result<Answer> {
             "look at the valve with `valve simulate`",
         )
     })?;
-    let mut climb = Climb::new(&additions, data, View::new(data.clone(), scatter), fit)?;
+    let mut climb = Climb::new(&additions, data, View::new(data.clone(), scatter), &datasheet, fit)?;
     // Strokes of which none was repeated may differ for all that.
     if !climb.view.explains(climb.best())
         && let Some(settled) = Settled::supposed(data, &climb.view.scatter, climb.best())
     {
         let view = View::new(settled.data, settled.scatter);
-        let calibrated = view.finely(&climb.rungs[0].1);
-        let again = Climb::new(&additions, data, view, calibrated)?;
+        let calibrated = view.finely(&climb.rungs[1].1);
+        let again = Climb::new(&additions, data, view, &datasheet, calibrated)?;
         if again.view.explains(again.best()) {
             climb = again;
         }
     }
     let scatter = &climb.view.scatter;
-    let datasheet_rms = datasheet.normalised_rms(scatter);
-    let mut steps =
-        vec![StepReport { step: "datasheet".into(), normalised_rms: datasheet_rms, held_out_normalised_rms: None }];
-    let mut models = vec![("datasheet".to_owned(), without.clone())];
+    let mut steps = Vec::new();
+    let mut models = Vec::new();
     for (step, fit) in &climb.rungs {
-        steps.push(StepReport {
-            step: step.clone(),
-            normalised_rms: fit.normalised_rms(scatter),
-            held_out_normalised_rms: held_out_rms(&climb.view.fine, scatter, fit),
-        });
-        models.push((step.clone(), adopted(&without, fit)?));
+        steps.push(step.clone());
+        models.push((step.step.clone(), adopted(&without, fit)?));
     }
     let best = climb.best();
     let lives = args.log.as_deref().map(|log| Lives::read(log, &models)).transpose()?;
     let names: Vec<&str> = additions.iter().map(name).collect();
     let action = format!("added {}", names.join(" and "));
     let last = &steps[steps.len() - 1];
-    let entry = HistoryEntry::new(&action, &input.campaign.name, datasheet_rms, last.normalised_rms);
+    let entry = HistoryEntry::new(&action, &input.campaign.name, steps[0].normalised_rms, last.normalised_rms);
     adopted(&input.file, best)?.with_history(entry)?.write(&args.out, args.force)?;
     let kinds: Vec<EffectKind> = additions
         .iter()
@@ -118,17 +112,29 @@ pub fn run(args: &AdoptArgs) -> anyhow::Result<Answer> {
     Ok(Answer::Fine)
 }
 
-/// The calibrated model, and that model with one effect after the other.
+/// The datasheet's model, the calibrated one, and that with one effect after the other.
 struct Climb {
     view: View,
-    /// What was done, and the fit after it.
-    rungs: Vec<(String, Fit)>,
+    /// What was done with what error, and the fit after it.
+    rungs: Vec<(StepReport, Fit)>,
 }
 
 impl Climb {
-    fn new(additions: &[Addition], data: &Dataset, mut view: View, calibrated: Fit) -> anyhow::Result<Self> {
+    fn new(
+        additions: &[Addition],
+        data: &Dataset,
+        mut view: View,
+        datasheet: &Fit,
+        calibrated: Fit,
+    ) -> anyhow::Result<Self> {
         let mut best = polished(&view.fine, &view.scatter, calibrated);
-        let mut rungs = vec![("calibrated".to_owned(), best.clone())];
+        let rung = |step: &str, view: &View, fit: &Fit, held_out: Option<f64>| {
+            let normalised_rms = fit.normalised_rms(&view.scatter);
+            (StepReport { step: step.to_owned(), normalised_rms, held_out_normalised_rms: held_out }, fit.clone())
+        };
+        let held_out = |view: &View, fit: &Fit| held_out_rms(&view.fine, &view.scatter, fit);
+        let mut rungs =
+            vec![rung("datasheet", &view, datasheet, None), rung("calibrated", &view, &best, held_out(&view, &best))];
         for addition in additions {
             let base = view.roughly(&best);
             let added = match addition {
@@ -153,7 +159,7 @@ impl Climb {
                 best = view.finely(&best);
             }
             best = polished(&view.fine, &view.scatter, best);
-            rungs.push((name(addition).to_owned(), best.clone()));
+            rungs.push(rung(name(addition), &view, &best, held_out(&view, &best)));
         }
         Ok(Self { view, rungs })
     }
