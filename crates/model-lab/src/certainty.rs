@@ -43,11 +43,11 @@ pub fn quantile_90(scatter: &Scatter) -> f64 {
 /// The variance of every coordinate from leaving out one stroke after the other; nothing with too few of
 /// them, or where the fit keeps no Jacobian.
 fn left_out(scatter: &Scatter, fit: &Fit) -> Option<Vec<f64>> {
-    let strokes = scatter.by_stroke(&fit.jacobian, &fit.residual);
-    if strokes.len() < FEWEST_STROKES || fit.jacobian.len() != fit.u.len() {
+    let count = fit.u.len();
+    if scatter.stroke_count() < FEWEST_STROKES || fit.jacobian.len() != count {
         return None;
     }
-    let count = fit.u.len();
+    let strokes = scatter.by_stroke(&fit.jacobian, &fit.residual);
     let nothing = (DMatrix::zeros(count, count), DVector::zeros(count));
     let (prior, _) = fit.space.with_priors(&fit.u, nothing);
     let information = strokes.iter().fold(prior.clone(), |sum, (stroke, _)| sum + stroke);
