@@ -1,0 +1,235 @@
+//! Errors of a record: white noise and a model error that is a process in time, whitened in one pass.
+//!
+//! The model error of a row is its activity times a stationary Gaussian process of unit variance: an
+//! Ornstein-Uhlenbeck process, or the smoother Matérn process of order 3/2. Both are Markov, so that a Kalman
+//! filter turns a series into independent innovations in a number of operations proportional to its rows
+//! (Särkkä, "Bayesian Filtering and Smoothing", 2013). The filter's gains do not depend on what was observed:
+//! the same pass whitens residuals and the columns of a Jacobian.
+
+use crate::problem::{Record, Series};
+
+/// How smooth the model error is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Smoothness {
+    /// Ornstein-Uhlenbeck: continuous, with corners.
+    #[default]
+    Rough,
+    /// Matérn of order 3/2: once differentiable.
+    Smooth,
+}
+
+/// The errors of one group of series.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GroupNoise {
+    /// Factor on the standard deviations of the rows.
+    pub multiplier: f64,
+    /// Standard deviation of the model error where the activity is 1.
+    pub discrepancy: f64,
+    /// Its correlation time, s; zero for a model error without memory.
+    pub time_s: f64,
+}
+
+/// The errors of all series of a problem.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Noise {
+    /// By group.
+    pub groups: Vec<GroupNoise>,
+    /// The kind of the model error.
+    pub smoothness: Smoothness,
+}
+
+impl Noise {
+    /// White noise as the rows state it.
+    pub fn white(groups: usize) -> Self {
+        let group = GroupNoise { multiplier: 1.0, discrepancy: 0.0, time_s: 0.0 };
+        Self { groups: vec![group; groups], smoothness: Smoothness::Rough }
+    }
+}
+
+/// What one row does to the filter's state and to what passes through.
+#[derive(Debug, Clone, Copy)]
+struct Gain {
+    /// Transition of the state from the row before: [a b; c d].
+    transition: [f64; 4],
+    /// The row sees `activity` times the first component of the state.
+    sees: f64,
+    gain: [f64; 2],
+    inverse_deviation: f64,
+}
+
+/// Turns the rows of a record into independent numbers of unit variance.
+#[derive(Debug, Clone)]
+pub struct Whitener {
+    series: Vec<Vec<Gain>>,
+    /// Logarithm of the determinant of the covariance.
+    pub log_determinant: f64,
+}
+
+impl Whitener {
+    /// For a record under given errors.
+    pub fn new(record: &Record, noise: &Noise) -> Self {
+        let mut log_determinant = 0.0;
+        let series = record.series.iter().map(|series| gains(series, noise, &mut log_determinant)).collect();
+        Self { series, log_determinant }
+    }
+
+    /// Whitens one column in place.
+    pub fn apply(&self, column: &mut [f64]) {
+        let mut rest = column;
+        for series in &self.series {
+            let Some(stretch) = rest.split_off_mut(..series.len()) else { return };
+            if series.first().is_some_and(|gain| gain.sees == 0.0) {
+                for (value, gain) in stretch.iter_mut().zip(series) {
+                    *value *= gain.inverse_deviation;
+                }
+                continue;
+            }
+            let mut state = [0.0, 0.0];
+            for (value, gain) in stretch.iter_mut().zip(series) {
+                let [a, b, c, d] = gain.transition;
+                state = [a * state[0] + b * state[1], c * state[0] + d * state[1]];
+                let innovation = *value - gain.sees * state[0];
+                state[0] += gain.gain[0] * innovation;
+                state[1] += gain.gain[1] * innovation;
+                *value = innovation * gain.inverse_deviation;
+            }
+        }
+    }
+
+    /// A whitened copy.
+    pub fn whitened(&self, column: &[f64]) -> Vec<f64> {
+        let mut copy = column.to_vec();
+        self.apply(&mut copy);
+        copy
+    }
+}
+
+/// The gains of a series; adds to the logarithm of the determinant.
+fn gains(series: &Series, noise: &Noise, log_determinant: &mut f64) -> Vec<Gain> {
+    let group = noise.groups[series.group];
+    let has_memory = series.is_process && group.discrepancy > 0.0 && group.time_s > 0.0;
+    let mut gains = Vec::with_capacity(series.rows.len());
+    // Stationary covariance of the state: unit variance, and that of the scaled derivative.
+    let stationary = match noise.smoothness {
+        Smoothness::Rough => [1.0, 0.0, 0.0],
+        Smoothness::Smooth => [1.0, 0.0, 1.0],
+    };
+    let mut covariance = stationary;
+    let mut before = None;
+    for row in &series.rows {
+        let white = (group.multiplier * row.sigma).powi(2);
+        let sees = if series.is_process { group.discrepancy * row.activity } else { 0.0 };
+        if !has_memory {
+            let deviation = (white + sees * sees).sqrt();
+            *log_determinant += 2.0 * deviation.ln();
+            gains.push(Gain {
+                transition: [0.0; 4],
+                sees: 0.0,
+                gain: [0.0; 2],
+                inverse_deviation: 1.0 / deviation,
+            });
+            continue;
+        }
+        let transition = match before {
+            None => [1.0, 0.0, 0.0, 1.0],
+            Some(before) => transition(noise.smoothness, (row.time_s - before) / group.time_s),
+        };
+        before = Some(row.time_s);
+        covariance = propagated(transition, covariance, stationary);
+        let [p00, p01, p11] = covariance;
+        let variance = sees * sees * p00 + white;
+        let gain = [p00 * sees / variance, p01 * sees / variance];
+        covariance =
+            [p00 - gain[0] * sees * p00, p01 - gain[0] * sees * p01, p11 - gain[1] * sees * p01];
+        *log_determinant += variance.ln();
+        gains.push(Gain { transition, sees, gain, inverse_deviation: 1.0 / variance.sqrt() });
+    }
+    gains
+}
+
+/// The state's transition over a time in units of the correlation time.
+fn transition(smoothness: Smoothness, time: f64) -> [f64; 4] {
+    match smoothness {
+        Smoothness::Rough => [(-time).exp(), 0.0, 0.0, 0.0],
+        Smoothness::Smooth => {
+            // With the derivative scaled to unit variance.
+            let t = 3.0_f64.sqrt() * time;
+            let decay = (-t).exp();
+            [decay * (1.0 + t), decay * t, -decay * t, decay * (1.0 - t)]
+        }
+    }
+}
+
+/// The covariance after a transition of a stationary process: A (P - S) A' + S.
+fn propagated([a, b, c, d]: [f64; 4], [p00, p01, p11]: [f64; 3], [s00, s01, s11]: [f64; 3]) -> [f64; 3] {
+    let (q00, q01, q11) = (p00 - s00, p01 - s01, p11 - s11);
+    [
+        a * a * q00 + 2.0 * a * b * q01 + b * b * q11 + s00,
+        a * c * q00 + (a * d + b * c) * q01 + b * d * q11 + s01,
+        c * c * q00 + 2.0 * c * d * q01 + d * d * q11 + s11,
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{DMatrix, DVector};
+
+    use super::*;
+    use crate::problem::Row;
+
+    fn series() -> Series {
+        let row = |i: i32| {
+            let time_s = 0.01 * f64::from(i) + 0.002 * f64::from(i % 3);
+            Row { time_s, observed: 0.0, sigma: 0.1 + 0.02 * f64::from(i % 4), activity: 0.3 + 0.1 * f64::from(i % 5) }
+        };
+        Series { rows: (0..40).map(row).collect(), group: 0, is_process: true }
+    }
+
+    /// chi-squared and log determinant by the dense covariance.
+    fn dense(series: &Series, noise: &Noise, residual: &[f64]) -> (f64, f64) {
+        let group = noise.groups[0];
+        let n = series.rows.len();
+        let covariance = DMatrix::from_fn(n, n, |i, j| {
+            let (one, other) = (series.rows[i], series.rows[j]);
+            let time = (one.time_s - other.time_s).abs() / group.time_s;
+            let correlation = match noise.smoothness {
+                Smoothness::Rough => (-time).exp(),
+                Smoothness::Smooth => (1.0 + 3.0_f64.sqrt() * time) * (-3.0_f64.sqrt() * time).exp(),
+            };
+            let process = group.discrepancy.powi(2) * one.activity * other.activity * correlation;
+            process + if i == j { (group.multiplier * one.sigma).powi(2) } else { 0.0 }
+        });
+        let residual = DVector::from_column_slice(residual);
+        let factor = covariance.cholesky().unwrap();
+        let log_determinant = 2.0 * factor.l().diagonal().map(f64::ln).sum();
+        (residual.dot(&factor.solve(&residual)), log_determinant)
+    }
+
+    #[test]
+    fn the_filter_whitens_as_the_dense_covariance_does() {
+        let series = series();
+        let residual: Vec<f64> = (0..40).map(|i| (0.7 * f64::from(i)).sin() + 0.1 * f64::from(i % 7)).collect();
+        let record = Record { series: vec![series.clone()], condition: 0 };
+        for smoothness in [Smoothness::Rough, Smoothness::Smooth] {
+            for time_s in [0.004, 0.05, 3.0] {
+                let groups = vec![GroupNoise { multiplier: 1.3, discrepancy: 0.8, time_s }];
+                let noise = Noise { groups, smoothness };
+                let whitener = Whitener::new(&record, &noise);
+                let chi2: f64 = whitener.whitened(&residual).iter().map(|value| value * value).sum();
+                let (expected, log_determinant) = dense(&series, &noise, &residual);
+                assert!((chi2 / expected - 1.0).abs() < 1e-9, "{smoothness:?} {time_s}: {chi2} for {expected}");
+                assert!((whitener.log_determinant - log_determinant).abs() < 1e-8);
+            }
+        }
+    }
+
+    #[test]
+    fn without_a_model_error_only_the_noise_counts() {
+        let record = Record { series: vec![series()], condition: 0 };
+        let whitener = Whitener::new(&record, &Noise::white(1));
+        let whitened = whitener.whitened(&vec![1.0; 40]);
+        for (value, row) in whitened.iter().zip(&record.series[0].rows) {
+            assert!((value * row.sigma - 1.0).abs() < 1e-12);
+        }
+    }
+}

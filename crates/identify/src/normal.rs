@@ -1,0 +1,293 @@
+//! The problem made linear about a point: normal equations, bounded steps and the evidence by Laplace.
+
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use rayon::prelude::*;
+
+use crate::noise::{Noise, Whitener};
+use crate::problem::{Coordinate, Linear, Problem, residuals};
+use crate::special::ln_normal_cdf;
+
+/// A problem linear about a point.
+#[derive(Debug, Clone)]
+pub struct Linearised {
+    /// The point.
+    pub u: Vec<f64>,
+    /// Observed minus predicted, by record.
+    pub residual: Vec<Vec<f64>>,
+    /// Derivatives of the predictions, by record: index of the coordinate, a value for each row.
+    pub columns: Vec<Vec<(usize, Vec<f64>)>>,
+}
+
+/// Normal equations of the whitened rows, without priors.
+#[derive(Debug, Clone)]
+pub struct Normal {
+    /// J' S^-1 J.
+    pub matrix: DMatrix<f64>,
+    /// J' S^-1 r.
+    pub gradient: DVector<f64>,
+    /// r' S^-1 r.
+    pub chi2: f64,
+    /// ln |S|.
+    pub log_determinant: f64,
+    /// Rows.
+    pub rows: usize,
+}
+
+impl Linearised {
+    /// From predictions with derivatives.
+    pub fn new<P: Problem + ?Sized>(problem: &P, u: Vec<f64>, linear: Vec<Linear>) -> Self {
+        let (predicted, columns): (Vec<_>, Vec<_>) =
+            linear.into_iter().map(|linear| (linear.predicted, linear.columns)).unzip();
+        Self { u, residual: residuals(problem, &predicted), columns }
+    }
+
+    /// The part of one record in the normal equations.
+    pub fn normal_of(&self, record: usize, whitener: &Whitener) -> Normal {
+        let n = self.u.len();
+        let residual = whitener.whitened(&self.residual[record]);
+        let columns: Vec<(usize, Vec<f64>)> = self.columns[record]
+            .iter()
+            .map(|(index, column)| (*index, whitener.whitened(column)))
+            .collect();
+        let mut matrix = DMatrix::zeros(n, n);
+        let mut gradient = DVector::zeros(n);
+        for (place, (i, one)) in columns.iter().enumerate() {
+            gradient[*i] = dot(one, &residual);
+            for (j, other) in &columns[..=place] {
+                let product = dot(one, other);
+                matrix[(*i, *j)] = product;
+                matrix[(*j, *i)] = product;
+            }
+        }
+        Normal {
+            matrix,
+            gradient,
+            chi2: dot(&residual, &residual),
+            log_determinant: whitener.log_determinant,
+            rows: residual.len(),
+        }
+    }
+
+    /// The normal equations of all records, one by one.
+    pub fn normals<P: Problem + ?Sized>(&self, problem: &P, noise: &Noise) -> Vec<Normal> {
+        problem
+            .records()
+            .par_iter()
+            .enumerate()
+            .map(|(index, record)| self.normal_of(index, &Whitener::new(record, noise)))
+            .collect()
+    }
+
+    /// The normal equations of all records.
+    pub fn normal<P: Problem + ?Sized>(&self, problem: &P, noise: &Noise) -> Normal {
+        let mut all = self.normals(problem, noise).into_iter();
+        let mut sum = all.next().unwrap_or_else(|| Normal::empty(self.u.len()));
+        all.for_each(|one| sum.add(&one));
+        sum
+    }
+}
+
+impl Normal {
+    fn empty(n: usize) -> Self {
+        Self { matrix: DMatrix::zeros(n, n), gradient: DVector::zeros(n), chi2: 0.0, log_determinant: 0.0, rows: 0 }
+    }
+
+    /// Adds the rows of others.
+    pub fn add(&mut self, other: &Self) {
+        self.matrix += &other.matrix;
+        self.gradient += &other.gradient;
+        self.chi2 += other.chi2;
+        self.log_determinant += other.log_determinant;
+        self.rows += other.rows;
+    }
+}
+
+/// Squared distance of a point from the prior means, in prior deviations.
+pub fn prior_cost(coordinates: &[Coordinate], u: &[f64]) -> f64 {
+    coordinates.iter().zip(u).map(|(coordinate, u)| ((u - coordinate.mean) / coordinate.sigma).powi(2)).sum()
+}
+
+/// Normal equations with the priors, about a point within the bounds.
+#[derive(Debug, Clone)]
+pub struct Posterior<'a> {
+    coordinates: &'a [Coordinate],
+    u: &'a [f64],
+    /// Precision: data and priors.
+    pub precision: DMatrix<f64>,
+    pull: DVector<f64>,
+    /// chi-squared, priors and ln |S| at the point.
+    pub cost: f64,
+    rows: usize,
+}
+
+/// A step to the least of the quadratic within the bounds.
+#[derive(Debug, Clone)]
+pub struct Step {
+    /// Where it leads.
+    pub to: Vec<f64>,
+    /// By how much the cost falls, to second order.
+    pub promised: f64,
+    /// Which coordinates end at a bound.
+    pub held: Vec<bool>,
+}
+
+impl<'a> Posterior<'a> {
+    /// From the data's normal equations.
+    pub fn new(coordinates: &'a [Coordinate], u: &'a [f64], normal: &Normal) -> Self {
+        let mut precision = normal.matrix.clone();
+        let mut pull = normal.gradient.clone();
+        for (index, coordinate) in coordinates.iter().enumerate() {
+            let weight = 1.0 / (coordinate.sigma * coordinate.sigma);
+            precision[(index, index)] += weight;
+            pull[index] -= weight * (u[index] - coordinate.mean);
+        }
+        let cost = normal.chi2 + prior_cost(coordinates, u) + normal.log_determinant;
+        Self { coordinates, u, precision, pull, cost, rows: normal.rows }
+    }
+
+    /// The damped step (Levenberg 1944, Marquardt 1963) within the bounds: coordinates that would leave them end
+    /// there, and the others are solved anew. Nothing where the matrix is not positive definite.
+    pub fn step(&self, damping: f64) -> Option<Step> {
+        let n = self.u.len();
+        let mut matrix = self.precision.clone();
+        for index in 0..n {
+            matrix[(index, index)] *= 1.0 + damping;
+        }
+        let mut fixed: Vec<Option<f64>> = vec![None; n];
+        let mut step = DVector::zeros(n);
+        // Every round holds one coordinate more or lets one go; a few rounds beyond all of them are plenty.
+        for _ in 0..2 * n + 4 {
+            step = solve_free(&matrix, &self.pull, &fixed)?;
+            let beyond = (0..n)
+                .filter(|index| fixed[*index].is_none())
+                .filter_map(|index| {
+                    let coordinate = &self.coordinates[index];
+                    let target = self.u[index] + step[index];
+                    let bound = target.clamp(coordinate.lower, coordinate.upper);
+                    (target != bound).then(|| (index, bound - self.u[index], (target - bound).abs() / coordinate.sigma))
+                })
+                .max_by(|a, b| a.2.total_cmp(&b.2));
+            if let Some((index, by, _)) = beyond {
+                fixed[index] = Some(by);
+                continue;
+            }
+            let left = &self.pull - &matrix * &step;
+            let inwards = (0..n).find(|index| {
+                let coordinate = &self.coordinates[*index];
+                let at = self.u[*index] + step[*index];
+                fixed[*index].is_some()
+                    && ((at <= coordinate.lower && left[*index] > 1e-9 * matrix[(*index, *index)])
+                        || (at >= coordinate.upper && left[*index] < -1e-9 * matrix[(*index, *index)]))
+            });
+            match inwards {
+                Some(index) => fixed[index] = None,
+                None => break,
+            }
+        }
+        let to: Vec<f64> = (0..n)
+            .map(|index| {
+                let coordinate = &self.coordinates[index];
+                (self.u[index] + step[index]).clamp(coordinate.lower, coordinate.upper)
+            })
+            .collect();
+        let step = DVector::from_iterator(n, to.iter().zip(self.u).map(|(to, from)| to - from));
+        let promised = 2.0 * self.pull.dot(&step) - step.dot(&(&self.precision * &step));
+        let held = to.iter().zip(self.coordinates).map(|(to, coordinate)| coordinate.is_at_bound(*to)).collect();
+        Some(Step { to, promised, held })
+    }
+
+    /// The logarithm of the evidence by Laplace's method about the least within the bounds, nats.
+    ///
+    /// Coordinates at a bound count with the integral of the density on their side of it.
+    pub fn log_evidence(&self) -> Option<f64> {
+        let step = self.step(0.0)?;
+        self.log_evidence_at(&step)
+    }
+
+    /// The same where the step is known.
+    pub fn log_evidence_at(&self, step: &Step) -> Option<f64> {
+        let n = self.u.len();
+        let moved = DVector::from_iterator(n, step.to.iter().zip(self.u).map(|(to, from)| to - from));
+        let pull = &self.pull - &self.precision * &moved;
+        let free: Vec<usize> = (0..n).filter(|index| !step.held[*index]).collect();
+        let mut value = -0.5 * (self.cost - step.promised) - 0.5 * LN_2_PI * self.rows as f64;
+        value -= self.coordinates.iter().map(|coordinate| coordinate.sigma.ln()).sum::<f64>();
+        let block = DMatrix::from_fn(free.len(), free.len(), |i, j| self.precision[(free[i], free[j])]);
+        let factor = cholesky(block)?;
+        value -= factor.l_dirty().diagonal().map(f64::ln).sum();
+        let inverse = factor.inverse();
+        for (place, index) in free.iter().enumerate() {
+            let coordinate = &self.coordinates[*index];
+            if coordinate.is_half() {
+                let bound = if coordinate.lower == coordinate.mean { coordinate.lower } else { coordinate.upper };
+                let distance = (step.to[*index] - bound).abs() / inverse[(place, place)].max(1e-300).sqrt();
+                value += std::f64::consts::LN_2 + ln_normal_cdf(distance);
+            }
+        }
+        for index in (0..n).filter(|index| step.held[*index]) {
+            let precision = self.precision[(index, index)];
+            // Half a normal density whose slope at the bound is not zero.
+            let slope = pull[index].abs() / precision.sqrt();
+            value += 0.5 * slope * slope + ln_normal_cdf(-slope) - 0.5 * precision.ln();
+            if self.coordinates[index].is_half() {
+                value += std::f64::consts::LN_2;
+            }
+        }
+        Some(value)
+    }
+
+    /// The covariance of the coordinates that are not held at a bound; rows and columns of the others are zero.
+    pub fn covariance(&self, held: &[bool]) -> DMatrix<f64> {
+        let n = self.u.len();
+        let free: Vec<usize> = (0..n).filter(|index| !held[*index]).collect();
+        let block = DMatrix::from_fn(free.len(), free.len(), |i, j| self.precision[(free[i], free[j])]);
+        let mut covariance = DMatrix::zeros(n, n);
+        if let Some(factor) = cholesky(block) {
+            let inverse = factor.inverse();
+            for (i, row) in free.iter().enumerate() {
+                for (j, column) in free.iter().enumerate() {
+                    covariance[(*row, *column)] = inverse[(i, j)];
+                }
+            }
+        }
+        covariance
+    }
+}
+
+const LN_2_PI: f64 = 1.837_877_066_409_345_5;
+
+/// The factor of a symmetric positive matrix.
+pub fn cholesky(matrix: DMatrix<f64>) -> Option<Cholesky<f64, Dyn>> {
+    Cholesky::new(matrix)
+}
+
+/// The solution for the coordinates that are not fixed; nothing where the matrix is not positive definite.
+fn solve_free(matrix: &DMatrix<f64>, right: &DVector<f64>, fixed: &[Option<f64>]) -> Option<DVector<f64>> {
+    let n = fixed.len();
+    let free: Vec<usize> = (0..n).filter(|index| fixed[*index].is_none()).collect();
+    let mut solution = DVector::from_iterator(n, fixed.iter().map(|value| value.unwrap_or(0.0)));
+    if free.is_empty() {
+        return Some(solution);
+    }
+    let rest = right - matrix * &solution;
+    let block = DMatrix::from_fn(free.len(), free.len(), |i, j| matrix[(free[i], free[j])]);
+    let rest = DVector::from_iterator(free.len(), free.iter().map(|index| rest[*index]));
+    let solved = cholesky(block)?.solve(&rest);
+    for (place, index) in free.iter().enumerate() {
+        solution[*index] = solved[place];
+    }
+    Some(solution)
+}
+
+/// The product of two columns, summed in four strands that the machine adds side by side.
+pub fn dot(one: &[f64], other: &[f64]) -> f64 {
+    let mut sums = [0.0; 4];
+    let (ones, others) = (one.chunks_exact(4), other.chunks_exact(4));
+    let rest: f64 = ones.remainder().iter().zip(others.remainder()).map(|(a, b)| a * b).sum();
+    for (a, b) in ones.zip(others) {
+        for strand in 0..4 {
+            sums[strand] += a[strand] * b[strand];
+        }
+    }
+    sums[0] + sums[1] + (sums[2] + sums[3]) + rest
+}

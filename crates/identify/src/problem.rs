@@ -1,0 +1,205 @@
+//! What is identified: coordinates with priors, records, and a model that predicts every row of them.
+
+use rayon::prelude::*;
+
+use crate::stop::Stop;
+
+/// Which records a coordinate moves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Scope {
+    /// All of them.
+    Shared,
+    /// One, by index.
+    Record(usize),
+}
+
+/// One coordinate of a fit, with what is known of it beforehand: a normal density, cut off at the bounds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Coordinate {
+    /// What it is called in answers.
+    pub name: String,
+    /// Which records it moves.
+    pub scope: Scope,
+    /// Mean of the prior.
+    pub mean: f64,
+    /// Standard deviation of the prior, more than zero.
+    pub sigma: f64,
+    /// Smallest value.
+    pub lower: f64,
+    /// Largest value.
+    pub upper: f64,
+    /// Difference for derivatives; its sign is turned where the bound is near.
+    pub step: f64,
+}
+
+impl Coordinate {
+    /// A coordinate with a standard normal prior, bounded at `bound` standard deviations.
+    pub fn standard(name: impl Into<String>, scope: Scope, bound: f64) -> Self {
+        Self { name: name.into(), scope, mean: 0.0, sigma: 1.0, lower: -bound, upper: bound, step: 0.05 }
+    }
+
+    /// Whether the prior is one half of a normal density (the other half lies beyond a bound).
+    pub fn is_half(&self) -> bool {
+        self.lower == self.mean || self.upper == self.mean
+    }
+
+    /// Whether a value lies at a bound.
+    pub fn is_at_bound(&self, u: f64) -> bool {
+        u <= self.lower || u >= self.upper
+    }
+
+    /// A difference for derivatives at `u` that stays within the bounds.
+    pub fn step_at(&self, u: f64) -> f64 {
+        if u + self.step > self.upper { -self.step } else { self.step }
+    }
+
+    /// Whether it moves a record.
+    pub fn moves(&self, record: usize) -> bool {
+        match self.scope {
+            Scope::Shared => true,
+            Scope::Record(one) => one == record,
+        }
+    }
+}
+
+/// One observed number.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Row {
+    /// When, s. Rows of a series stand in order of time.
+    pub time_s: f64,
+    /// What was observed.
+    pub observed: f64,
+    /// One standard deviation of its noise, before the multiplier of its group.
+    pub sigma: f64,
+    /// Standard deviation of the model error in this row per unit of the group's discrepancy; it grows with the
+    /// speed of what is observed, since an error of timing shows where something moves.
+    pub activity: f64,
+}
+
+/// Rows of one channel of one record.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Series {
+    /// The rows, in order of time.
+    pub rows: Vec<Row>,
+    /// Which group's noise multiplier and discrepancy it has.
+    pub group: usize,
+    /// Whether its model error is a process in time; single readings have none.
+    pub is_process: bool,
+}
+
+/// What was recorded at one time: channels whose errors are independent of one another.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Record {
+    /// The channels.
+    pub series: Vec<Series>,
+    /// The condition it was recorded under, an index; records of one condition are replicates.
+    pub condition: usize,
+}
+
+impl Record {
+    /// Rows of all its series.
+    pub fn row_count(&self) -> usize {
+        self.series.iter().map(|series| series.rows.len()).sum()
+    }
+
+    /// All rows, series after series.
+    pub fn rows(&self) -> impl Iterator<Item = &Row> {
+        self.series.iter().flat_map(|series| &series.rows)
+    }
+}
+
+/// A prediction wanted: at which of the points, of which record.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Request {
+    /// Index of the point.
+    pub point: usize,
+    /// Index of the record.
+    pub record: usize,
+}
+
+/// The predictions of one record at a point and their derivatives.
+#[derive(Debug, Clone, Default)]
+pub struct Linear {
+    /// A value for each row.
+    pub predicted: Vec<f64>,
+    /// For each coordinate that moves the record, its index and the derivative of each row.
+    pub columns: Vec<(usize, Vec<f64>)>,
+}
+
+/// A model of records with coordinates.
+pub trait Problem: Sync {
+    /// The coordinates; a point has one value for each.
+    fn coordinates(&self) -> &[Coordinate];
+
+    /// The records.
+    fn records(&self) -> &[Record];
+
+    /// Predictions of the rows of records at points, one for each request; nothing where a point is impossible.
+    fn predict(&self, points: &[Vec<f64>], requests: &[Request]) -> Vec<Option<Vec<f64>>>;
+
+    /// The predictions of every record at a point with all derivatives; finite differences unless a problem knows
+    /// better. `steps` are the differences.
+    fn linearise(&self, u: &[f64], steps: &[f64]) -> Option<Vec<Linear>> {
+        let all: Vec<usize> = (0..u.len()).collect();
+        self.differences(u, steps, &all)
+    }
+
+    /// The same with finite differences for some of the coordinates only, by index.
+    fn differences(&self, u: &[f64], steps: &[f64], which: &[usize]) -> Option<Vec<Linear>> {
+        let mut points = vec![u.to_vec()];
+        let mut requests: Vec<Request> =
+            (0..self.records().len()).map(|record| Request { point: 0, record }).collect();
+        let mut columns = Vec::new();
+        for &index in which {
+            let mut moved = u.to_vec();
+            moved[index] += steps[index];
+            points.push(moved);
+            for record in 0..self.records().len() {
+                if self.coordinates()[index].moves(record) {
+                    requests.push(Request { point: points.len() - 1, record });
+                    columns.push((index, record));
+                }
+            }
+        }
+        let mut predicted = self.predict(&points, &requests).into_iter();
+        let mut linear = Vec::with_capacity(self.records().len());
+        for _ in 0..self.records().len() {
+            linear.push(Linear { predicted: predicted.next()??, columns: Vec::new() });
+        }
+        for ((index, record), moved) in columns.into_iter().zip(predicted) {
+            let at = &linear[record].predicted;
+            let column = match moved {
+                Some(mut moved) => {
+                    let inverse = 1.0 / steps[index];
+                    moved.iter_mut().zip(at).for_each(|(moved, at)| *moved = (*moved - at) * inverse);
+                    moved
+                }
+                None => vec![0.0; at.len()],
+            };
+            linear[record].columns.push((index, column));
+        }
+        Some(linear)
+    }
+
+    /// Whether somebody asked to stop; fits and searches look often.
+    fn stop(&self) -> &Stop {
+        Stop::never()
+    }
+}
+
+/// The predictions of all records at each of several points; nothing for a point that is impossible.
+pub fn predict_all<P: Problem + ?Sized>(problem: &P, points: &[Vec<f64>]) -> Vec<Option<Vec<Vec<f64>>>> {
+    let records = problem.records().len();
+    let requests: Vec<Request> =
+        (0..points.len()).flat_map(|point| (0..records).map(move |record| Request { point, record })).collect();
+    let mut predicted = problem.predict(points, &requests).into_iter();
+    points.iter().map(|_| predicted.by_ref().take(records).collect::<Vec<_>>().into_iter().collect()).collect()
+}
+
+/// Observed minus predicted, record by record.
+pub fn residuals<P: Problem + ?Sized>(problem: &P, predicted: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let of = |(record, predicted): (&Record, &Vec<f64>)| {
+        record.rows().zip(predicted).map(|(row, predicted)| row.observed - predicted).collect()
+    };
+    problem.records().par_iter().zip(predicted).map(of).collect()
+}

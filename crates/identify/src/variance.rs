@@ -1,0 +1,149 @@
+//! Variance components: how large noise and model error are, by restricted likelihood.
+//!
+//! About a point the evidence is that of a linear model with normal errors; as a function of the errors' sizes it is
+//! the restricted likelihood (Patterson and Thompson, Biometrika 58(3), 1971) with the priors of the coordinates. It has
+//! more than one summit, so a grid is looked at first and the best of it refined.
+
+use crate::noise::{GroupNoise, Noise};
+use crate::normal::{Linearised, Normal, Posterior};
+use crate::problem::Problem;
+
+/// What is known of a group's errors beforehand.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GroupPrior {
+    /// Standard deviation of the logarithm of the noise multiplier.
+    pub multiplier_sigma: f64,
+    /// Least and largest noise multiplier.
+    pub multiplier: (f64, f64),
+    /// Least and largest discrepancy that is looked at; the largest also ends where the residuals do.
+    pub discrepancy: (f64, f64),
+    /// Shortest and longest correlation time, s.
+    pub time_s: (f64, f64),
+}
+
+/// How thoroughly sizes are looked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Effort {
+    /// A grid over discrepancy and time, then refined.
+    Global,
+    /// Refined from where they are.
+    Local,
+}
+
+/// Points of the grid: discrepancies and times.
+const GRID: (usize, usize) = (6, 4);
+
+/// First and last factor by which a size is moved in the refinement.
+const MOVES: (f64, f64) = (2.0, 1.1);
+
+/// A gain of evidence below this is none, nats.
+const LEAST_GAIN: f64 = 0.05;
+
+/// The sizes that make what is left about a linearised problem most likely.
+pub fn components<P: Problem + ?Sized>(
+    problem: &P,
+    at: &Linearised,
+    priors: &[GroupPrior],
+    from: &Noise,
+    effort: Effort,
+) -> Noise {
+    let score = |noise: &Noise| -> f64 { evidence(problem, at, &at.normal(problem, noise), priors, noise) };
+    let mut best = from.clone();
+    let mut best_score = score(&best);
+    let mut consider = |noise: Noise, best: &mut Noise| -> bool {
+        let value = score(&noise);
+        let better = value > best_score + LEAST_GAIN;
+        if better {
+            best_score = value;
+            *best = noise;
+        }
+        better
+    };
+    for group in 0..from.groups.len() {
+        let has_process = problem
+            .records()
+            .iter()
+            .flat_map(|record| &record.series)
+            .any(|series| series.group == group && series.is_process && !series.rows.is_empty());
+        if effort == Effort::Global && has_process {
+            let none = GroupNoise { discrepancy: 0.0, ..best.groups[group] };
+            consider(replaced(&best, group, none), &mut best);
+            let ((least, most), times) = (priors[group].discrepancy, priors[group].time_s);
+            for i in 0..GRID.0 {
+                for j in 0..GRID.1 {
+                    let one = GroupNoise {
+                        discrepancy: between(least, most, i, GRID.0),
+                        time_s: between(times.0, times.1, j, GRID.1),
+                        ..best.groups[group]
+                    };
+                    consider(replaced(&best, group, one), &mut best);
+                }
+            }
+        }
+        let mut factor = MOVES.0;
+        while factor > MOVES.1 {
+            let mut moved = false;
+            for which in 0..3 {
+                if which > 0 && (!has_process || best.groups[group].discrepancy == 0.0) {
+                    continue;
+                }
+                for factor in [factor, 1.0 / factor] {
+                    while consider(replaced(&best, group, scaled(best.groups[group], priors[group], which, factor)), &mut best) {
+                        moved = true;
+                    }
+                }
+            }
+            if !moved {
+                factor = factor.sqrt();
+            }
+        }
+        if has_process && best.groups[group].discrepancy > 0.0 {
+            consider(replaced(&best, group, GroupNoise { discrepancy: 0.0, ..best.groups[group] }), &mut best);
+        }
+    }
+    best
+}
+
+/// The evidence of a linearised problem with what is known of the errors' sizes, nats.
+pub fn evidence<P: Problem + ?Sized>(
+    problem: &P,
+    at: &Linearised,
+    normal: &Normal,
+    priors: &[GroupPrior],
+    noise: &Noise,
+) -> f64 {
+    let posterior = Posterior::new(problem.coordinates(), &at.u, normal);
+    posterior.log_evidence().unwrap_or(f64::NEG_INFINITY) + log_prior(priors, noise)
+}
+
+/// The logarithm of the prior density of the errors' sizes, up to a constant.
+pub fn log_prior(priors: &[GroupPrior], noise: &Noise) -> f64 {
+    priors
+        .iter()
+        .zip(&noise.groups)
+        .map(|(prior, group)| -0.5 * (group.multiplier.ln() / prior.multiplier_sigma).powi(2))
+        .sum()
+}
+
+fn replaced(noise: &Noise, group: usize, by: GroupNoise) -> Noise {
+    let mut noise = noise.clone();
+    noise.groups[group] = by;
+    noise
+}
+
+fn scaled(group: GroupNoise, prior: GroupPrior, which: usize, factor: f64) -> GroupNoise {
+    let mut group = group;
+    let (value, (least, most)) = match which {
+        0 => (&mut group.multiplier, prior.multiplier),
+        1 => (&mut group.discrepancy, prior.discrepancy),
+        _ => (&mut group.time_s, prior.time_s),
+    };
+    *value = (*value * factor).clamp(least, most);
+    group
+}
+
+/// Point `index` of `count` between two positive ends, in equal ratios.
+fn between(least: f64, most: f64, index: usize, count: usize) -> f64 {
+    let share = index as f64 / (count - 1).max(1) as f64;
+    least * (most / least).powf(share)
+}

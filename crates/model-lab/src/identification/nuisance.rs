@@ -1,0 +1,173 @@
+//! What instruments and conditions may be off by: nuisances with priors, in every fit and reported.
+
+use campaign::Uncertainty;
+use identify::{Coordinate, Scope};
+
+use super::setup::{Kind, Setup};
+use crate::data::Channel;
+
+/// Default standard deviations, where a campaign's `[uncertainty]` does not state its own.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NuisanceSizes {
+    /// Zero of the position sensor, by run, as a share of the stroke.
+    pub zero: f64,
+    /// Its drift over a run, as a share of the stroke.
+    pub drift: f64,
+    /// Its gain.
+    pub gain: f64,
+    /// Supply pressure by run, relative (gauge pressure).
+    pub supply: f64,
+    /// Supply gauge throughout, relative (gauge pressure).
+    pub gauge: f64,
+    /// Clock of the recorder against that of the commands, s.
+    pub clock_s: f64,
+    /// Delay of a command, by run and direction, s.
+    pub delay_s: f64,
+    /// Load on the piston by run, as a share of the force at rest.
+    pub load: f64,
+    /// Piston area, relative, where it has no tolerance.
+    pub bore: f64,
+    /// Zero of a pressure sensor, as a share of the supply's gauge pressure.
+    pub pressure_zero: f64,
+    /// Temperature by run, K.
+    pub temperature_k: f64,
+}
+
+impl Default for NuisanceSizes {
+    fn default() -> Self {
+        Self {
+            zero: 0.012,
+            drift: 0.004,
+            gain: 0.01,
+            supply: 0.015,
+            gauge: 0.02,
+            clock_s: 0.025,
+            delay_s: 0.004,
+            load: 0.01,
+            bore: 0.01,
+            pressure_zero: 0.01,
+            temperature_k: 3.0,
+        }
+    }
+}
+
+/// One nuisance.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Nuisance {
+    /// Zero of the position sensor in a record.
+    Zero(usize),
+    /// Its drift over a record.
+    Drift(usize),
+    /// Supply pressure of a record.
+    Supply(usize),
+    /// Load of a record.
+    Load(usize),
+    /// Delay of a record's commands to close.
+    CloseDelay(usize),
+    /// Delay of a record's commands to open.
+    OpenDelay(usize),
+    /// Gain of the position sensor.
+    Gain,
+    /// Clock of the recorder.
+    Clock,
+    /// Supply gauge.
+    Gauge,
+    /// Piston area.
+    Bore,
+    /// Zero of a pressure sensor.
+    PressureZero(Channel),
+    /// Gain of a pressure sensor.
+    PressureGain(Channel),
+    /// Zero of the pressure sensor that drives the model.
+    DrivingZero,
+}
+
+impl Nuisance {
+    /// Which records it moves.
+    pub fn scope(self) -> Scope {
+        match self {
+            Self::Zero(record)
+            | Self::Drift(record)
+            | Self::Supply(record)
+            | Self::Load(record)
+            | Self::CloseDelay(record)
+            | Self::OpenDelay(record) => Scope::Record(record),
+            _ => Scope::Shared,
+        }
+    }
+
+    /// Whether the model has to be simulated anew when it moves.
+    pub fn is_simulated(self) -> bool {
+        matches!(self, Self::Supply(_) | Self::Load(_) | Self::Gauge | Self::Bore | Self::DrivingZero)
+    }
+}
+
+/// A nuisance, its standard deviation and its coordinate.
+#[derive(Debug, Clone)]
+pub struct Entry {
+    /// Which.
+    pub nuisance: Nuisance,
+    /// One standard deviation: m, s, Pa or a share, as the nuisance is counted.
+    pub size: f64,
+    /// Its coordinate, in standard deviations.
+    pub coordinate: Coordinate,
+}
+
+/// Nuisances end at this many standard deviations.
+const BOUND: f64 = 3.0;
+
+/// The nuisances of a campaign.
+pub fn nuisances(setup: &Setup, sizes: &NuisanceSizes, stated: &Uncertainty, is_bore_tolerated: bool) -> Vec<Entry> {
+    let stroke = setup.stroke_m;
+    let mut all: Vec<(Nuisance, f64)> = Vec::new();
+    let mut pressures: Vec<Channel> = Vec::new();
+    let mut has_traces = false;
+    for (record, unit) in setup.units.iter().enumerate() {
+        if let Kind::Trace(trace) = &unit.kind {
+            has_traces = true;
+            all.push((Nuisance::Zero(record), stated.position_zero_m.unwrap_or(sizes.zero * stroke)));
+            all.push((Nuisance::Drift(record), stated.position_drift_m.unwrap_or(sizes.drift * stroke)));
+            for channel in trace.channels.iter().map(|rows| rows.channel).filter(|c| *c != Channel::Position) {
+                if !pressures.contains(&channel) {
+                    pressures.push(channel);
+                }
+            }
+        }
+        all.push((Nuisance::Load(record), sizes.load));
+        if !setup.is_driven {
+            let delay = stated.command_delay_s.unwrap_or(sizes.delay_s);
+            all.push((Nuisance::Supply(record), stated.supply_pressure.unwrap_or(sizes.supply)));
+            all.push((Nuisance::CloseDelay(record), delay));
+            all.push((Nuisance::OpenDelay(record), delay));
+        }
+    }
+    if has_traces {
+        all.push((Nuisance::Gain, stated.position_gain.unwrap_or(sizes.gain)));
+    }
+    if setup.is_driven {
+        all.push((Nuisance::DrivingZero, 0.25 * sizes.pressure_zero * span_pa(setup)));
+    } else {
+        all.push((Nuisance::Gauge, stated.supply_gauge.unwrap_or(sizes.gauge)));
+    }
+    all.push((Nuisance::Clock, stated.clock_s.unwrap_or(sizes.clock_s)));
+    if !is_bore_tolerated {
+        all.push((Nuisance::Bore, sizes.bore));
+    }
+    for channel in pressures {
+        all.push((Nuisance::PressureZero(channel), sizes.pressure_zero * span_pa(setup)));
+        all.push((Nuisance::PressureGain(channel), sizes.gain));
+    }
+    all.into_iter()
+        .filter(|(_, size)| *size > 0.0)
+        .map(|(nuisance, size)| {
+            let mut coordinate = Coordinate::standard(format!("{nuisance:?}"), nuisance.scope(), BOUND);
+            coordinate.step = 0.1;
+            Entry { nuisance, size, coordinate }
+        })
+        .collect()
+}
+
+/// The largest gauge pressure of the supply, Pa.
+fn span_pa(setup: &Setup) -> f64 {
+    setup.units.iter().map(|unit| (unit.run.conditions.supply_pressure_pa - setup.ambient_pa).abs()).fold(0.0, f64::max)
+}

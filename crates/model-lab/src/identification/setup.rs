@@ -1,0 +1,355 @@
+//! A campaign made ready for identification: rows that follow the motion, with their noise and their activity.
+//!
+//! Where the valve moves, a row is the mean over a thirtieth of a stroke's travel; where it rests, over ten times
+//! that. The model is averaged over the same samples.
+
+use std::sync::Arc;
+
+use campaign::{Campaign, Run as RecordedRun};
+use identify::{GroupPrior, Record, Row, Series};
+use valve_model::{Run, Schedule};
+
+use crate::data::{Channel, Dataset, RunData, TimingGroup, same_conditions};
+
+/// How finely a campaign is simulated and sampled.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fidelity {
+    /// For the way there.
+    Low,
+    /// For what decides and is printed.
+    High,
+}
+
+/// Rows over the travel of one stroke.
+const ROWS_A_TRAVEL: f64 = 30.0;
+
+/// Rows at rest are this many times longer.
+const LONGER_AT_REST: f64 = 10.0;
+
+/// Samples of the model in a row, at most.
+const MOST_SAMPLES: [usize; 2] = [2, 8];
+
+/// The model error at rest as a share of that at full speed.
+const ACTIVITY_AT_REST: f64 = 0.03;
+
+/// Groups of errors: positions, pressures, stroke times.
+pub const GROUPS: usize = 3;
+
+/// A channel of a recorded run.
+#[derive(Debug, Clone)]
+pub struct ChannelRows {
+    /// Which.
+    pub channel: Channel,
+    /// Times at which the model is sampled, s.
+    pub samples_s: Vec<f64>,
+    /// For each row the samples that it is the mean of.
+    pub rows: Vec<(usize, usize)>,
+}
+
+/// A recorded run.
+#[derive(Debug, Clone)]
+pub struct Trace {
+    /// Its channels, in the order of the record's series.
+    pub channels: Vec<ChannelRows>,
+}
+
+/// Stroke times under one set of conditions.
+#[derive(Debug, Clone)]
+pub struct Times {
+    /// Cycles to simulate; the last one counts.
+    pub cycles: usize,
+    /// For each row of the record: whether it is a closing time.
+    pub closing: Vec<bool>,
+}
+
+/// What a record is of.
+#[derive(Debug, Clone)]
+pub enum Kind {
+    /// A recorded run.
+    Trace(Trace),
+    /// Stroke times alone.
+    Times(Times),
+}
+
+/// One record and how to simulate it.
+#[derive(Debug, Clone)]
+pub struct Unit {
+    /// Its file, and its place in it where the file holds several.
+    pub name: String,
+    /// The run as recorded.
+    pub run: Run,
+    /// What it is of.
+    pub kind: Kind,
+}
+
+/// A campaign made ready.
+#[derive(Debug, Clone)]
+pub struct Setup {
+    /// The units, in the order of the records.
+    pub units: Vec<Unit>,
+    /// What was observed.
+    pub records: Arc<Vec<Record>>,
+    /// What is known of the errors of each group.
+    pub groups: Vec<GroupPrior>,
+    /// Cycle of stroke times without traces.
+    pub schedule: Schedule,
+    /// How finely it is simulated.
+    pub fidelity: Fidelity,
+    /// Travel between the stops, m.
+    pub stroke_m: f64,
+    /// Atmospheric pressure, Pa.
+    pub ambient_pa: f64,
+    /// Whether a recorded pressure drives the model.
+    pub is_driven: bool,
+}
+
+impl Setup {
+    /// Makes a campaign ready. `data` is the same campaign as the comparison sees it.
+    pub fn new(campaign: &Campaign, data: &Dataset, stroke_m: f64, ambient_pa: f64, fidelity: Fidelity) -> Self {
+        let travel_s = travel_s(data, stroke_m);
+        let is_driven = campaign.inputs.pipe_pressure || campaign.inputs.chamber_pressure;
+        let mut units = Vec::new();
+        let mut records: Vec<Record> = Vec::new();
+        for (recorded, run) in campaign.runs.iter().zip(&data.runs) {
+            let (unit, record) = trace_unit(recorded, run, travel_s, stroke_m, ambient_pa, fidelity);
+            units.push(unit);
+            records.push(record);
+        }
+        for group in &data.timing_groups {
+            let (unit, record) = times_unit(data, group);
+            units.push(unit);
+            records.push(record);
+        }
+        for index in 0..records.len() {
+            let same = (0..index).find(|other| same_conditions(&units[*other].run.conditions, &units[index].run.conditions));
+            records[index].condition = same.map_or(index, |other| records[other].condition);
+        }
+        let block_s = travel_s / ROWS_A_TRAVEL;
+        let position = GroupPrior {
+            multiplier_sigma: if data.noise_is_stated { 0.1 } else { 1.0 },
+            multiplier: (0.3, 20.0),
+            discrepancy: (1e-5, 0.3),
+            time_s: (block_s, 0.25 * stroke_s(data, travel_s)),
+        };
+        let times = GroupPrior { multiplier_sigma: 0.3, ..position };
+        Self {
+            units,
+            records: Arc::new(records),
+            groups: vec![position, position, times],
+            schedule: data.schedule,
+            fidelity,
+            stroke_m,
+            ambient_pa,
+            is_driven,
+        }
+    }
+
+    /// The same campaign with only some of its records.
+    #[must_use]
+    pub fn only(&self, keep: &[usize]) -> Self {
+        Self {
+            units: keep.iter().map(|index| self.units[*index].clone()).collect(),
+            records: Arc::new(keep.iter().map(|index| self.records[*index].clone()).collect()),
+            ..self.clone()
+        }
+    }
+
+    /// The step of the integrator, s, and its substeps at most.
+    pub fn step(&self) -> (f64, u32) {
+        match self.fidelity {
+            Fidelity::Low => (2e-3, 2),
+            Fidelity::High => (1e-3, 4),
+        }
+    }
+}
+
+/// The median time in which recorded strokes go from a twentieth to nineteen twentieths of what they travel, s.
+fn travel_s(data: &Dataset, stroke_m: f64) -> f64 {
+    let mut travels = Vec::new();
+    for run in &data.runs {
+        let channel = &run.channels[0];
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        for block in &channel.blocks {
+            low = low.min(block.mean);
+            high = high.max(block.mean);
+        }
+        if high - low < 0.1 * stroke_m {
+            continue;
+        }
+        let (lower, upper) = (low + 0.1 * (high - low), high - 0.1 * (high - low));
+        let mut left: Option<(bool, f64)> = None;
+        for block in &channel.blocks {
+            let end = if block.mean <= lower { Some(false) } else if block.mean >= upper { Some(true) } else { None };
+            if let Some(end) = end {
+                if let Some((from, at)) = left
+                    && from != end
+                {
+                    travels.push((block.time_s - at) * 1.25);
+                }
+                left = Some((end, block.time_s));
+            }
+        }
+    }
+    travels.sort_by(f64::total_cmp);
+    travels.get(travels.len() / 2).copied().unwrap_or_else(|| {
+        0.2 * data.runs.first().map_or(1.0, |run| run.run.end_s)
+    })
+}
+
+/// About how long a stroke takes from its command, s.
+fn stroke_s(data: &Dataset, travel_s: f64) -> f64 {
+    let lengths = data.runs.iter().map(|run| run.run.end_s / run.run.commands.len().max(1) as f64);
+    lengths.fold(f64::INFINITY, f64::min).clamp(travel_s, 4.0 * travel_s)
+}
+
+fn trace_unit(
+    recorded: &RecordedRun,
+    data: &RunData,
+    travel_s: f64,
+    stroke_m: f64,
+    ambient_pa: f64,
+    fidelity: Fidelity,
+) -> (Unit, Record) {
+    let span_pa = (recorded.conditions.supply_pressure_pa - ambient_pa).abs().max(0.1 * ambient_pa);
+    let mut series = Vec::new();
+    let mut channels = Vec::new();
+    for channel in &data.channels {
+        let is_position = channel.channel == Channel::Position;
+        let scale = if is_position { stroke_m } else { span_pa };
+        let (rows, cut) = rows(&data.times_s, &channel.samples, channel.noise, scale, travel_s / ROWS_A_TRAVEL);
+        let mut samples_s = Vec::new();
+        let mut ranges = Vec::with_capacity(cut.len());
+        for range in cut {
+            let first = samples_s.len();
+            sample(&data.times_s, &channel.samples, range, MOST_SAMPLES[fidelity as usize], &mut samples_s);
+            ranges.push((first, samples_s.len()));
+        }
+        series.push(Series { rows, group: usize::from(!is_position), is_process: true });
+        channels.push(ChannelRows { channel: channel.channel, samples_s, rows: ranges });
+    }
+    let unit = Unit { name: data.name.clone(), run: data.run.clone(), kind: Kind::Trace(Trace { channels }) };
+    (unit, Record { series, condition: 0 })
+}
+
+/// A change between neighbouring rows from which something moves: in deviations of its noise, and as a share of
+/// the whole travel.
+const MOVING: (f64, f64) = (5.0, 2e-3);
+
+/// Rows about a moving one that stay short.
+const ABOUT: usize = 3;
+
+/// The rows of a channel and the samples of each.
+fn rows(times: &[f64], samples: &[f64], noise: f64, scale: f64, fast_s: f64) -> (Vec<Row>, Vec<(usize, usize)>) {
+    let short = cut(times, samples, fast_s);
+    let means: Vec<(f64, f64, f64)> = short.iter().map(|range| mean(times, samples, *range)).collect();
+    let moving: Vec<bool> = (0..means.len())
+        .map(|index| {
+            let (before, after) = (means[index.saturating_sub(1)], means[(index + 1).min(means.len() - 1)]);
+            let deviation = noise * (1.0 / before.2 + 1.0 / after.2).sqrt();
+            (after.1 - before.1).abs() > (MOVING.0 * deviation).max(MOVING.1 * scale)
+        })
+        .collect();
+    let near = |index: usize| (index.saturating_sub(ABOUT)..(index + ABOUT + 1).min(moving.len())).any(|i| moving[i]);
+    let mut ranges: Vec<(usize, usize)> = Vec::new();
+    let mut merged = 0.0;
+    for (index, range) in short.iter().enumerate() {
+        match ranges.last_mut() {
+            Some(last) if !near(index) && merged > 0.0 && merged < LONGER_AT_REST => {
+                last.1 = range.1;
+                merged += 1.0;
+            }
+            _ => {
+                ranges.push(*range);
+                merged = if near(index) { 0.0 } else { 1.0 };
+            }
+        }
+    }
+    let means: Vec<(f64, f64, f64)> = ranges.iter().map(|range| mean(times, samples, *range)).collect();
+    let rates = rates(&means, noise);
+    let fastest = rates.iter().fold(0.0, |a: f64, b| a.max(*b)).max(1e-9 * scale);
+    let rows = means
+        .iter()
+        .zip(rates)
+        .map(|((time_s, observed, count), rate)| Row {
+            time_s: *time_s,
+            observed: *observed,
+            sigma: noise / count.sqrt(),
+            activity: scale * (ACTIVITY_AT_REST + rate / fastest),
+        })
+        .collect();
+    (rows, ranges)
+}
+
+/// Stretches of samples of about a duration, each with at least one that counts.
+fn cut(times: &[f64], samples: &[f64], duration_s: f64) -> Vec<(usize, usize)> {
+    let mut ranges = Vec::new();
+    let mut first = 0;
+    while first < samples.len() {
+        let mut end = first + 1;
+        while end < samples.len() && times[end] - times[first] < duration_s - 1e-9 {
+            end += 1;
+        }
+        if samples[first..end].iter().any(|sample| sample.is_finite()) {
+            ranges.push((first, end));
+        }
+        first = end;
+    }
+    ranges
+}
+
+/// Mean time, mean and count of the samples of a stretch that count.
+fn mean(times: &[f64], samples: &[f64], (first, end): (usize, usize)) -> (f64, f64, f64) {
+    let mut sum = (0.0, 0.0, 0.0);
+    for (time, sample) in times[first..end].iter().zip(&samples[first..end]).filter(|(_, sample)| sample.is_finite()) {
+        sum = (sum.0 + time, sum.1 + sample, sum.2 + 1.0);
+    }
+    (sum.0 / sum.2, sum.1 / sum.2, sum.2)
+}
+
+/// The speed at each row with what noise alone would show taken out.
+fn rates(means: &[(f64, f64, f64)], noise: f64) -> Vec<f64> {
+    (0..means.len())
+        .map(|index| {
+            let (before, after) = (means[index.saturating_sub(1)], means[(index + 1).min(means.len() - 1)]);
+            let time = (after.0 - before.0).max(1e-9);
+            let variance = noise * noise * (1.0 / before.2 + 1.0 / after.2) / (time * time);
+            (((after.1 - before.1) / time).powi(2) - variance).max(0.0).sqrt()
+        })
+        .collect()
+}
+
+/// Times at which the model is sampled for a stretch: its own samples, or a few in their place.
+fn sample(times: &[f64], samples: &[f64], (first, end): (usize, usize), most: usize, into: &mut Vec<f64>) {
+    let valid: Vec<f64> =
+        (first..end).filter(|index| samples[*index].is_finite()).map(|index| times[index]).collect();
+    if valid.len() <= most {
+        into.extend(valid);
+        return;
+    }
+    // The middles of equal parts.
+    let parts = most as f64;
+    into.extend((0..most).map(|part| {
+        let place = (part as f64 + 0.5) / parts * valid.len() as f64 - 0.5;
+        let left = place.floor().max(0.0) as usize;
+        let share = place - left as f64;
+        valid[left] + share * (valid[(left + 1).min(valid.len() - 1)] - valid[left])
+    }));
+}
+
+fn times_unit(data: &Dataset, group: &TimingGroup) -> (Unit, Record) {
+    let mut rows = Vec::new();
+    let mut closing = Vec::new();
+    for row in &group.rows {
+        let row = &data.timing_rows[*row];
+        for (time, closes) in [(row.close_time_s, true), (row.open_time_s, false)] {
+            if let Some(observed) = time {
+                rows.push(Row { time_s: rows.len() as f64, observed, sigma: data.timing_noise_s, activity: observed });
+                closing.push(closes);
+            }
+        }
+    }
+    let run = Run { conditions: group.conditions, commands: Vec::new(), end_s: data.schedule.end_s, driven: None };
+    let series = vec![Series { rows, group: 2, is_process: false }];
+    let kind = Kind::Times(Times { cycles: group.cycles, closing });
+    (Unit { name: "stroke times".into(), run, kind }, Record { series, condition: 0 })
+}
