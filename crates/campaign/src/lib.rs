@@ -13,14 +13,19 @@ mod conditions;
 mod csv_text;
 mod error;
 mod noise;
+mod outliers;
 mod plausibility;
 mod reader;
 mod timings;
 mod trace;
 mod types;
+mod uncertainty;
 mod warning;
 
 pub use error::{CampaignError, DataError, DataProblem};
-pub use noise::estimate_position_noise_m;
-pub use types::{Campaign, CommandEdge, Inputs, PlannedRun, Run, RunConditions, Sensors, TimingRow, Trace, ValveFacts};
+pub use noise::{estimate_noise, estimate_position_noise_m, estimate_resolution};
+pub use types::{
+    Campaign, CommandEdge, Inputs, Outlier, PlannedRun, Run, RunConditions, Sensors, TimingRow, Trace, ValveFacts,
+};
+pub use uncertainty::Uncertainty;
 pub use warning::{Doubt, Warning};

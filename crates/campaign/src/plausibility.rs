@@ -1,7 +1,7 @@
 //! Whether a trace can be what it claims to be.
 
 use crate::error::{DataError, DataProblem};
-use crate::noise::range;
+use crate::noise::{estimate_noise, estimate_resolution, range};
 use crate::trace::ReadTrace;
 use crate::types::{Trace, ValveFacts};
 use crate::warning::{Doubt, Warning};
@@ -17,6 +17,8 @@ const SHORT_MOTION: f64 = 0.9;
 /// Motion above this many strokes cannot be: stops give way by a few hundredths, soft ones of a strong
 /// actuator by some tenths, and no unit is that close to another.
 const TOO_LONG: f64 = 1.6;
+/// How far a stop may throw the valve back, in strokes.
+const BOUNCE: f64 = 0.2;
 /// How far outside the stops a position may lie, in strokes.
 const OUTSIDE: f64 = 0.12;
 
@@ -32,7 +34,8 @@ pub(crate) fn check(
     let first_line = read.lines.first().copied().unwrap_or(read.header_line);
     let mut warn = |line, doubt| warnings.push(Warning { file: file.to_owned(), line, doubt });
     for doubt in &read.doubts {
-        warn(read.header_line, doubt.clone());
+        let line = if let Doubt::Outliers { line, .. } = doubt { *line } else { read.header_line };
+        warn(line, doubt.clone());
     }
     let Some((lowest_m, highest_m)) = range(&trace.position_m) else {
         let problem = DataProblem::NoReadings { column: read.position_column.clone(), channel: "position".into() };
@@ -41,12 +44,12 @@ pub(crate) fn check(
     check_pressures(read, file, valve, &mut warn)?;
     check_gaps(trace, first_line, &mut warn);
     let constant = trace.command_close.iter().all(|close| *close == trace.command_close[0]);
-    let only_closing = constant && trace.command_close[0] && closes_for_good(trace, valve.stroke_m);
-    if constant && !only_closing {
-        return error(first_line, DataProblem::CommandNeverChanges { value: u8::from(trace.command_close[0]) });
-    }
-    if only_closing {
-        warn(first_line, Doubt::OnlyClosing);
+    if constant {
+        let close = trace.command_close[0];
+        if !moves_one_way(trace, close, valve.stroke_m) {
+            return error(first_line, DataProblem::CommandNeverChanges { value: u8::from(close) });
+        }
+        warn(first_line, if close { Doubt::OnlyClosing } else { Doubt::OnlyOpening });
     }
     let (span_mm, stroke_mm) = ((highest_m - lowest_m) * 1e3, valve.stroke_m * 1e3);
     let only_noise = span_mm < ONLY_NOISE * stroke_mm && is_noise(&trace.position_m, highest_m - lowest_m);
@@ -104,17 +107,17 @@ fn is_noise(position_m: &[f64], span_m: f64) -> bool {
     span_m < 6.5 * (sum / count.max(1) as f64).sqrt()
 }
 
-/// Whether a trace is one closing stroke: from open to closed, and not back.
-fn closes_for_good(trace: &Trace, stroke_m: f64) -> bool {
-    let finite = || trace.position_m.iter().copied().filter(|position| position.is_finite());
-    let mut closed = false;
-    for position in finite() {
-        closed |= position < 0.1 * stroke_m;
-        if closed && position > 0.3 * stroke_m {
-            return false;
-        }
+/// Whether a trace is one stroke in the direction that its command says, wherever it begins, and not back.
+fn moves_one_way(trace: &Trace, close: bool, stroke_m: f64) -> bool {
+    let sign = if close { -1.0 } else { 1.0 };
+    let mut finite = trace.position_m.iter().filter(|position| position.is_finite()).map(|position| sign * position);
+    let Some(first) = finite.next() else { return false };
+    let (mut farthest, mut back) = (first, 0f64);
+    for position in finite {
+        farthest = farthest.max(position);
+        back = back.max(farthest - position);
     }
-    closed && finite().next().is_some_and(|first| first > 0.7 * stroke_m)
+    farthest - first > ONLY_NOISE * stroke_m && back < BOUNCE * stroke_m
 }
 
 /// Whether the position grows while the valve is told to close and falls while it is told to open.
@@ -184,7 +187,14 @@ fn check_clipping(
     warn: &mut impl FnMut(usize, Doubt),
 ) {
     const FEWEST: usize = 20;
+    // Noise rounded to steps of twice its size or more is mostly that of rounding.
+    const COARSE: f64 = 1.5;
     const SHARE: f64 = 0.3;
+    // Coarse steps hold a resting valve on one code.
+    let step_m = estimate_resolution(&read.trace.position_m).unwrap_or(0.0);
+    if step_m > COARSE * estimate_noise(&read.trace.position_m).unwrap_or(0.0) {
+        return;
+    }
     let band = 0.1 * (highest_m - lowest_m);
     let share_at = |extreme: f64| {
         let near = read.trace.position_m.iter().filter(|position| (**position - extreme).abs() <= band).count();

@@ -10,7 +10,7 @@ use crate::error::{CampaignError, DataError, DataProblem};
 use crate::trace::{self, CommandFrom, TraceFormat};
 use crate::types::{Campaign, CommandEdge, Inputs, PlannedRun, Run, Sensors, TimingRow, ValveFacts};
 use crate::warning::Warning;
-use crate::{plausibility, timings};
+use crate::{plausibility, timings, uncertainty};
 
 /// Gives the bytes of a file that the campaign names.
 type Load<'a> = &'a dyn Fn(&str) -> std::io::Result<Vec<u8>>;
@@ -33,7 +33,7 @@ impl Campaign {
     ) -> Result<Self, CampaignError> {
         let document = Document::parse(text, file_name)?;
         let root = document.root();
-        root.allow_only(&["name", "sensors", "columns", "inputs", "command_from", "run", "timings"])?;
+        root.allow_only(&["name", "sensors", "uncertainty", "columns", "inputs", "command_from", "run", "timings"])?;
         let name = root.text("name", "a text")?.ok_or_else(|| root.missing("name", "the campaign's name, a text"))?;
         let reader = Reader {
             folder: Path::new(file_name).parent().unwrap_or(Path::new("")).to_owned(),
@@ -47,6 +47,7 @@ impl Campaign {
         let mut campaign = Self {
             name: name.to_owned(),
             sensors: read_sensors(&root)?,
+            uncertainty: uncertainty::read(&root)?,
             inputs: reader.inputs,
             runs: Vec::new(),
             planned: Vec::new(),
@@ -141,7 +142,8 @@ impl Reader<'_> {
             }
         }
         let commands = trace::edges(&trace);
-        campaign.runs.push(Run { file: file.to_owned(), conditions, trace, commands });
+        let commands_inferred = self.command_from.is_some();
+        campaign.runs.push(Run { file: file.to_owned(), conditions, trace, commands, commands_inferred });
         Ok(())
     }
 

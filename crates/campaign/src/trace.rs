@@ -7,8 +7,12 @@ use quantity::Dimension;
 use crate::columns::{self, CHANNELS, Column, Mapping};
 use crate::csv_text::CsvText;
 use crate::error::{DataError, DataProblem};
-use crate::types::{CommandEdge, Trace, ValveFacts};
+use crate::outliers;
+use crate::types::{CommandEdge, Outlier, Trace, ValveFacts};
 use crate::warning::Doubt;
+
+/// Outliers that a warning names one by one.
+const MOST_NAMED: usize = 4;
 
 /// `command_from`: a channel that tells the command by a threshold.
 #[derive(Debug, Clone)]
@@ -179,8 +183,45 @@ pub(crate) fn read(bytes: &[u8], file: &str, format: &TraceFormat<'_>) -> Result
     }
     let [chamber, pipe, supply] = pressures;
     (trace.chamber_pressure_pa, trace.pipe_pressure_pa, trace.supply_pressure_pa) = (chamber, pipe, supply);
+    doubts.extend(take_outliers(&mut trace, &lines));
     let position_column = csv.headers[columns.position.index].clone();
     Ok(ReadTrace { trace, lines, header_line: csv.header_line(), position_column, doubts })
+}
+
+/// Takes readings that no motion can have made out of every channel.
+fn take_outliers(trace: &mut Trace, lines: &[usize]) -> Vec<Doubt> {
+    let edges_s: Vec<f64> = edges(trace).iter().map(|edge| edge.time_s).collect();
+    let Trace { time_s, position_m, chamber_pressure_pa, pipe_pressure_pa, supply_pressure_pa, outliers, .. } = trace;
+    let channels = [
+        ("position", "mm", 1e-3, Some(position_m)),
+        ("chamber pressure", "kPa", 1e3, chamber_pressure_pa.as_mut()),
+        ("pipe pressure", "kPa", 1e3, pipe_pressure_pa.as_mut()),
+        ("supply pressure", "kPa", 1e3, supply_pressure_pa.as_mut()),
+    ];
+    let mut doubts = Vec::new();
+    for (channel, unit, scale, values) in channels {
+        let Some(values) = values else { continue };
+        let found = outliers::find(time_s, values, &edges_s);
+        if found.too_many > 0 {
+            doubts.push(Doubt::Jumpy { channel, count: found.too_many, of: values.len() });
+        }
+        let Some(&first) = found.rows.first() else { continue };
+        let mut named: Vec<String> = Vec::new();
+        for &row in found.rows.iter().take(MOST_NAMED) {
+            let (time, value) = (time_s[row], values[row] / scale);
+            named.push(format!("{value:.4} {unit} at {time:.4} s (line {})", lines[row]));
+        }
+        if found.rows.len() > MOST_NAMED {
+            named.push(format!("and {} more", found.rows.len() - MOST_NAMED));
+        }
+        let (count, named) = (found.rows.len(), named.join(", "));
+        doubts.push(Doubt::Outliers { channel, line: lines[first], count, named });
+        for row in found.rows {
+            outliers.push(Outlier { channel, row, line: lines[row], time_s: time_s[row], value: values[row] });
+            values[row] = f64::NAN;
+        }
+    }
+    doubts
 }
 
 /// The command that a reading tells; `None` where it is neither 0 nor 1.

@@ -1,6 +1,6 @@
 //! What a campaign holds, SI.
 
-use crate::Warning;
+use crate::{Uncertainty, Warning};
 
 /// What the reader needs to know of the valve.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,6 +22,8 @@ pub struct Campaign {
     pub name: String,
     /// Noise of the sensors, where it is stated.
     pub sensors: Sensors,
+    /// How far instruments and conditions may be off, where it is stated.
+    pub uncertainty: Uncertainty,
     /// Measured channels that are to drive the model.
     pub inputs: Inputs,
     /// Recorded runs, in the order of the file.
@@ -89,6 +91,9 @@ pub struct Run {
     /// to close in the first row gives an edge at 0 s; a run that begins with the command to open
     /// begins at rest there, without an edge.
     pub commands: Vec<CommandEdge>,
+    /// Whether the command was told from another channel by a threshold (`command_from`), so that each edge has a
+    /// time error of its own; false where a command was recorded.
+    pub commands_inferred: bool,
 }
 
 /// A run that has not been made yet.
@@ -119,6 +124,24 @@ pub struct Trace {
     pub pipe_pressure_pa: Option<Vec<f64>>,
     /// Supply pressure, Pa absolute.
     pub supply_pressure_pa: Option<Vec<f64>>,
+    /// Readings that no motion can have made; each of them is NaN in its channel. In the order of the channels above,
+    /// then of time.
+    pub outliers: Vec<Outlier>,
+}
+
+/// A reading that was taken out of a trace.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outlier {
+    /// The channel: "position", "chamber pressure", "pipe pressure" or "supply pressure".
+    pub channel: &'static str,
+    /// Its index in `time_s`.
+    pub row: usize,
+    /// The line in the file, counted from 1.
+    pub line: usize,
+    /// Its time, as `time_s`, s.
+    pub time_s: f64,
+    /// What was read, in m or Pa.
+    pub value: f64,
 }
 
 /// Stroke times of one cycle.

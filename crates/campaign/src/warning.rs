@@ -57,7 +57,7 @@ pub enum Doubt {
     },
     /// Many samples at exactly one extreme value.
     #[error(
-        "{share:.2} of the samples near that end are exactly {value_mm} mm, without noise: the sensor looks \
+        "{share:.2} of the samples near that end are exactly {value_mm:.4} mm, without noise: the sensor looks \
          clipped; widen its range, or leave these strokes out"
     )]
     Clipped {
@@ -67,8 +67,11 @@ pub enum Doubt {
         share: f64,
     },
     /// A command that says close throughout, with a closing stroke only.
-    #[error("the command is 1 from the first row to the last: taken as a closing stroke that begins at the first row")]
+    #[error("the command is 1 from the first row to the last: taken as a closing stroke that is under way")]
     OnlyClosing,
+    /// A command that says open throughout, with an opening stroke only.
+    #[error("the command is 0 from the first row to the last: taken as an opening stroke that is under way")]
+    OnlyOpening,
     /// Rows without a time.
     #[error("{rows} rows have no time and were left out")]
     RowsWithoutTime {
@@ -88,6 +91,31 @@ pub enum Doubt {
         channel: String,
         /// Share of missing readings.
         share: f64,
+    },
+    /// Readings that were taken out.
+    #[error("{count} readings of the {channel} are far from all around them and were left out: {named}")]
+    Outliers {
+        /// The channel.
+        channel: &'static str,
+        /// The line of the first one.
+        line: usize,
+        /// How many.
+        count: usize,
+        /// The first ones, with value, time and line.
+        named: String,
+    },
+    /// So many jumps that they are no outliers.
+    #[error(
+        "{count} of {of} readings of the {channel} jump far from those around them: too many to leave out; \
+         is the cable or the sensor loose, or are two signals mixed?"
+    )]
+    Jumpy {
+        /// The channel.
+        channel: &'static str,
+        /// How many jump.
+        count: usize,
+        /// How many readings there are.
+        of: usize,
     },
     /// A pressure column in a gauge unit.
     #[error(

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::fmt::Write;
 
-use campaign::{Campaign, CampaignError, CommandEdge, Doubt, ValveFacts};
+use campaign::{Campaign, CampaignError, CommandEdge, Doubt, Uncertainty, ValveFacts};
 
 const AMBIENT_PA: f64 = 100e3;
 const VALVE: ValveFacts =
@@ -142,6 +142,8 @@ fn commands_come_from_a_threshold_on_another_channel() {
     let times = |text: &str| read(&format!("{RUN}{text}"), &csv).runs[0].commands.clone();
     let pipe = times("[command_from]\nchannel = \"pipe_pressure\"\nthreshold = \"2 barg\"\nhysteresis = \"10 kPa\"\n");
     assert_eq!(pipe, [CommandEdge { time_s: 0.0, close: true }, CommandEdge { time_s: 1.004, close: false }]);
+    let text = format!("{RUN}[command_from]\nchannel = \"pipe_pressure\"\nthreshold = \"2 barg\"\n");
+    assert!(read(&text, &csv).runs[0].commands_inferred);
     let coil = times("[command_from]\nchannel = \"coil\"\nthreshold = 12\nabove = \"close\"\n");
     assert_eq!(coil[1], CommandEdge { time_s: 1.0, close: false });
     let message = refusal(&format!("{RUN}[command_from]\nchannel = \"koil\"\nthreshold = 12\n"), &csv);
@@ -273,14 +275,82 @@ fn faults_of_a_trace_are_refused_with_its_line() {
 }
 
 #[test]
-fn a_command_that_never_changes_is_refused_unless_it_is_one_closing_stroke() {
+fn a_command_that_never_changes_is_refused_unless_it_is_one_stroke() {
     for value in [0, 1] {
         let csv = trace("time_s,command,position_mm", |t| format!("{value},{:.4}", position_mm(t)));
         assert!(refusal(RUN, &csv).starts_with(&format!("a.csv:2: the command is {value} from the first row")));
     }
-    let closing = trace("time_s,command,position_mm", |t| format!("1,{:.4}", position_mm(t.min(1.1))));
-    let campaign = read(RUN, &closing);
-    assert!(doubts(&campaign).contains(&&Doubt::OnlyClosing));
+    // A record may begin anywhere in the stroke.
+    for before_s in [0.0, 0.3, 0.5] {
+        let one = |value: u8, position: &dyn Fn(f64) -> f64| {
+            let csv = trace("time_s,command,position_mm", |t| format!("{value},{:.4}", position(before_s + t)));
+            read(RUN, &csv)
+        };
+        assert!(doubts(&one(1, &|t| position_mm(t.min(1.1)))).contains(&&Doubt::OnlyClosing));
+        assert!(doubts(&one(0, &|t| position_mm(t + 1.0))).contains(&&Doubt::OnlyOpening));
+    }
+}
+
+#[test]
+fn a_record_may_begin_in_motion_before_rest_or_after_the_command() {
+    for before_s in [0.3, 0.45, 0.7, 1.05, 1.4] {
+        let two_cycles = |t: f64| (command((t + before_s) % 2.0), position_mm((t + before_s) % 2.0));
+        let csv = trace("time_s,command,position_mm", |t| {
+            let (command, position) = two_cycles(t);
+            format!("{command},{position:.4}")
+        });
+        let campaign = read(RUN, &csv);
+        assert!(campaign.warnings.is_empty(), "{before_s}: {:?}", campaign.warnings);
+        let run = &campaign.runs[0];
+        assert_eq!(run.trace.command_close[0], two_cycles(0.0).0 == 1);
+        assert!((run.trace.position_m[0] - two_cycles(0.0).1 * 1e-3).abs() < 1e-6);
+        assert!(!run.commands_inferred);
+    }
+}
+
+#[test]
+fn outliers_are_taken_out_before_anything_is_judged_and_are_named() {
+    let good = usual();
+    let value = |row: usize| good.lines().nth(row).unwrap().to_owned();
+    let spiked = good.replacen(&value(101), "0.100,1,320.5", 1).replacen(&value(901), "0.900,1,99999", 1);
+    let campaign = read(RUN, &spiked);
+    let [Doubt::Outliers { count: 2, line: 102, named, .. }] = doubts(&campaign)[..] else {
+        panic!("{:?}", campaign.warnings)
+    };
+    assert!(named.contains(" mm at 0.1000 s (line 102), 99999") && named.contains("at 0.9000 s (line 902)"), "{named}");
+    assert!(campaign.warnings[0].to_string().starts_with("a.csv:102: 2 readings of the position are far"));
+    let trace = &campaign.runs[0].trace;
+    let rows: Vec<(usize, usize)> = trace.outliers.iter().map(|outlier| (outlier.row, outlier.line)).collect();
+    assert_eq!(rows, [(100, 102), (900, 902)]);
+    assert!(trace.outliers[1].value > 99.0 && trace.outliers.iter().all(|outlier| outlier.channel == "position"));
+    assert!(trace.position_m[100].is_nan() && trace.position_m[900].is_nan() && trace.position_m[101].is_finite());
+}
+
+#[test]
+fn uncertainties_are_read_in_si_and_refused_where_they_make_no_sense() {
+    let text = format!(
+        "{RUN}[uncertainty]\nposition_zero = \"0.1 mm\"\nposition_gain = 0.01\nposition_drift = \"0.05 mm\"\n\
+         supply_pressure = 0.015\nsupply_gauge = 0.02\ntemperature = \"5 degC\"\nclock = \"25 ms\"\n\
+         command_delay = \"4 ms\"\nleak_area = 0.1\n"
+    );
+    let stated = Uncertainty {
+        position_zero_m: Some(1e-4),
+        position_gain: Some(0.01),
+        position_drift_m: Some(5e-5),
+        supply_pressure: Some(0.015),
+        supply_gauge: Some(0.02),
+        temperature_k: Some(5.0),
+        clock_s: Some(0.025),
+        command_delay_s: Some(0.004),
+        leak_area: Some(0.1),
+    };
+    assert_eq!(read(&text, &usual()).uncertainty, stated);
+    assert_eq!(read(RUN, &usual()).uncertainty, Uncertainty::default());
+    let changed = |from: &str, to: &str| refusal(&text.replacen(from, to, 1), &usual());
+    assert!(changed("0.01\n", "2\n").contains("c.toml:7: uncertainty.position_gain is 2; expected a share below 1"));
+    assert!(changed("\"25 ms\"", "\"0 ms\"").contains("c.toml:12: uncertainty.clock is 0; expected one standard"));
+    assert!(changed("leak_area", "leak_size").contains("c.toml:14: unknown key \"uncertainty.leak_size\""));
+    assert!(changed("\"0.1 mm\"", "0.1").contains("c.toml:6: uncertainty.position_zero is the bare number 0.1"));
 }
 
 #[test]

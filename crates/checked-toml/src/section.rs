@@ -19,6 +19,8 @@ pub enum QuantityKind {
     },
     /// A pressure above the atmosphere, or a difference.
     PressureDifference,
+    /// A difference of temperatures: "5 degC" is 5 K.
+    TemperatureDifference,
 }
 
 impl QuantityKind {
@@ -26,6 +28,7 @@ impl QuantityKind {
         match self {
             Self::Si(unit) => Dimension::of_si_unit(unit).unwrap_or(Dimension::Pure),
             Self::Pressure { .. } | Self::PressureDifference => Dimension::Pressure,
+            Self::TemperatureDifference => Dimension::Temperature,
         }
     }
 
@@ -34,6 +37,7 @@ impl QuantityKind {
             Self::Si(unit) => quantity::si_value(text, unit),
             Self::Pressure { ambient_pressure_pa } => quantity::pressure_pa(text, ambient_pressure_pa),
             Self::PressureDifference => quantity::pressure_difference_pa(text),
+            Self::TemperatureDifference => quantity::temperature_difference_k(text),
         }
     }
 }

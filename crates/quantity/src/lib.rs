@@ -21,5 +21,7 @@ mod unit;
 pub use dimension::Dimension;
 pub use error::QuantityError;
 pub use format::{format_number, format_si, format_si_like};
-pub use parse::{Quantity, absolute_pressure_pa, pressure_difference_pa, pressure_pa, si_value};
+pub use parse::{
+    Quantity, absolute_pressure_pa, pressure_difference_pa, pressure_pa, si_value, temperature_difference_k,
+};
 pub use unit::{Reference, Unit};

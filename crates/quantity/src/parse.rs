@@ -89,6 +89,12 @@ pub fn pressure_difference_pa(text: &str) -> Result<f64, QuantityError> {
     }
 }
 
+/// A difference of temperatures, K: the zero of degC and degF does not count.
+pub fn temperature_difference_k(text: &str) -> Result<f64, QuantityError> {
+    let quantity = Quantity::parse(text, Dimension::Temperature)?;
+    Ok(quantity.unit.difference_to_si(quantity.number))
+}
+
 /// The number at the front, and the rest.
 fn split(text: &str, dimension: Dimension) -> Result<(f64, &str), QuantityError> {
     let text = text.trim();
@@ -164,6 +170,13 @@ mod tests {
         assert_eq!(read("  25.4mm "), 0.0254);
         assert_eq!(si_value("inf W/K", "W/K").unwrap(), f64::INFINITY);
         assert_eq!(si_value("0.25", "").unwrap(), 0.25);
+    }
+
+    #[test]
+    fn differences_of_temperature_have_no_zero() {
+        for (text, expected) in [("5 K", 5.0), ("5 degC", 5.0), ("9 degF", 5.0)] {
+            assert!((temperature_difference_k(text).unwrap() - expected).abs() < 1e-12, "{text}");
+        }
     }
 
     #[test]
