@@ -5,7 +5,7 @@
 //! correlation time come from the restricted likelihood, anew at every step, until nothing more is to be gained.
 
 use crate::noise::{GroupNoise, Noise, Smoothness, Whitener};
-use crate::normal::{Linearised, Posterior, Step, dot, prior_cost};
+use crate::normal::{Linearised, Normal, Posterior, Step, Whitened, prior_cost};
 use crate::problem::{Problem, predict_all, residuals};
 use crate::variance::{Effort, GroupPrior, components, evidence};
 
@@ -18,6 +18,10 @@ pub struct FitOptions {
     pub settled: usize,
     /// The error without memory, as a share of the error at hand.
     pub share: f64,
+    /// It goes over to the second phase where a step promises less than this, nats.
+    pub annealed_tolerance: f64,
+    /// Steps for which derivatives are used again, kept up to date by what the steps show (Broyden 1965).
+    pub steps_a_derivative: usize,
     /// Dampings tried side by side, as factors on the damping at hand.
     pub dampings: Vec<f64>,
     /// It has ended where a step promises less than this, nats.
@@ -37,6 +41,8 @@ impl FitOptions {
             annealed: 12,
             settled: 8,
             share: 0.3,
+            annealed_tolerance: 2.0,
+            steps_a_derivative: 4,
             dampings: vec![0.0, 0.03, 1.0, 30.0],
             tolerance: 0.5,
             groups,
@@ -76,6 +82,35 @@ impl Fit {
     }
 }
 
+/// Share of what a step promised that it must have brought for its derivatives to be used again.
+const TRUSTED: f64 = 0.3;
+
+/// Share of the least that a step must promise from which a more damped one is tried beside it.
+const LEAST_SHARE: f64 = 0.1;
+
+/// A step that was tried.
+struct Trial {
+    u: Vec<f64>,
+    residual: Vec<Vec<f64>>,
+    /// Normal equations there, with the derivatives of where it came from.
+    normal: Normal,
+    cost: f64,
+    factor: f64,
+    promised: f64,
+}
+
+/// A step that was taken.
+struct Taken {
+    u: Vec<f64>,
+    residual: Vec<Vec<f64>>,
+    /// Fall of the cost, nats.
+    gain: f64,
+    /// The same as a share of what was promised.
+    share: f64,
+    /// Precision of each coordinate, the metric of updates.
+    weights: Vec<f64>,
+}
+
 /// A fit under way.
 struct Fitting<'a, P: Problem + ?Sized> {
     problem: &'a P,
@@ -91,7 +126,7 @@ pub fn fit<P: Problem + ?Sized>(problem: &P, start: &[f64], options: &FitOptions
     let start =
         problem.coordinates().iter().zip(start).map(|(coordinate, u)| u.clamp(coordinate.lower, coordinate.upper));
     let at = fitting.linearised(start.collect())?;
-    let at = fitting.anneal(at);
+    let at = fitting.anneal(at)?;
     fitting.settle(at)
 }
 
@@ -104,40 +139,39 @@ impl<P: Problem + ?Sized> Fitting<'_, P> {
         Some(Linearised::new(self.problem, u, linear))
     }
 
-    /// The best of several damped steps, by what is simulated there; nothing where none is better.
-    fn stepped(&mut self, at: &Linearised, noise: &Noise, least: f64) -> Option<(Vec<f64>, f64)> {
-        let normal = at.normal(self.problem, noise);
-        let posterior = Posterior::new(self.problem.coordinates(), &at.u, &normal);
+    /// The best of several damped steps, by what is predicted there; nothing where none is better.
+    fn stepped(&mut self, at: &Linearised, noise: &Noise, least: f64) -> Option<Taken> {
+        let whitened = Whitened::new(self.problem, at, noise);
+        let coordinates = self.problem.coordinates();
+        let posterior = Posterior::new(coordinates, &at.u, &whitened.normal);
         let steps: Vec<(f64, Step)> = self
             .options
             .dampings
             .iter()
             .filter_map(|factor| Some((*factor, posterior.step(factor * self.damping)?)))
-            .filter(|(_, step)| step.promised > 2.0 * least)
+            .filter(|(_, step)| step.promised > 2.0 * LEAST_SHARE * least)
             .collect();
-        if steps.is_empty() {
+        if steps.first().is_none_or(|(_, step)| step.promised < 2.0 * least) {
             return None;
         }
-        let points: Vec<Vec<f64>> = steps.iter().map(|(_, step)| step.to.clone()).collect();
-        self.predictions += points.len();
-        let whiteners: Vec<Whitener> =
-            self.problem.records().iter().map(|record| Whitener::new(record, noise)).collect();
-        let cost = |point: &[f64], predicted: &[Vec<f64>]| -> f64 {
-            let mut cost = prior_cost(self.problem.coordinates(), point) + normal.log_determinant;
-            for (mut residual, whitener) in residuals(self.problem, predicted).into_iter().zip(&whiteners) {
-                whitener.apply(&mut residual);
-                cost += dot(&residual, &residual);
-            }
-            cost
-        };
-        let best = predict_all(self.problem, &points)
-            .into_iter()
-            .zip(&steps)
-            .filter_map(|(predicted, (factor, step))| Some((cost(&step.to, &predicted?), *factor, step)))
-            .filter(|(cost, ..)| cost.is_finite())
-            .min_by(|a, b| a.0.total_cmp(&b.0));
-        let (cost, factor, step) = best?;
+        let mut tried = Vec::with_capacity(2 * steps.len());
+        let firsts: Vec<(Vec<f64>, f64, f64)> =
+            steps.into_iter().map(|(factor, step)| (step.to, factor, step.promised)).collect();
+        self.try_all(&whitened, firsts, &mut tried);
+        // Along a curved valley a step ends beside its floor: the same derivatives lead back down.
+        let seconds: Vec<(Vec<f64>, f64, f64)> = tried
+            .iter()
+            .filter_map(|trial: &Trial| {
+                let posterior = Posterior::new(coordinates, &trial.u, &trial.normal);
+                let step = posterior.step(trial.factor * self.damping)?;
+                (step.promised > 2.0 * LEAST_SHARE * least).then_some((step.to, trial.factor, trial.promised))
+            })
+            .collect();
+        self.try_all(&whitened, seconds, &mut tried);
+        let best = tried.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost))?;
+        let Trial { u, residual, cost, factor, promised, .. } = best;
         let gain = 0.5 * (posterior.cost - cost);
+        if std::env::var("TRACE").is_ok() { eprintln!("{} cost {:.1} gain {gain:.2} factor {factor} damping {:.1e} promised {:.3} noise {:?}", self.derivatives, posterior.cost, self.damping, 0.5 * promised, noise.groups[0]); }
         if gain <= 0.0 {
             return None;
         }
@@ -147,44 +181,63 @@ impl<P: Problem + ?Sized> Fitting<'_, P> {
             factor => factor * self.damping,
         }
         .clamp(1e-6, 1e4);
-        Some((step.to.clone(), gain))
+        let weights = posterior.precision.diagonal().iter().copied().collect();
+        Some(Taken { u, residual, gain, share: 2.0 * gain / promised, weights })
+    }
+
+    /// Predicts at points and adds what came out.
+    fn try_all(&mut self, whitened: &Whitened, points: Vec<(Vec<f64>, f64, f64)>, tried: &mut Vec<Trial>) {
+        self.predictions += points.len();
+        let wanted: Vec<Vec<f64>> = points.iter().map(|(u, ..)| u.clone()).collect();
+        for (predicted, (u, factor, promised)) in predict_all(self.problem, &wanted).into_iter().zip(points) {
+            let Some(predicted) = predicted else { continue };
+            let residual = residuals(self.problem, &predicted);
+            let normal = whitened.with_residuals(&residual);
+            let cost = normal.chi2 + normal.log_determinant + prior_cost(self.problem.coordinates(), &u);
+            if cost.is_finite() {
+                tried.push(Trial { u, residual, normal, cost, factor, promised });
+            }
+        }
+    }
+
+    /// Goes where a step led: with derivatives kept up to date by what it showed while they hold, else anew.
+    fn advanced(&mut self, at: Linearised, taken: Taken, age: &mut usize) -> Option<Linearised> {
+        if *age < self.options.steps_a_derivative && taken.share > TRUSTED {
+            *age += 1;
+            return Some(at.updated(taken.u, taken.residual, &taken.weights));
+        }
+        *age = 0;
+        self.linearised(taken.u)
     }
 
     /// The annealed phase: the error at hand, without memory and only shrinking, decides how much a row counts.
-    fn anneal(&mut self, mut at: Linearised) -> Linearised {
+    fn anneal(&mut self, mut at: Linearised) -> Option<Linearised> {
         let mut sizes = vec![f64::INFINITY; self.options.groups.len()];
-        let mut failed = false;
-        for _ in 0..self.options.annealed {
-            if self.problem.stop().is_asked() {
-                break;
-            }
+        let mut age = 0;
+        let mut failures = 0;
+        while self.derivatives < self.options.annealed && !self.problem.stop().is_asked() {
             let now = error_sizes(self.problem, &at);
-            let mut shrunk = false;
             for (size, now) in sizes.iter_mut().zip(&now) {
-                let wanted = self.options.share * now;
-                shrunk |= wanted < 0.8 * *size;
-                *size = size.min(wanted);
+                *size = size.min(self.options.share * now);
             }
             let noise = self.memoryless(&sizes);
-            match self.stepped(&at, &noise, 2.0) {
-                Some((u, _)) => {
-                    failed = false;
-                    match self.linearised(u) {
-                        Some(next) => at = next,
-                        None => break,
-                    }
+            match self.stepped(&at, &noise, self.options.annealed_tolerance) {
+                Some(taken) => {
+                    failures = 0;
+                    at = self.advanced(at, taken, &mut age)?;
                 }
-                None if !shrunk && failed => break,
-                None => {
-                    failed = true;
-                    self.damping = (30.0 * self.damping).min(1e4);
-                    if !shrunk {
-                        continue;
-                    }
+                None if age > 0 => {
+                    age = 0;
+                    at = self.linearised(at.u)?;
                 }
+                None if failures < 1 => {
+                    failures += 1;
+                    self.damping = (30.0 * self.damping).clamp(1e-2, 1e4);
+                }
+                None => break,
             }
         }
-        at
+        if age > 0 { self.linearised(at.u) } else { Some(at) }
     }
 
     fn memoryless(&self, sizes: &[f64]) -> Noise {
@@ -204,23 +257,34 @@ impl<P: Problem + ?Sized> Fitting<'_, P> {
             None => self.starting_noise(&sizes),
         };
         let mut promised = f64::INFINITY;
-        for _ in 0..self.options.settled.max(1) {
-            noise = components(self.problem, &at, &self.options.groups, &noise, effort);
-            effort = Effort::Local;
+        let most = self.derivatives + self.options.settled;
+        let mut age = 0;
+        let mut failures = 0;
+        while !self.problem.stop().is_asked() {
+            if age == 0 {
+                noise = components(self.problem, &at, &self.options.groups, &noise, effort);
+                effort = Effort::Local;
+            }
             let normal = at.normal(self.problem, &noise);
             let posterior = Posterior::new(self.problem.coordinates(), &at.u, &normal);
             promised = posterior.step(0.0).map_or(f64::INFINITY, |step| 0.5 * step.promised);
-            if promised < self.options.tolerance || self.options.settled == 0 || self.problem.stop().is_asked() {
+            let has_converged = promised < self.options.tolerance;
+            if age == 0 && (has_converged || self.derivatives >= most) {
                 break;
             }
-            match self.stepped(&at, &noise, self.options.tolerance) {
-                Some((u, gain)) => {
-                    at = self.linearised(u)?;
-                    if gain < self.options.tolerance {
-                        break;
-                    }
+            match if has_converged { None } else { self.stepped(&at, &noise, self.options.tolerance) } {
+                Some(taken) => {
+                    failures = 0;
+                    at = self.advanced(at, taken, &mut age)?;
                 }
-                None if self.damping < 1.0 => self.damping = 30.0 * self.damping.max(1e-2),
+                None if age > 0 => {
+                    age = 0;
+                    at = self.linearised(at.u)?;
+                }
+                None if failures < 2 => {
+                    failures += 1;
+                    self.damping = (30.0 * self.damping).clamp(1e-2, 1e4);
+                }
                 None => break,
             }
         }

@@ -41,6 +41,35 @@ impl Linearised {
         Self { u, residual: residuals(problem, &predicted), columns }
     }
 
+    /// At a point that a step led to, with the residuals there and derivatives that fit them (Broyden 1965): of all
+    /// that agree with the step, those nearest to the ones before, coordinates counted by their weights.
+    #[must_use]
+    pub fn updated(mut self, u: Vec<f64>, residual: Vec<Vec<f64>>, weights: &[f64]) -> Self {
+        let moved: Vec<f64> = u.iter().zip(&self.u).map(|(to, from)| to - from).collect();
+        for ((columns, before), now) in self.columns.iter_mut().zip(&self.residual).zip(&residual) {
+            let length: f64 = columns.iter().map(|(index, _)| weights[*index] * moved[*index] * moved[*index]).sum();
+            if length <= 0.0 {
+                continue;
+            }
+            // Observed minus predicted falls by as much as the prediction rises.
+            let mut unexpected: Vec<f64> = before.iter().zip(now).map(|(before, now)| before - now).collect();
+            for (index, column) in columns.iter() {
+                for (value, slope) in unexpected.iter_mut().zip(column) {
+                    *value -= slope * moved[*index];
+                }
+            }
+            for (index, column) in columns.iter_mut() {
+                let share = weights[*index] * moved[*index] / length;
+                for (slope, value) in column.iter_mut().zip(&unexpected) {
+                    *slope += share * value;
+                }
+            }
+        }
+        self.u = u;
+        self.residual = residual;
+        self
+    }
+
     /// The part of one record in the normal equations.
     pub fn normal_of(&self, record: usize, whitener: &Whitener) -> Normal {
         let n = self.u.len();
@@ -49,18 +78,12 @@ impl Linearised {
             .iter()
             .map(|(index, column)| (*index, whitener.whitened(column)))
             .collect();
-        let mut matrix = DMatrix::zeros(n, n);
         let mut gradient = DVector::zeros(n);
-        for (place, (i, one)) in columns.iter().enumerate() {
-            gradient[*i] = dot(one, &residual);
-            for (j, other) in &columns[..=place] {
-                let product = dot(one, other);
-                matrix[(*i, *j)] = product;
-                matrix[(*j, *i)] = product;
-            }
+        for (index, column) in &columns {
+            gradient[*index] = dot(column, &residual);
         }
         Normal {
-            matrix,
+            matrix: gram(&columns, n),
             gradient,
             chi2: dot(&residual, &residual),
             log_determinant: whitener.log_determinant,
@@ -85,6 +108,78 @@ impl Linearised {
         all.for_each(|one| sum.add(&one));
         sum
     }
+}
+
+/// A linearised problem whitened under given errors: normal equations for any residuals near the point.
+#[derive(Debug)]
+pub struct Whitened {
+    whiteners: Vec<Whitener>,
+    columns: Vec<Vec<(usize, Vec<f64>)>>,
+    /// The normal equations at the point itself.
+    pub normal: Normal,
+}
+
+impl Whitened {
+    /// Of a linearised problem.
+    pub fn new<P: Problem + ?Sized>(problem: &P, at: &Linearised, noise: &Noise) -> Self {
+        let n = at.u.len();
+        let parts: Vec<(Whitener, Vec<(usize, Vec<f64>)>, DMatrix<f64>)> = problem
+            .records()
+            .par_iter()
+            .zip(&at.columns)
+            .map(|(record, columns)| {
+                let whitener = Whitener::new(record, noise);
+                let columns: Vec<(usize, Vec<f64>)> =
+                    columns.iter().map(|(index, column)| (*index, whitener.whitened(column))).collect();
+                let matrix = gram(&columns, n);
+                (whitener, columns, matrix)
+            })
+            .collect();
+        let mut whitened = Self { whiteners: Vec::new(), columns: Vec::new(), normal: Normal::empty(n) };
+        for (whitener, columns, matrix) in parts {
+            whitened.normal.matrix += matrix;
+            whitened.normal.log_determinant += whitener.log_determinant;
+            whitened.whiteners.push(whitener);
+            whitened.columns.push(columns);
+        }
+        whitened.normal.rows = at.residual.iter().map(Vec::len).sum();
+        let (gradient, chi2) = whitened.gradient(&at.residual, n);
+        whitened.normal.gradient = gradient;
+        whitened.normal.chi2 = chi2;
+        whitened
+    }
+
+    /// The normal equations with the same derivatives and other residuals.
+    pub fn with_residuals(&self, residual: &[Vec<f64>]) -> Normal {
+        let (gradient, chi2) = self.gradient(residual, self.normal.gradient.len());
+        Normal { gradient, chi2, ..self.normal.clone() }
+    }
+
+    fn gradient(&self, residual: &[Vec<f64>], n: usize) -> (DVector<f64>, f64) {
+        let mut gradient = DVector::zeros(n);
+        let mut chi2 = 0.0;
+        for ((whitener, columns), residual) in self.whiteners.iter().zip(&self.columns).zip(residual) {
+            let residual = whitener.whitened(residual);
+            chi2 += dot(&residual, &residual);
+            for (index, column) in columns {
+                gradient[*index] += dot(column, &residual);
+            }
+        }
+        (gradient, chi2)
+    }
+}
+
+/// The products of columns with each other.
+fn gram(columns: &[(usize, Vec<f64>)], n: usize) -> DMatrix<f64> {
+    let mut matrix = DMatrix::zeros(n, n);
+    for (place, (i, one)) in columns.iter().enumerate() {
+        for (j, other) in &columns[..=place] {
+            let product = dot(one, other);
+            matrix[(*i, *j)] = product;
+            matrix[(*j, *i)] = product;
+        }
+    }
+    matrix
 }
 
 impl Normal {

@@ -10,6 +10,7 @@ pub mod data;
 pub mod explain;
 pub mod fit;
 pub mod forward;
+pub mod identification;
 pub mod repeats;
 pub mod residual_force;
 pub mod scatter;

@@ -101,7 +101,12 @@ pub struct Setup {
     pub ambient_pa: f64,
     /// Whether a recorded pressure drives the model.
     pub is_driven: bool,
+    /// The simulation begins this much before the record, at rest, so that a command may come early, s.
+    pub lead_s: f64,
 }
+
+/// How much a simulation begins before the record, s.
+const LEAD_S: f64 = 0.1;
 
 impl Setup {
     /// Makes a campaign ready. `data` is the same campaign as the comparison sees it.
@@ -141,6 +146,7 @@ impl Setup {
             stroke_m,
             ambient_pa,
             is_driven,
+            lead_s: if is_driven { 0.0 } else { LEAD_S },
         }
     }
 

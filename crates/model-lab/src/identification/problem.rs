@@ -1,0 +1,357 @@
+//! The valve as a problem of identification: a space of parameters and effects, and the nuisances around it.
+
+use std::sync::Arc;
+
+use identify::{Coordinate, Linear, Problem, Record, Request, Scope, Stop};
+use rayon::prelude::*;
+use valve_model::cycle::{CycleTimes, cycles_with};
+use valve_model::dispatch::LANES;
+use valve_model::driven::Driven;
+use valve_model::{Nodes, ParameterId, Prepared, Run, Valve, simulate};
+
+use super::nuisance::{Entry, Nuisance};
+use super::setup::{Kind, Setup, Trace, Unit};
+use crate::data::Channel;
+use crate::forward::{Predicted, record};
+use crate::space::{Space, Target};
+
+/// Bound of a tolerated parameter, in tolerances.
+const PARAMETER_BOUND: f64 = 5.0;
+
+/// Standard deviation of the prior of an effect's size, in typical sizes.
+const SIZE_SIGMA: f64 = 2.0;
+
+/// A stroke that was not finished counts as this many times its window.
+const BEYOND: f64 = 1.2;
+
+/// Differences in time for derivatives with respect to delays, s.
+const TIME_STEP_S: f64 = 5e-4;
+
+/// A set of effects on a campaign.
+#[derive(Debug)]
+pub struct ValveProblem<'a> {
+    setup: &'a Setup,
+    /// The tolerated parameters and the effects.
+    pub space: Space,
+    /// The nuisances; their coordinates follow those of the space.
+    pub nuisances: &'a [Entry],
+    coordinates: Vec<Coordinate>,
+    stop: &'a Stop,
+}
+
+impl<'a> ValveProblem<'a> {
+    /// A space on a campaign with its nuisances.
+    pub fn new(setup: &'a Setup, space: Space, nuisances: &'a [Entry], stop: &'a Stop) -> Self {
+        let mut coordinates: Vec<Coordinate> = space
+            .coordinates
+            .iter()
+            .enumerate()
+            .map(|(index, of_space)| {
+                let (mean, sigma) = match (of_space.target, of_space.prior) {
+                    (_, Some(prior)) => prior,
+                    (_, None) => (0.0, SIZE_SIGMA),
+                };
+                let (lower, upper) = match of_space.target {
+                    Target::Base(_) => (-PARAMETER_BOUND, PARAMETER_BOUND),
+                    _ => (of_space.lower, of_space.upper),
+                };
+                Coordinate { name: index.to_string(), scope: Scope::Shared, mean, sigma, lower, upper, step: 0.05 }
+            })
+            .collect();
+        coordinates.extend(nuisances.iter().map(|entry| entry.coordinate.clone()));
+        Self { setup, space, nuisances, coordinates, stop }
+    }
+
+    /// The point with every coordinate at its prior mean, effects at where their fits start.
+    pub fn start(&self) -> Vec<f64> {
+        self.space.start().into_iter().chain(self.nuisances.iter().map(|_| 0.0)).collect()
+    }
+
+    /// The campaign.
+    pub fn setup(&self) -> &Setup {
+        self.setup
+    }
+
+    /// The value of a nuisance at a point, in its own unit; zero where there is none.
+    pub fn nuisance(&self, u: &[f64], which: Nuisance) -> f64 {
+        let place = self.nuisances.iter().position(|entry| entry.nuisance == which);
+        place.map_or(0.0, |place| self.nuisances[place].size * u[self.space.coordinates.len() + place])
+    }
+
+    /// The valve and the run of a record at a point; nothing if the point is no possible valve.
+    fn simulation(&self, u: &[f64], index: usize) -> Option<(Valve, Run)> {
+        let valve = self.space.valve(u)?;
+        let mut parameters = valve.parameters().clone();
+        let unit = &self.setup.units[index];
+        let mut run = unit.run.clone();
+        let load = self.nuisance(u, Nuisance::Load(index));
+        if parameters.spring_stiffness_n_per_m > 0.0 {
+            parameters.preload_compression_m *= 1.0 + load;
+        } else {
+            parameters.moving_mass_kg *= 1.0 + load;
+        }
+        parameters.piston_area_m2 *= 1.0 + self.nuisance(u, Nuisance::Bore);
+        let factor = (1.0 + self.nuisance(u, Nuisance::Supply(index))) * (1.0 + self.nuisance(u, Nuisance::Gauge));
+        let ambient = self.setup.ambient_pa;
+        run.conditions.supply_pressure_pa = ambient + factor * (run.conditions.supply_pressure_pa - ambient);
+        let zero = self.nuisance(u, Nuisance::DrivingZero);
+        if zero != 0.0
+            && let Some(driven) = &run.driven
+        {
+            let shifted = |channel: &Option<Vec<f64>>| {
+                channel.as_ref().map(|values| values.iter().map(|value| (value - zero).max(1.0)).collect())
+            };
+            run.driven = Some(Arc::new(Driven {
+                pipe_pressure_pa: shifted(&driven.pipe_pressure_pa),
+                chamber_pressure_pa: shifted(&driven.chamber_pressure_pa),
+                ..Driven::clone(driven)
+            }));
+        }
+        for edge in &mut run.commands {
+            let which = if edge.close { Nuisance::CloseDelay(index) } else { Nuisance::OpenDelay(index) };
+            edge.time_s = (edge.time_s + self.setup.lead_s + self.nuisance(u, which)).max(0.0);
+        }
+        run.end_s += self.setup.lead_s;
+        let valve =
+            Valve::new(parameters, valve.switches(), valve.effects().to_vec(), valve.custom().to_vec()).ok()?;
+        Some((valve, run))
+    }
+
+    /// What a recorder writes down of a simulated run, row by row; `shift_s` moves its clock.
+    fn rows(&self, u: &[f64], index: usize, trace: &Trace, valve: &Valve, nodes: &Nodes, shift_s: f64) -> Vec<f64> {
+        let clock = self.nuisance(u, Nuisance::Clock) + shift_s;
+        let mut values = Vec::new();
+        let mut recorded = Predicted::default();
+        for channel in &trace.channels {
+            let times: Vec<f64> = channel.samples_s.iter().map(|time| time - clock + self.setup.lead_s).collect();
+            record(valve, nodes, &times, &mut recorded);
+            let sampled = recorded.channel(channel.channel);
+            let means = channel.rows.iter().map(|(first, end)| {
+                sampled[*first..*end].iter().sum::<f64>() / (end - first) as f64
+            });
+            let start = values.len();
+            values.extend(means);
+            let (offset, slope, gain) = if channel.channel == Channel::Position {
+                let end_s = self.setup.units[index].run.end_s.max(1e-9);
+                let drift = self.nuisance(u, Nuisance::Drift(index)) / end_s;
+                (self.nuisance(u, Nuisance::Zero(index)), drift, self.nuisance(u, Nuisance::Gain))
+            } else {
+                let zero = self.nuisance(u, Nuisance::PressureZero(channel.channel));
+                (zero, 0.0, self.nuisance(u, Nuisance::PressureGain(channel.channel)))
+            };
+            let base = if channel.channel == Channel::Position { 0.0 } else { self.setup.ambient_pa };
+            for (value, (first, end)) in values[start..].iter_mut().zip(&channel.rows) {
+                let time = 0.5 * (channel.samples_s[*first] + channel.samples_s[*end - 1]);
+                *value += gain * (*value - base) + offset + slope * time;
+            }
+        }
+        values
+    }
+
+    /// The stroke times of a record, row by row.
+    fn times(&self, u: &[f64], index: usize, cycle: Option<&CycleTimes>) -> Vec<f64> {
+        let Kind::Times(times) = &self.setup.units[index].kind else { return Vec::new() };
+        let schedule = &self.setup.schedule;
+        let clock = self.nuisance(u, Nuisance::Clock);
+        let close = cycle.and_then(|cycle| cycle.close_time_s);
+        let close = close.unwrap_or(BEYOND * (schedule.open_at_s - schedule.close_at_s));
+        let open = cycle.and_then(|cycle| cycle.open_time_s);
+        let open = open.unwrap_or(BEYOND * (schedule.end_s - schedule.open_at_s));
+        let close = close + clock + self.nuisance(u, Nuisance::CloseDelay(index));
+        let open = open + clock + self.nuisance(u, Nuisance::OpenDelay(index));
+        times.closing.iter().map(|closing| if *closing { close } else { open }).collect()
+    }
+
+    /// Simulates records at points and hands what comes out to `take`, in parallel; nothing for a point that is
+    /// impossible.
+    fn simulated<T: Send + Clone>(
+        &self,
+        points: &[Vec<f64>],
+        requests: &[Request],
+        of_trace: impl Fn(Request, &Trace, &Valve, &Nodes) -> T + Sync,
+        of_times: impl Fn(Request, Option<&CycleTimes>) -> T + Sync,
+    ) -> Vec<Option<T>> {
+        let (step_s, most_substeps) = self.setup.step();
+        let jobs: Vec<Option<(Valve, Run)>> =
+            requests.par_iter().map(|request| self.simulation(&points[request.point], request.record)).collect();
+        let pressures = self.setup.units.iter().any(Unit::has_pressures);
+        let mut results: Vec<Option<T>> = vec![None; requests.len()];
+        let mut traces: Vec<(usize, &Trace, &Valve, Prepared)> = Vec::new();
+        let mut cycles: [Vec<(usize, &Valve, &Run)>; 2] = [Vec::new(), Vec::new()];
+        for (place, job) in jobs.iter().enumerate() {
+            let Some((valve, run)) = job else { continue };
+            match &self.setup.units[requests[place].record].kind {
+                Kind::Trace(trace) => {
+                    let prepared = Prepared::new(valve, run, step_s).with_most_substeps(most_substeps);
+                    traces.push((place, trace, valve, prepared));
+                }
+                Kind::Times(times) => cycles[usize::from(times.cycles > 1)].push((place, valve, run)),
+            }
+        }
+        let length = traces.len().div_ceil(4 * rayon::current_num_threads()).clamp(LANES, 8 * LANES);
+        let of_batches: Vec<Vec<(usize, T)>> = traces
+            .par_chunks(length.next_multiple_of(LANES))
+            .map(|batch| {
+                let mut found = Vec::with_capacity(batch.len());
+                let prepared: Vec<&Prepared> = batch.iter().map(|(.., prepared)| prepared).collect();
+                simulate(&prepared, pressures, |index, nodes, _| {
+                    let (place, trace, valve, _) = &batch[index];
+                    found.push((*place, of_trace(requests[*place], trace, valve, nodes)));
+                });
+                found
+            })
+            .collect();
+        for (place, found) in of_batches.into_iter().flatten() {
+            results[place] = Some(found);
+        }
+        for (more, jobs) in cycles.iter().enumerate() {
+            let of_batches: Vec<Vec<(usize, T)>> = jobs
+                .par_chunks(jobs.len().div_ceil(4 * rayon::current_num_threads()).clamp(LANES, 8 * LANES))
+                .map(|batch| {
+                    let valves: Vec<_> = batch.iter().map(|(_, valve, run)| (*valve, run.conditions)).collect();
+                    let cycles = cycles_with(&valves, &self.setup.schedule, more + 1, step_s, most_substeps);
+                    let both = batch.iter().zip(cycles);
+                    both.map(|((place, ..), cycle)| (*place, of_times(requests[*place], cycle.last()))).collect()
+                })
+                .collect();
+            for (place, found) in of_batches.into_iter().flatten() {
+                results[place] = Some(found);
+            }
+        }
+        results
+    }
+
+    /// Derivatives of the rows of a record with respect to the nuisances that need no simulation.
+    fn analytic(&self, u: &[f64], index: usize, at: &[f64], by_time: &[f64]) -> Vec<(usize, Vec<f64>)> {
+        let first = self.space.coordinates.len();
+        let unit = &self.setup.units[index];
+        let mut columns = Vec::new();
+        for (place, entry) in self.nuisances.iter().enumerate() {
+            if entry.nuisance.is_simulated() || !entry.coordinate.moves(index) {
+                continue;
+            }
+            let column = match &unit.kind {
+                Kind::Trace(trace) => self.trace_column(u, index, trace, entry.nuisance, at, by_time),
+                Kind::Times(times) => {
+                    let moves = |closing: bool| match entry.nuisance {
+                        Nuisance::Clock => 1.0,
+                        Nuisance::CloseDelay(_) => f64::from(u8::from(closing)),
+                        Nuisance::OpenDelay(_) => f64::from(u8::from(!closing)),
+                        _ => 0.0,
+                    };
+                    times.closing.iter().map(|closing| moves(*closing)).collect()
+                }
+            };
+            columns.push((first + place, column.into_iter().map(|value| value * entry.size).collect()));
+        }
+        columns
+    }
+
+    fn trace_column(
+        &self,
+        u: &[f64],
+        index: usize,
+        trace: &Trace,
+        nuisance: Nuisance,
+        at: &[f64],
+        by_time: &[f64],
+    ) -> Vec<f64> {
+        let run = &self.setup.units[index].run;
+        let mut column = Vec::with_capacity(at.len());
+        let mut start = 0;
+        for channel in &trace.channels {
+            let is_position = channel.channel == Channel::Position;
+            let base = if is_position { 0.0 } else { self.setup.ambient_pa };
+            for (row, (first, end)) in channel.rows.iter().enumerate() {
+                let time = 0.5 * (channel.samples_s[*first] + channel.samples_s[*end - 1]);
+                let (at, by_time) = (at[start + row], by_time[start + row]);
+                let last = run.commands.iter().rev().find(|edge| edge.time_s <= time);
+                column.push(match nuisance {
+                    Nuisance::Zero(_) if is_position => 1.0,
+                    Nuisance::Drift(_) if is_position => time / run.end_s.max(1e-9),
+                    Nuisance::Gain if is_position => {
+                        let zero = self.nuisance(u, Nuisance::Zero(index));
+                        (at - zero) / (1.0 + self.nuisance(u, Nuisance::Gain))
+                    }
+                    Nuisance::PressureZero(which) if which == channel.channel => 1.0,
+                    Nuisance::PressureGain(which) if which == channel.channel => at - base,
+                    Nuisance::Clock => by_time,
+                    Nuisance::CloseDelay(_) if last.is_some_and(|edge| edge.close) => by_time,
+                    Nuisance::OpenDelay(_) if last.is_some_and(|edge| !edge.close) => by_time,
+                    _ => 0.0,
+                });
+            }
+            start += channel.rows.len();
+        }
+        column
+    }
+}
+
+impl Unit {
+    fn has_pressures(&self) -> bool {
+        matches!(&self.kind, Kind::Trace(trace) if trace.channels.len() > 1)
+    }
+}
+
+impl Problem for ValveProblem<'_> {
+    fn coordinates(&self) -> &[Coordinate] {
+        &self.coordinates
+    }
+
+    fn records(&self) -> &[Record] {
+        &self.setup.records
+    }
+
+    fn predict(&self, points: &[Vec<f64>], requests: &[Request]) -> Vec<Option<Vec<f64>>> {
+        self.simulated(
+            points,
+            requests,
+            |request, trace, valve, nodes| self.rows(&points[request.point], request.record, trace, valve, nodes, 0.0),
+            |request, cycle| self.times(&points[request.point], request.record, cycle),
+        )
+    }
+
+    fn linearise(&self, u: &[f64], steps: &[f64]) -> Option<Vec<Linear>> {
+        let first = self.space.coordinates.len();
+        let is_simulated = |index: &usize| {
+            index.checked_sub(first).is_none_or(|nuisance| self.nuisances[nuisance].nuisance.is_simulated())
+        };
+        let simulated: Vec<usize> = (0..u.len()).filter(is_simulated).collect();
+        let mut linear = self.differences(u, steps, &simulated)?;
+        // How every row moves with time, from the same motion seen by a clock that is a little off.
+        let points = [u.to_vec()];
+        let requests: Vec<Request> =
+            (0..self.setup.units.len()).map(|record| Request { point: 0, record }).collect();
+        let by_time = self.simulated(
+            &points,
+            &requests,
+            |request, trace, valve, nodes| {
+                let late = self.rows(u, request.record, trace, valve, nodes, TIME_STEP_S);
+                let early = self.rows(u, request.record, trace, valve, nodes, -TIME_STEP_S);
+                late.iter().zip(&early).map(|(late, early)| (late - early) / (2.0 * TIME_STEP_S)).collect()
+            },
+            |_, _| Vec::new(),
+        );
+        for (index, (linear, by_time)) in linear.iter_mut().zip(by_time).enumerate() {
+            let columns: Vec<(usize, Vec<f64>)> = self.analytic(u, index, &linear.predicted, &by_time?);
+            linear.columns.extend(columns);
+        }
+        Some(linear)
+    }
+
+    fn stop(&self) -> &Stop {
+        self.stop
+    }
+}
+
+/// Parameters that may be off by more than is tolerated where a valve file has no tolerances, with the standard
+/// deviations that are assumed.
+pub const DEFAULT_TOLERANCES: [(ParameterId, f64); 7] = [
+    (ParameterId::ViscousFriction, 0.5),
+    (ParameterId::SolenoidOrificeArea, 0.2),
+    (ParameterId::PortOrificeArea, 0.2),
+    (ParameterId::DeadVolume, 0.2),
+    (ParameterId::PipeVolume, 0.2),
+    (ParameterId::SpringStiffness, 0.05),
+    (ParameterId::PreloadCompression, 0.05),
+];
