@@ -171,7 +171,6 @@ impl<P: Problem + ?Sized> Fitting<'_, P> {
         let best = tried.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost))?;
         let Trial { u, residual, cost, factor, promised, .. } = best;
         let gain = 0.5 * (posterior.cost - cost);
-        if std::env::var("TRACE").is_ok() { eprintln!("{} cost {:.1} gain {gain:.2} factor {factor} damping {:.1e} promised {:.3} noise {:?}", self.derivatives, posterior.cost, self.damping, 0.5 * promised, noise.groups[0]); }
         if gain <= 0.0 {
             return None;
         }

@@ -10,6 +10,7 @@ pub mod held_out;
 pub mod noise;
 pub mod normal;
 pub mod problem;
+pub mod select;
 pub mod special;
 pub mod stop;
 pub mod variance;

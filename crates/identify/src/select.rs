@@ -1,0 +1,540 @@
+//! Which effects a model needs: a search over sets of candidates, every set judged by its evidence.
+//!
+//! The search goes forward and, at every step, back (sequential floating selection: Pudil, Novovičová and Kittler,
+//! Pattern Recognition Letters 15(11), 1994), and in the end exchanges one effect for another. Sets race one
+//! another: all get a little work, the better half more, the best are fitted to the end (successive halving: Jamieson
+//! and Talwalkar, AISTATS 2016). Each starts cold, at the prior means, and warm, from the set it grew out of, because a
+//! calibrated fit has buried what is missing in its parameters.
+
+use std::collections::HashMap;
+
+use rayon::prelude::*;
+
+use crate::fit::{Fit, FitOptions, fit};
+use crate::held_out::{folds, held_out};
+use crate::noise::{GroupNoise, Noise};
+use crate::problem::Problem;
+use crate::stop::Stop;
+use crate::variance::{Effort, components, evidence};
+
+/// A set of candidates by index, rising.
+pub type Set = Vec<usize>;
+
+/// How exactly a set is computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Level {
+    /// Cheaply, for the way.
+    Low,
+    /// As it is reported.
+    High,
+}
+
+/// A family of problems: one for every set of candidates.
+pub trait Family: Sync {
+    /// A problem of the family.
+    type Member: Problem + Send;
+
+    /// How many candidates there are.
+    fn candidates(&self) -> usize;
+
+    /// The problem of a set; nothing where its effects exclude one another.
+    fn member(&self, set: &[usize], level: Level) -> Option<Self::Member>;
+
+    /// Where fits of a set start that know nothing; the best of them is taken.
+    fn cold(&self, member: &Self::Member) -> Vec<Vec<f64>>;
+
+    /// Where fits of a set start from the optimum of another; the best of them is taken.
+    fn warm(&self, member: &Self::Member, from: &Self::Member, u: &[f64]) -> Vec<Vec<f64>>;
+
+    /// What is known of the errors, and how a fit goes on.
+    fn options(&self) -> FitOptions;
+
+    /// Called as a set has been fitted.
+    fn tell(&self, news: News<'_>);
+
+    /// Whether somebody asked to stop.
+    fn stop(&self) -> &Stop;
+}
+
+/// What a search tells.
+#[derive(Debug, Clone, Copy)]
+pub enum News<'a> {
+    /// A set has been fitted; how many of how many in this round.
+    Fitted {
+        /// The set.
+        set: &'a [usize],
+        /// Its logarithm of the evidence, nats.
+        log_evidence: f64,
+        /// Sets in this round.
+        of: usize,
+    },
+    /// The search goes on from a set.
+    Reached {
+        /// The set.
+        set: &'a [usize],
+        /// Its gain of evidence over the empty set, nats.
+        gain: f64,
+    },
+}
+
+/// Numbers that steer a search.
+#[derive(Debug, Clone)]
+pub struct SelectOptions {
+    /// An effect is accepted from this gain of evidence, nats. Fits of one model from different starts end within 5 to
+    /// 10 nats of each other, and chance alone gains less than 8.
+    pub accept: f64,
+    /// And when the error on what was held out falls by this share without noise.
+    pub held_out_fall: f64,
+    /// A companion of other effects must take at least this share of the calibrated model's error that was held out.
+    pub companion: f64,
+    /// Effects at most.
+    pub most: usize,
+    /// Derivatives in the first round of a race, and in the second.
+    pub rounds: [usize; 2],
+    /// The share of a round that goes on.
+    pub kept: f64,
+    /// Sets that are fitted to the end, at least.
+    pub finalists: usize,
+    /// Sets this far behind are not followed to the end, nats.
+    pub hopeless: f64,
+    /// What is left counts as nothing where its evidence is below this, nats.
+    pub nothing_left: f64,
+    /// What is left is given up once the error that was held out is below this (in the units of the rows' noise);
+    /// zero for never.
+    pub good_enough: f64,
+}
+
+impl Default for SelectOptions {
+    fn default() -> Self {
+        Self {
+            accept: 10.0,
+            held_out_fall: 0.1,
+            companion: 0.05,
+            most: 3,
+            rounds: [2, 3],
+            kept: 0.4,
+            finalists: 3,
+            hopeless: 60.0,
+            nothing_left: 3.0,
+            good_enough: 0.0,
+        }
+    }
+}
+
+/// A set that was fitted.
+#[derive(Debug)]
+pub struct Model<P> {
+    /// The set.
+    pub set: Set,
+    /// How exactly.
+    pub level: Level,
+    /// Its problem.
+    pub problem: P,
+    /// Its fit.
+    pub fit: Fit,
+    /// Error on rows that were held out, in units of their noise: records' own coordinates fitted to them.
+    pub held_out: Option<f64>,
+}
+
+/// What a search found.
+#[derive(Debug)]
+pub struct Selection<P> {
+    /// From the empty set to the accepted one, step by step.
+    pub steps: Vec<Set>,
+    /// All sets that were fitted.
+    pub models: Vec<Model<P>>,
+    /// Whether it was cut short.
+    pub interrupted: bool,
+}
+
+impl<P: Problem> Selection<P> {
+    /// A set that was fitted, as exactly as it was.
+    pub fn model(&self, set: &[usize]) -> Option<&Model<P>> {
+        let of_set = || self.models.iter().filter(|model| model.set == set);
+        of_set().find(|model| model.level == Level::High).or_else(|| of_set().next())
+    }
+
+    /// The set that was accepted.
+    pub fn accepted(&self) -> &[usize] {
+        self.steps.last().map_or(&[], |set| set.as_slice())
+    }
+
+    /// Gain of evidence of a set over the empty one at the same level, nats.
+    pub fn gain(&self, model: &Model<P>) -> f64 {
+        let base = self.models.iter().find(|one| one.set.is_empty() && one.level == model.level);
+        base.map_or(f64::NAN, |base| model.fit.log_evidence - base.fit.log_evidence)
+    }
+}
+
+/// Searches a family for the effects that records need; nothing where not even the empty set can be fitted.
+pub fn select<F: Family>(family: &F, options: &SelectOptions) -> Option<Selection<F::Member>> {
+    let mut search = Search { family, options, models: HashMap::new() };
+    for level in [Level::Low, Level::High] {
+        search.base(level)?;
+    }
+    let mut steps: Vec<Set> = vec![Vec::new()];
+    loop {
+        let at = steps[steps.len() - 1].clone();
+        if at.len() >= options.most || family.stop().is_asked() || search.is_explained(&at) {
+            break;
+        }
+        let grown = search.grown(&at);
+        let best = search.race(grown, &at);
+        let Some(best) = best else { break };
+        let gain = search.evidence(&best, Level::High)? - search.evidence(&at, Level::High)?;
+        if gain < options.accept {
+            break;
+        }
+        let best = search.floated(best);
+        if steps.contains(&best) {
+            break;
+        }
+        family.tell(News::Reached { set: &best, gain: search.gain(&best) });
+        steps.push(best);
+    }
+    let accepted = search.judged(steps[steps.len() - 1].clone());
+    let accepted = if family.stop().is_asked() { accepted } else { search.exchanged(accepted) };
+    steps.retain(|set| set.iter().all(|one| accepted.contains(one)) && *set != accepted);
+    if !accepted.is_empty() || steps.is_empty() {
+        steps.push(accepted);
+    }
+    let interrupted = family.stop().is_asked();
+    Some(Selection { steps, models: search.models.into_values().collect(), interrupted })
+}
+
+struct Search<'a, F: Family> {
+    family: &'a F,
+    options: &'a SelectOptions,
+    models: HashMap<(Set, Level), Model<F::Member>>,
+}
+
+/// A set in a race.
+struct Runner<P> {
+    set: Set,
+    problem: P,
+    fit: Fit,
+}
+
+impl<F: Family> Search<'_, F> {
+    fn base(&mut self, level: Level) -> Option<()> {
+        let problem = self.family.member(&[], level)?;
+        let mut starts = self.family.cold(&problem);
+        if let Some(low) = self.models.get(&(Vec::new(), Level::Low)) {
+            starts = vec![low.fit.u.clone()];
+        }
+        let options = self.family.options();
+        let fits: Vec<Fit> = starts.par_iter().filter_map(|start| fit(&problem, start, &options)).collect();
+        let best = fits.into_iter().max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))?;
+        self.keep(Vec::new(), level, problem, best);
+        Some(())
+    }
+
+    fn keep(&mut self, set: Set, level: Level, problem: F::Member, fit: Fit) {
+        let better = self.models.get(&(set.clone(), level)).is_none_or(|known| known.fit.log_evidence < fit.log_evidence);
+        if better {
+            let held_out = if level == Level::High { held_out_error(&problem, &fit) } else { None };
+            self.models.insert((set.clone(), level), Model { set, level, problem, fit, held_out });
+        }
+    }
+
+    fn evidence(&self, set: &[usize], level: Level) -> Option<f64> {
+        self.models.get(&(set.to_vec(), level)).map(|model| model.fit.log_evidence)
+    }
+
+    fn gain(&self, set: &[usize]) -> f64 {
+        let of = |set: &[usize]| self.evidence(set, Level::High).unwrap_or(f64::NAN);
+        of(set) - of(&[])
+    }
+
+    fn held_out(&self, set: &[usize]) -> Option<f64> {
+        self.models.get(&(set.to_vec(), Level::High))?.held_out
+    }
+
+    /// Whether nothing is left that another effect could explain.
+    fn is_explained(&self, set: &[usize]) -> bool {
+        let Some(model) = self.models.get(&(set.to_vec(), Level::High)) else { return true };
+        let enough = model.held_out.is_some_and(|error| error < self.options.good_enough);
+        enough || left_nats(&model.problem, &model.fit, &self.family.options()) < self.options.nothing_left
+    }
+
+    /// All sets with one effect more that have not been fitted.
+    fn grown(&self, set: &[usize]) -> Vec<Set> {
+        (0..self.family.candidates())
+            .filter(|one| !set.contains(one))
+            .map(|one| {
+                let mut grown = set.to_vec();
+                grown.push(one);
+                grown.sort_unstable();
+                grown
+            })
+            .collect()
+    }
+
+    /// Races sets that grew out of `from`, or were exchanged in it; the one with the most evidence.
+    fn race(&mut self, sets: Vec<Set>, from: &[usize]) -> Option<Set> {
+        let known: Vec<Set> =
+            sets.iter().filter(|set| self.models.contains_key(&((*set).clone(), Level::High))).cloned().collect();
+        let fresh: Vec<Set> = sets.into_iter().filter(|set| !known.contains(set)).collect();
+        let mut runners = self.first_round(&fresh, from);
+        let best_known = known.iter().filter_map(|set| self.evidence(set, Level::Low)).fold(f64::NEG_INFINITY, f64::max);
+        for (round, derivatives) in [self.options.rounds[1], usize::MAX].into_iter().enumerate() {
+            runners.sort_by(|a, b| b.fit.log_evidence.total_cmp(&a.fit.log_evidence));
+            // The cold and the warm fit of a set are one runner once the race is past its first round.
+            if round > 0 {
+                let mut seen: Vec<Set> = Vec::new();
+                runners.retain(|runner| {
+                    let is_new = !seen.contains(&runner.set);
+                    seen.push(runner.set.clone());
+                    is_new
+                });
+            }
+            let best = runners.first().map_or(best_known, |runner| runner.fit.log_evidence.max(best_known));
+            let share = (self.options.kept * runners.len() as f64).ceil() as usize;
+            let (kept, behind): (Vec<_>, Vec<_>) = runners.into_iter().enumerate().partition(|(place, runner)| {
+                *place < self.options.finalists
+                    || (*place < share && (round == 0 || runner.fit.log_evidence > best - self.options.hopeless))
+            });
+            for (_, runner) in behind {
+                self.keep(runner.set, Level::Low, runner.problem, runner.fit);
+            }
+            let kept: Vec<Runner<F::Member>> = kept.into_iter().map(|(_, runner)| runner).collect();
+            runners = self.carried_on(kept, derivatives);
+        }
+        runners.sort_by(|a, b| b.fit.log_evidence.total_cmp(&a.fit.log_evidence));
+        let best = runners.first().map_or(best_known, |runner| runner.fit.log_evidence.max(best_known));
+        let mut finalists = known;
+        for (place, runner) in runners.into_iter().enumerate() {
+            if place < self.options.finalists && runner.fit.log_evidence > best - self.options.hopeless {
+                finalists.push(runner.set.clone());
+            }
+            self.keep(runner.set, Level::Low, runner.problem, runner.fit);
+        }
+        self.finely(&finalists);
+        let of = |set: &Set| self.evidence(set, Level::High);
+        finalists.into_iter().filter(|set| of(set).is_some()).max_by(|a, b| of(a).partial_cmp(&of(b)).unwrap_or(std::cmp::Ordering::Equal))
+    }
+
+    fn first_round(&self, sets: &[Set], from: &[usize]) -> Vec<Runner<F::Member>> {
+        let family = self.family;
+        let origin = self.models.get(&(from.to_vec(), Level::Low));
+        let tasks: Vec<(&Set, bool)> = sets.iter().flat_map(|set| [(set, false), (set, true)]).collect();
+        let options = FitOptions { annealed: self.options.rounds[0], settled: 0, ..family.options() };
+        let of = tasks.len();
+        tasks
+            .par_iter()
+            .filter_map(|(set, is_warm)| {
+                let problem = family.member(set, Level::Low)?;
+                let starts = match (is_warm, origin) {
+                    (true, Some(origin)) => family.warm(&problem, &origin.problem, &origin.fit.u),
+                    _ => family.cold(&problem),
+                };
+                let start = best_start(&problem, starts)?;
+                let fit = fit(&problem, &start, &options)?;
+                family.tell(News::Fitted { set, log_evidence: fit.log_evidence, of });
+                Some(Runner { set: (*set).clone(), problem, fit })
+            })
+            .collect()
+    }
+
+    fn carried_on(&self, runners: Vec<Runner<F::Member>>, derivatives: usize) -> Vec<Runner<F::Member>> {
+        let base = self.family.options();
+        let options = if derivatives == usize::MAX {
+            base
+        } else {
+            FitOptions { annealed: derivatives, settled: 1, ..base }
+        };
+        let of = runners.len();
+        runners
+            .into_par_iter()
+            .map(|mut runner| {
+                if !runner.fit.converged
+                    && let Some(fit) = fit(&runner.problem, &runner.fit.u, &options)
+                    && fit.log_evidence > runner.fit.log_evidence
+                {
+                    runner.fit = fit;
+                }
+                self.family.tell(News::Fitted { set: &runner.set, log_evidence: runner.fit.log_evidence, of });
+                runner
+            })
+            .collect()
+    }
+
+    /// Fits sets as exactly as they are reported, from where their cheap fits ended.
+    fn finely(&mut self, sets: &[Set]) {
+        let wanted: Vec<&Set> =
+            sets.iter().filter(|set| !self.models.contains_key(&((*set).clone(), Level::High))).collect();
+        let of = wanted.len();
+        let fits: Vec<(Set, F::Member, Fit)> = wanted
+            .into_par_iter()
+            .filter_map(|set| {
+                let low = self.models.get(&(set.clone(), Level::Low))?;
+                let problem = self.family.member(set, Level::High)?;
+                let fit = fit(&problem, &low.fit.u, &self.family.options())?;
+                self.family.tell(News::Fitted { set, log_evidence: fit.log_evidence, of });
+                Some((set.clone(), problem, fit))
+            })
+            .collect();
+        for (set, problem, fit) in fits {
+            self.keep(set, Level::High, problem, fit);
+        }
+    }
+
+    /// A set and those with one effect less, fitted as exactly; from its own optimum where they are new.
+    fn with_smaller(&mut self, set: &[usize]) -> Vec<Set> {
+        let smaller: Vec<Set> =
+            set.iter().map(|one| set.iter().copied().filter(|other| other != one).collect()).collect();
+        let fits: Vec<(Set, F::Member, Fit)> = {
+            let Some(origin) = self.models.get(&(set.to_vec(), Level::High)) else { return smaller };
+            smaller
+                .par_iter()
+                .filter(|set| !set.is_empty())
+                .filter_map(|set| {
+                    let problem = self.family.member(set, Level::High)?;
+                    let mut starts = self.family.warm(&problem, &origin.problem, &origin.fit.u);
+                    if let Some(low) = self.models.get(&(set.clone(), Level::Low)) {
+                        starts.push(low.fit.u.clone());
+                    }
+                    let start = best_start(&problem, starts)?;
+                    let fit = fit(&problem, &start, &self.family.options())?;
+                    Some((set.clone(), problem, fit))
+                })
+                .collect()
+        };
+        for (set, problem, fit) in fits {
+            self.keep(set, Level::High, problem, fit);
+        }
+        smaller
+    }
+
+    /// The set without effects that it does not need any more.
+    fn floated(&mut self, mut set: Set) -> Set {
+        while set.len() > 1 && !self.family.stop().is_asked() {
+            let smaller = self.with_smaller(&set);
+            let Some(all) = self.evidence(&set, Level::High) else { return set };
+            let needless = smaller
+                .into_iter()
+                .filter_map(|set| Some((self.evidence(&set, Level::High)?, set)))
+                .max_by(|a, b| a.0.total_cmp(&b.0))
+                .filter(|(evidence, _)| all - evidence < self.options.accept);
+            match needless {
+                Some((_, smaller)) => set = smaller,
+                None => break,
+            }
+        }
+        set
+    }
+
+    /// The set without effects that are not worth their place: by evidence, and by what was held out.
+    fn judged(&mut self, mut set: Set) -> Set {
+        while !set.is_empty() {
+            let smaller = self.with_smaller(&set);
+            let base = self.held_out(&[]);
+            let (Some(all), error) = (self.evidence(&set, Level::High), self.held_out(&set)) else { return set };
+            let is_needless = |smaller: &Set| -> Option<f64> {
+                let gain = all - self.evidence(smaller, Level::High)?;
+                let falls = match (error, self.held_out(smaller)) {
+                    (Some(error), Some(without)) => {
+                        let companion = set.len() < 2
+                            || base.is_none_or(|base| without - error >= self.options.companion * (base - 1.0).max(0.0));
+                        excess(error) <= (1.0 - self.options.held_out_fall) * excess(without) && companion
+                    }
+                    _ => true,
+                };
+                (gain < self.options.accept || !falls).then_some(gain)
+            };
+            let least = smaller
+                .into_iter()
+                .filter_map(|smaller| Some((is_needless(&smaller)?, smaller)))
+                .min_by(|a, b| a.0.total_cmp(&b.0));
+            match least {
+                Some((_, smaller)) => set = smaller,
+                None => break,
+            }
+        }
+        set
+    }
+
+    /// The set with one effect exchanged where that is more likely; the neighbours are kept beside it.
+    fn exchanged(&mut self, set: Set) -> Set {
+        if set.len() < 2 {
+            return set;
+        }
+        let mut swapped: Vec<Set> = Vec::new();
+        for one in &set {
+            let rest: Set = set.iter().copied().filter(|other| other != one).collect();
+            for grown in self.grown(&rest) {
+                if grown != set && !swapped.contains(&grown) && !self.models.contains_key(&(grown.clone(), Level::Low)) {
+                    swapped.push(grown);
+                }
+            }
+        }
+        let best = self.race(swapped, &set);
+        let better = best.filter(|best| {
+            let of = |set: &[usize]| self.evidence(set, Level::High).unwrap_or(f64::NEG_INFINITY);
+            of(best) > of(&set)
+        });
+        better.unwrap_or(set)
+    }
+}
+
+/// An error in units of the noise with the noise itself left in: differences below it mean nothing.
+fn excess(error: f64) -> f64 {
+    error
+}
+
+/// Of several starts the one with the least error, scaled by the rows' own spread.
+fn best_start<P: Problem>(problem: &P, starts: Vec<Vec<f64>>) -> Option<Vec<f64>> {
+    if starts.len() < 2 {
+        return starts.into_iter().next();
+    }
+    let coordinates = problem.coordinates();
+    let starts: Vec<Vec<f64>> = starts
+        .into_iter()
+        .map(|start| start.iter().zip(coordinates).map(|(u, c)| u.clamp(c.lower, c.upper)).collect())
+        .collect();
+    let error = |predicted: Vec<Vec<f64>>| -> f64 {
+        let records = problem.records().iter().zip(predicted);
+        records
+            .flat_map(|(record, predicted)| {
+                record.rows().zip(predicted).map(|(row, value)| ((row.observed - value) / row.activity).powi(2)).collect::<Vec<_>>()
+            })
+            .sum()
+    };
+    let predicted = crate::problem::predict_all(problem, &starts);
+    let errors = predicted.into_iter().map(|predicted| predicted.map_or(f64::INFINITY, error));
+    let best = errors.zip(starts).filter(|(error, _)| error.is_finite()).min_by(|a, b| a.0.total_cmp(&b.0));
+    best.map(|(_, start)| start)
+}
+
+/// The error on rows that are held out, fold by fold, in units of their noise; nothing for a single record.
+pub fn held_out_error<P: Problem>(problem: &P, fit: &Fit) -> Option<f64> {
+    let held = held_out(problem, fit, &folds(problem))?;
+    Some(rms_in_noise(problem, fit, &held.own))
+}
+
+/// Root mean square of residuals in units of the rows' noise with its multiplier.
+pub fn rms_in_noise<P: Problem>(problem: &P, fit: &Fit, residual: &[Vec<f64>]) -> f64 {
+    let (mut sum, mut count) = (0.0, 0.0);
+    for (record, residual) in problem.records().iter().zip(residual) {
+        let mut rest = residual.as_slice();
+        for series in &record.series {
+            let Some(stretch) = rest.split_off(..series.rows.len()) else { continue };
+            let multiplier = fit.noise.groups[series.group].multiplier;
+            for (row, residual) in series.rows.iter().zip(stretch) {
+                sum += (residual / (multiplier * row.sigma)).powi(2);
+                count += 1.0;
+            }
+        }
+    }
+    (sum / f64::max(count, 1.0)).sqrt()
+}
+
+/// How much more likely a model error makes the rows than noise alone does, nats: what is left to explain.
+pub fn left_nats<P: Problem>(problem: &P, fit: &Fit, options: &FitOptions) -> f64 {
+    let none = fit.noise.groups.iter().map(|group| GroupNoise { discrepancy: 0.0, ..*group }).collect();
+    let none = Noise { groups: none, smoothness: fit.noise.smoothness };
+    // Only the multipliers are refined: the discrepancy of nothing stays nothing.
+    let none = components(problem, &fit.linear, &options.groups, &none, Effort::Local);
+    let normal = fit.linear.normal(problem, &none);
+    fit.log_evidence - evidence(problem, &fit.linear, &normal, &options.groups, &none)
+}
