@@ -8,16 +8,15 @@ use anyhow::Context;
 use leak_table::{Fault, TableBundle, mm2_from_m2};
 use report::figures::TableFigure;
 use serde::Serialize;
-use valve_file::ValveFile;
 
-use super::tables;
+use super::{tables, valve_input};
 use crate::cli::{BuildTablesArgs, Format};
 use crate::failure::Answer;
 use crate::output::{self, Align, PlotFile, TextTable};
 
 /// Builds, writes, says what was built.
 pub fn run(args: &BuildTablesArgs) -> anyhow::Result<Answer> {
-    let file = ValveFile::read(&args.valve)?;
+    let file = valve_input::read(&args.valve)?;
     let plot = PlotFile::create(args.plot.as_deref())?;
     let dir = TableDir::prepare(&args.out)?;
     let start = Instant::now();

@@ -7,6 +7,7 @@ use model_lab::Dataset;
 use model_lab::data::valve_facts;
 use valve_file::ValveFile;
 
+use super::valve_input;
 use crate::failure::Hinted;
 use crate::output;
 
@@ -24,8 +25,10 @@ pub struct CampaignInput {
 impl CampaignInput {
     /// Reads both; what looks wrong is told on stderr. Refuses a campaign that only plans.
     pub fn read(valve: &Path, campaign: &Path) -> anyhow::Result<Self> {
-        let file = ValveFile::read(valve)?;
-        let read = Campaign::read(campaign, &valve_facts(file.valve()))?;
+        let file = valve_input::read(valve)?;
+        let mut read = Campaign::read(campaign, &valve_facts(file.valve()))?;
+        let cycle = file.schedule();
+        read.doubt_times_beyond(cycle.open_at_s - cycle.close_at_s, cycle.end_s - cycle.open_at_s);
         for warning in &read.warnings {
             output::note(&format!("warning: {warning}"));
         }

@@ -22,6 +22,7 @@ mod revert;
 mod simulate;
 mod strokes;
 mod tables;
+mod valve_input;
 
 use crate::cli::Verb;
 use crate::failure::Answer;

@@ -11,6 +11,7 @@ use valve_model::cycle::cycles;
 use valve_model::{Conditions, Schedule};
 
 use super::strokes::{Cycles, instants};
+use super::valve_input;
 use crate::cli::{Format, SimulateArgs};
 use crate::failure::{Answer, Hinted};
 use crate::output::{self, Align, PlotFile, StagedFile, TextTable};
@@ -22,7 +23,7 @@ const TRACE_CYCLES: u32 = 100;
 
 /// Simulates and prints.
 pub fn run(args: &SimulateArgs) -> anyhow::Result<Answer> {
-    let file = ValveFile::read(&args.valve)?;
+    let file = valve_input::read(&args.valve)?;
     let conditions = conditions(args, &file)?;
     let wants_path = args.trace.is_some() || args.plot.is_some();
     if wants_path && args.cycles > TRACE_CYCLES {

@@ -88,6 +88,11 @@ fn unit(table: &Section<'_>, text: &str, dimension: Dimension) -> Result<Unit, T
     let hint = suggest::did_you_mean(text, dimension.units().iter().copied());
     match Unit::parse(text) {
         Ok(unit) if unit.measures(dimension) && unit.reference() != Reference::Ambiguous => Ok(unit),
+        Ok(unit) if unit.measures(dimension) => Err(table.wrong(
+            "unit",
+            format!("\"{text}\""),
+            format!("{text}g (gauge, above the atmosphere) or {text}a (absolute)"),
+        )),
         _ => Err(table.wrong("unit", format!("\"{text}\"{hint}"), dimension.expectation())),
     }
 }

@@ -110,6 +110,15 @@ pub enum DataProblem {
         /// What would be right.
         expected: String,
     },
+    /// A condition that is not given where its column is.
+    #[error(
+        "column \"{column}\" is empty in this row; expected its value (0 for no leak), or no such column where \
+         every row is under the valve file's conditions"
+    )]
+    EmptyCondition {
+        /// The column.
+        column: String,
+    },
     /// Conditions of a row that make no sense.
     #[error("{key} is {found}; expected {expected}")]
     ImpossibleCondition {

@@ -16,6 +16,7 @@ mod noise;
 mod outliers;
 mod plausibility;
 mod reader;
+mod timing_doubts;
 mod timings;
 mod trace;
 mod types;

@@ -1,7 +1,7 @@
 //! Whether a trace can be what it claims to be.
 
 use crate::error::{DataError, DataProblem};
-use crate::noise::{estimate_noise, estimate_resolution, range};
+use crate::noise::{estimate_noise, estimate_resolution, quantile, range};
 use crate::trace::ReadTrace;
 use crate::types::{Trace, ValveFacts};
 use crate::warning::{Doubt, Warning};
@@ -43,6 +43,7 @@ pub(crate) fn check(
     };
     check_pressures(read, file, valve, &mut warn)?;
     check_gaps(trace, first_line, &mut warn);
+    check_times(trace, first_line, &mut warn);
     let constant = trace.command_close.iter().all(|close| *close == trace.command_close[0]);
     if constant {
         let close = trace.command_close[0];
@@ -175,6 +176,30 @@ fn check_gaps(trace: &Trace, line: usize, warn: &mut impl FnMut(usize, Doubt)) {
         if share > 0.2 {
             warn(line, Doubt::ManyGaps { channel: channel.into(), share });
         }
+    }
+}
+
+/// Rows are usually at most this far apart, s: a stroke of a second then has two.
+const SLOW_ROWS_S: f64 = 0.5;
+/// A gap is at least so long, s, and so many of the usual steps of the rows.
+const GAP_S: f64 = 0.1;
+const GAP_STEPS: f64 = 12.0;
+
+/// Warns of stretches without a position, and of rows too far apart.
+fn check_times(trace: &Trace, line: usize, warn: &mut impl FnMut(usize, Doubt)) {
+    let rows = trace.time_s.iter().zip(&trace.position_m);
+    let seen: Vec<f64> = rows.filter(|(_, position)| position.is_finite()).map(|(time_s, _)| *time_s).collect();
+    let steps: Vec<f64> = seen.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    // Recorders that save changes only have long steps at rest: then the long ones are usual.
+    let (usual_s, long_s) = (quantile(&steps, 0.5), quantile(&steps, 0.95));
+    if usual_s >= SLOW_ROWS_S {
+        warn(line, Doubt::SlowRows { step_s: usual_s });
+    }
+    let least_s = GAP_S.max(GAP_STEPS * usual_s).max(3.0 * long_s);
+    let gaps: Vec<(f64, f64)> =
+        steps.iter().zip(&seen).filter(|(step, _)| **step >= least_s).map(|(step, at)| (*step, *at)).collect();
+    if let Some(&(longest_s, at_s)) = gaps.iter().max_by(|one, other| one.0.total_cmp(&other.0)) {
+        warn(line, Doubt::TimeGap { count: gaps.len(), least_s, longest_s, at_s });
     }
 }
 

@@ -8,9 +8,9 @@ use crate::columns::{self, Mapping};
 use crate::conditions::{self, CONDITION_KEYS};
 use crate::error::{CampaignError, DataError, DataProblem};
 use crate::trace::{self, CommandFrom, TraceFormat};
-use crate::types::{Campaign, CommandEdge, Inputs, PlannedRun, Run, Sensors, TimingRow, ValveFacts};
-use crate::warning::Warning;
-use crate::{plausibility, timings, uncertainty};
+use crate::types::{Campaign, CommandEdge, Inputs, PlannedRun, Run, Sensors, Trace, ValveFacts};
+use crate::warning::{Doubt, Warning};
+use crate::{plausibility, timing_doubts, timings, uncertainty};
 
 /// Gives the bytes of a file that the campaign names.
 type Load<'a> = &'a dyn Fn(&str) -> std::io::Result<Vec<u8>>;
@@ -52,6 +52,7 @@ impl Campaign {
             runs: Vec::new(),
             planned: Vec::new(),
             timings: Vec::new(),
+            timings_file: None,
             warnings: Vec::new(),
         };
         let mut files: Vec<(PathBuf, usize)> = Vec::new();
@@ -59,7 +60,7 @@ impl Campaign {
             reader.run(&section, &mut files, &mut campaign)?;
         }
         if let Some(section) = root.section("timings")? {
-            campaign.timings = reader.timings(&section, &mut campaign.warnings)?;
+            reader.timings(&section, &mut campaign)?;
         }
         if campaign.runs.is_empty() && campaign.planned.is_empty() && campaign.timings.is_empty() {
             return Err(root.missing("run", "at least one [[run]] with a file, or [timings] with a file").into());
@@ -100,9 +101,13 @@ impl Reader<'_> {
         let mut known = vec!["file", "commands", "name", "end"];
         known.extend(CONDITION_KEYS);
         section.allow_only(&known)?;
-        let (conditions, doubt) = conditions::read(section, self.valve)?;
-        if let Some(doubt) = doubt {
-            campaign.warnings.push(Warning { file: self.file_name.to_owned(), line: section.line(), doubt });
+        let (conditions, doubts) = conditions::read(section, self.valve)?;
+        let said = |doubt| Warning { file: self.file_name.to_owned(), line: section.line(), doubt };
+        campaign.warnings.extend(doubts.into_iter().map(said));
+        let assumed = Doubt::TemperatureAssumed { assumed_k: self.valve.temperature_k };
+        // Once is enough.
+        if !section.has("temperature") && campaign.warnings.iter().all(|warning| warning.doubt != assumed) {
+            campaign.warnings.push(said(assumed));
         }
         let file = section.text("file", "the path of a CSV file")?;
         let Some(file) = file else {
@@ -142,18 +147,31 @@ impl Reader<'_> {
             }
         }
         let commands = trace::edges(&trace);
+        if let Some(same) = campaign.runs.iter().find(|run| same_recording(&run.trace, &trace)) {
+            let doubt = Doubt::SameRecording { other: same.file.clone() };
+            campaign.warnings.push(Warning { file: shown.clone(), line: read.header_line, doubt });
+        }
         let commands_inferred = self.command_from.is_some();
         campaign.runs.push(Run { file: file.to_owned(), conditions, trace, commands, commands_inferred });
         Ok(())
     }
 
-    fn timings(&self, section: &Section<'_>, warnings: &mut Vec<Warning>) -> Result<Vec<TimingRow>, CampaignError> {
+    fn timings(&self, section: &Section<'_>, campaign: &mut Campaign) -> Result<(), CampaignError> {
         section.allow_only(&["file"])?;
         let expected = "the path of a CSV file";
         let file = section.text("file", expected)?.ok_or_else(|| section.missing("file", expected))?;
         let (bytes, shown) = self.load(section, file)?;
-        Ok(timings::read(&bytes, &shown, self.valve, warnings)?)
+        campaign.timings = timings::read(&bytes, &shown, self.valve, &mut campaign.warnings)?;
+        campaign.warnings.extend(timing_doubts::find(&campaign.timings, &shown));
+        campaign.timings_file = Some(shown);
+        Ok(())
     }
+}
+
+/// Whether the shorter of two traces is the beginning of the other one, to the last digit.
+fn same_recording(one: &Trace, other: &Trace) -> bool {
+    let alike = |one: &[f64], other: &[f64]| one.iter().zip(other).all(|(one, other)| one.to_bits() == other.to_bits());
+    alike(&one.position_m, &other.position_m) && alike(&one.time_s, &other.time_s)
 }
 
 fn read_sensors(root: &Section<'_>) -> Result<Sensors, TomlFileError> {

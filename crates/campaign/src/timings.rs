@@ -52,18 +52,23 @@ pub(crate) fn read(
     if supply.is_none() {
         warn(Doubt::SupplyAssumed { assumed_kpa: valve.supply_pressure_pa / 1e3 });
     }
+    if temperature.is_none() {
+        warn(Doubt::TemperatureAssumed { assumed_k: valve.temperature_k });
+    }
     let read = [Some(close), Some(open), supply, temperature, to_atmosphere, from_supply];
     let indices: Vec<usize> = read.iter().flatten().map(|column| column.index).collect();
     columns::look_alikes(&csv, &indices, &KNOWN).into_iter().for_each(warn);
 
     let mut rows = Vec::new();
-    let mut far = None;
+    let mut far: Vec<(usize, Doubt)> = Vec::new();
     let mut row = ByteRecord::new();
     while let Some(line) = csv.next_row(&mut row)? {
         let or = |column: Option<Column>, missing: f64| match column {
             None => Ok(missing),
             Some(column) => match csv.number(&row, column.index, line)? {
-                number if number.is_nan() => Ok(missing),
+                number if number.is_nan() => {
+                    Err(csv.error(line, DataProblem::EmptyCondition { column: csv.headers[column.index].clone() }))
+                }
                 number => Ok::<_, DataError>(column.to_si(number)),
             },
         };
@@ -77,9 +82,12 @@ pub(crate) fn read(
             let problem = DataProblem::ImpossibleCondition { key: key.to_owned(), found, expected };
             return Err(csv.error(line, problem));
         }
-        // Once is enough.
-        if far.is_none() {
-            far = conditions::far_supply(conditions.supply_pressure_pa, valve).map(|doubt| (line, doubt));
+        for doubt in conditions::far(&conditions, valve) {
+            // Each kind once is enough.
+            let kind = std::mem::discriminant(&doubt);
+            if far.iter().all(|(_, other)| std::mem::discriminant(other) != kind) {
+                far.push((line, doubt));
+            }
         }
         let stroke_time = |column: Column| match column.to_si(csv.number(&row, column.index, line)?) {
             time_s if time_s.is_nan() => Ok(None),
@@ -96,6 +104,6 @@ pub(crate) fn read(
     if rows.is_empty() {
         return Err(csv.error(header_line, DataProblem::TooFewRows { rows: 0, expected: 1 }));
     }
-    warnings.extend(far.map(|(line, doubt)| Warning { file: file.to_owned(), line, doubt }));
+    warnings.extend(far.into_iter().map(|(line, doubt)| Warning { file: file.to_owned(), line, doubt }));
     Ok(rows)
 }

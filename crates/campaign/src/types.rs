@@ -32,6 +32,8 @@ pub struct Campaign {
     pub planned: Vec<PlannedRun>,
     /// Stroke times without traces, in the order of their file.
     pub timings: Vec<TimingRow>,
+    /// What messages call the file of the stroke times, where there is one.
+    pub timings_file: Option<String>,
     /// What looks wrong but can be used.
     pub warnings: Vec<Warning>,
 }

@@ -157,6 +157,109 @@ pub enum Doubt {
         /// The valve file's supply pressure, kPa absolute.
         assumed_kpa: f64,
     },
+    /// Runs or rows that do not say their temperature.
+    #[error("the temperature is not given; the valve file's {assumed_k:.2} K is taken")]
+    TemperatureAssumed {
+        /// The valve file's temperature, K.
+        assumed_k: f64,
+    },
+    /// A temperature at which hardly any valve works.
+    #[error("a temperature of {temperature_k:.1} K, which is {temperature_degc:.1} degC: is its unit right?")]
+    TemperatureFar {
+        /// The temperature, K.
+        temperature_k: f64,
+        /// The same in degrees Celsius.
+        temperature_degc: f64,
+    },
+    /// A leak larger than anything that is opened on purpose.
+    #[error("{key} is {area_mm2} mm2, as large as a pipe: is it meant in mm2?")]
+    LargeLeak {
+        /// Which leak.
+        key: &'static str,
+        /// Its area, mm2.
+        area_mm2: f64,
+    },
+    /// A recording that another run has too.
+    #[error("the same recording as {other}: was one of them copied under a second name?")]
+    SameRecording {
+        /// The file of the other run.
+        other: String,
+    },
+    /// Long times without a reading.
+    #[error(
+        "{count} gaps without a position of {least_s:.2} s or more, the longest of {longest_s:.2} s at {at_s:.3} s \
+         from the first row: did the recorder stop?"
+    )]
+    TimeGap {
+        /// How many.
+        count: usize,
+        /// From which length on, s.
+        least_s: f64,
+        /// The longest, s.
+        longest_s: f64,
+        /// Where it begins, s.
+        at_s: f64,
+    },
+    /// Rows so far apart that a stroke has hardly any.
+    #[error("the rows are {step_s} s apart: are the times in ms? Then give the column its unit in [columns]")]
+    SlowRows {
+        /// The usual step, s.
+        step_s: f64,
+    },
+    /// The last row is not whole.
+    #[error("the last row is cut off; it was left out")]
+    CutRow,
+    /// Stroke times that look like milliseconds.
+    #[error("{stroke} times of {time_s} s: are they milliseconds? Then call the column ..._ms")]
+    LooksLikeMilliseconds {
+        /// "closing" or "opening".
+        stroke: &'static str,
+        /// Their median, s.
+        time_s: f64,
+    },
+    /// A row whose times are exchanged.
+    #[error(
+        "closing and opening time of this row fit the rows under the same conditions only when they are exchanged: \
+         were they swapped?"
+    )]
+    SwappedTimes,
+    /// The two columns of times are exchanged.
+    #[error(
+        "closing takes longer and opening less long at a higher supply pressure, where pressure closes and the \
+         spring opens: are the two columns of times swapped?"
+    )]
+    SwappedTimeColumns,
+    /// A time far from those under the same conditions.
+    #[error(
+        "{article} {stroke} time of {time_s} s, where rows under the same conditions have {usual_s:.4} s \
+         (they usually agree within {spread:.4} of it): is it mistyped?",
+        article = if *stroke == "opening" { "an" } else { "a" }
+    )]
+    UnlikeRepeats {
+        /// "closing" or "opening".
+        stroke: &'static str,
+        /// The time, s.
+        time_s: f64,
+        /// The median of the others, s.
+        usual_s: f64,
+        /// The usual relative spread of repeats, one standard deviation.
+        spread: f64,
+    },
+    /// Times longer than what the cycle leaves for them.
+    #[error(
+        "{count} {stroke} times are longer than the {most_s} s that the valve file's cycle leaves for them, \
+         the first of {time_s} s: are unit and cycle right?"
+    )]
+    LongerThanCycle {
+        /// "closing" or "opening".
+        stroke: &'static str,
+        /// The first of them, s.
+        time_s: f64,
+        /// What the cycle leaves, s.
+        most_s: f64,
+        /// How many.
+        count: usize,
+    },
     /// A supply pressure far from that of the valve file.
     #[error(
         "a supply pressure of {supply_kpa:.1} kPa absolute, where the valve file has {usual_kpa:.1} kPa: \

@@ -9,7 +9,8 @@ const AMBIENT_PA: f64 = 100e3;
 const VALVE: ValveFacts =
     ValveFacts { ambient_pressure_pa: AMBIENT_PA, supply_pressure_pa: 600e3, temperature_k: 293.15, stroke_m: 0.02 };
 
-const RUN: &str = "name = \"bench\"\n[[run]]\nfile = \"a.csv\"\nsupply_pressure = \"75 psig\"\n";
+const RUN: &str = "name = \"bench\"\n[[run]]\nfile = \"a.csv\"\nsupply_pressure = \"75 psig\"\n\
+                   temperature = \"20 degC\"\n";
 
 /// Position of a valve of 20 mm that closes from 0.2 to 0.6 s and opens from 1.2 to 1.6 s, mm.
 fn position_mm(time_s: f64) -> f64 {
@@ -59,7 +60,7 @@ fn doubts(campaign: &Campaign) -> Vec<&Doubt> {
 #[test]
 fn a_plain_campaign_is_read_in_si_without_a_word() {
     let text = format!(
-        "{RUN}temperature = \"20 degC\"\nleak_to_atmosphere = \"0.15 mm2\"\n[sensors]\nposition_noise = \"0.03 mm\"\n\
+        "{RUN}leak_to_atmosphere = \"0.15 mm2\"\n[sensors]\nposition_noise = \"0.03 mm\"\n\
          pressure_noise = \"0.5 kPa\"\ntiming_noise = \"3 ms\"\n"
     );
     let campaign = read(&text, &usual());
@@ -149,12 +150,12 @@ fn commands_come_from_a_threshold_on_another_channel() {
     let message = refusal(&format!("{RUN}[command_from]\nchannel = \"koil\"\nthreshold = 12\n"), &csv);
     assert!(message.starts_with("a.csv:1: has no column \"koil\" (did you mean \"coil\"?)"), "{message}");
     let message = refusal(&format!("{RUN}[command_from]\nchannel = \"pipe_pressure\"\nthreshold = \"2 s\"\n"), &csv);
-    assert!(message.contains("c.toml:7: command_from.threshold: \"s\" is a unit of a time"), "{message}");
+    assert!(message.contains("c.toml:8: command_from.threshold: \"s\" is a unit of a time"), "{message}");
 }
 
 #[test]
 fn planned_runs_have_commands_and_no_trace() {
-    let text = "name = \"plan\"\n[[run]]\nsupply_pressure = \"5 bar\"\nend = \"3 s\"\n\
+    let text = "name = \"plan\"\n[[run]]\nsupply_pressure = \"5 bara\"\nend = \"3 s\"\n\
                 commands = [ { at = \"0 s\", close = true }, { at = \"600 ms\", close = false } ]\n";
     let campaign = read(text, "");
     assert!(campaign.runs.is_empty());
@@ -166,7 +167,7 @@ fn planned_runs_have_commands_and_no_trace() {
     assert!(refusal(&text.replace("\"3 s\"", "\"0.5 s\""), "").contains("c.toml:4: run.end is before"));
     assert!(refusal("name = \"p\"\n[[run]]\n", "").contains("c.toml:2: \"run.file\" is missing"));
     assert!(
-        refusal(&format!("{RUN}commands = []\n"), &usual()).contains("c.toml:5: run.commands is given beside a file")
+        refusal(&format!("{RUN}commands = []\n"), &usual()).contains("c.toml:6: run.commands is given beside a file")
     );
 }
 
@@ -179,7 +180,7 @@ fn inputs_need_their_channel_in_every_run() {
     assert!(refusal(&text, &usual()).starts_with("a.csv:1: has no column \"pipe_pressure_kpa\""));
     assert!(
         refusal(&text.replace("\"measured\"", "\"given\""), &with)
-            .contains("c.toml:6: inputs.pipe_pressure is \"given\"")
+            .contains("c.toml:7: inputs.pipe_pressure is \"given\"")
     );
 }
 
@@ -223,27 +224,29 @@ fn faults_of_the_campaign_file_are_refused_with_its_line() {
     assert!(refusal("name = \"none\"\n", "").contains("\"run\" is missing"));
     assert!(
         refusal(&format!("{RUN}[sensors]\nposition_noise = \"0 mm\"\n"), "")
-            .contains("c.toml:6: sensors.position_noise")
+            .contains("c.toml:7: sensors.position_noise")
     );
     let twice = format!("{RUN}[[run]]\nfile = \"./a.csv\"\nsupply_pressure = \"80 psig\"\n");
     assert!(
-        refusal(&twice, &usual()).contains("c.toml:6: run.file is \"./a.csv\", which the run in line 2 has already")
+        refusal(&twice, &usual()).contains("c.toml:7: run.file is \"./a.csv\", which the run in line 2 has already")
     );
     let unit = format!("{RUN}[columns]\nposition = {{ name = \"position_mm\", unit = \"bar\" }}\n");
-    assert!(refusal(&unit, &usual()).contains("c.toml:6: columns.position.unit is \"bar\"; expected a length"));
+    assert!(refusal(&unit, &usual()).contains("c.toml:7: columns.position.unit is \"bar\"; expected a length"));
     let psi = format!("{RUN}[columns]\nchamber_pressure = {{ name = \"p\", unit = \"psi\" }}\n");
     assert!(refusal(&psi, &usual()).contains("columns.chamber_pressure.unit is \"psi\""));
     let supply = read("name = \"bench\"\n[[run]]\nfile = \"a.csv\"\n", &usual());
-    assert!(matches!(doubts(&supply)[..], [Doubt::SupplyAssumed { .. }]));
+    assert!(matches!(doubts(&supply)[..], [Doubt::SupplyAssumed { .. }, Doubt::TemperatureAssumed { .. }]));
     assert_eq!(supply.runs[0].conditions.supply_pressure_pa, VALVE.supply_pressure_pa);
 }
 
 #[test]
 fn a_supply_pressure_in_another_unit_is_doubted() {
     let with = |supply: &str| read(&RUN.replace("75 psig", supply), &usual());
-    for wrong in ["75 bar", "7.5 psig"] {
+    for wrong in ["75 barg", "7.5 psig"] {
         let campaign = with(wrong);
-        let [Doubt::SupplyFar { usual_kpa, .. }] = doubts(&campaign)[..] else { panic!("{wrong}: {campaign:?}") };
+        let [Doubt::SupplyFar { usual_kpa, .. }] = doubts(&campaign)[..] else {
+            panic!("{wrong}: {:?}", campaign.warnings)
+        };
         assert!((usual_kpa - VALVE.supply_pressure_pa / 1e3).abs() < 1e-9);
     }
     assert!(doubts(&with("40 psig")).is_empty() && doubts(&with("150 psig")).is_empty());
@@ -347,10 +350,10 @@ fn uncertainties_are_read_in_si_and_refused_where_they_make_no_sense() {
     assert_eq!(read(&text, &usual()).uncertainty, stated);
     assert_eq!(read(RUN, &usual()).uncertainty, Uncertainty::default());
     let changed = |from: &str, to: &str| refusal(&text.replacen(from, to, 1), &usual());
-    assert!(changed("0.01\n", "2\n").contains("c.toml:7: uncertainty.position_gain is 2; expected a share below 1"));
-    assert!(changed("\"25 ms\"", "\"0 ms\"").contains("c.toml:12: uncertainty.clock is 0; expected one standard"));
-    assert!(changed("leak_area", "leak_size").contains("c.toml:14: unknown key \"uncertainty.leak_size\""));
-    assert!(changed("\"0.1 mm\"", "0.1").contains("c.toml:6: uncertainty.position_zero is the bare number 0.1"));
+    assert!(changed("0.01\n", "2\n").contains("c.toml:8: uncertainty.position_gain is 2; expected a share below 1"));
+    assert!(changed("\"25 ms\"", "\"0 ms\"").contains("c.toml:13: uncertainty.clock is 0; expected one standard"));
+    assert!(changed("leak_area", "leak_size").contains("c.toml:15: unknown key \"uncertainty.leak_size\""));
+    assert!(changed("\"0.1 mm\"", "0.1").contains("c.toml:7: uncertainty.position_zero is the bare number 0.1"));
 }
 
 #[test]

@@ -73,7 +73,7 @@ pub(crate) const ATOMS: &[Atom] = &[
     pressure("kPa", 1e3, Reference::Unstated),
     pressure("MPa", 1e6, Reference::Unstated),
     pressure("mbar", 1e2, Reference::Unstated),
-    pressure("bar", 1e5, Reference::Unstated),
+    pressure("bar", 1e5, Reference::Ambiguous),
     pressure("psi", PSI, Reference::Ambiguous),
     pressure("psia", PSI, Reference::Absolute),
     pressure("bara", 1e5, Reference::Absolute),

@@ -77,7 +77,7 @@ impl Dimension {
                 "a pressure",
                 "Pa",
                 [1, -1, -2, 0],
-                &["psig", "psia", "bar", "barg", "kPa", "MPa", "Pa", "bara", "kPag", "MPag", "hPa", "mbar"],
+                &["psig", "psia", "barg", "bara", "kPa", "MPa", "Pa", "kPag", "MPag", "hPa", "mbar"],
             ),
             Self::ViscousFriction => Info("a viscous friction", "N s/m", [1, 0, -1, 0], &["N s/m", "kN s/m"]),
             Self::Stiffness => Info("a stiffness", "N/m", [1, 0, -2, 0], &["N/m", "N/mm", "kN/m", "MN/m", "lbf/in"]),
@@ -109,7 +109,8 @@ impl Dimension {
         self.info().2
     }
 
-    /// The units in which it is usually written; a bare psi is left out since it does not say from where it counts.
+    /// The units in which it is usually written; bare psi and bar are left out since they do not say from where
+    /// they count.
     #[must_use]
     pub fn units(self) -> &'static [&'static str] {
         self.info().3

@@ -56,7 +56,7 @@ pub enum QuantityError {
         expected: String,
     },
     /// A gauge pressure where only an absolute one makes sense.
-    #[error("\"{unit}\" is a gauge pressure, but this one is absolute; expected psia, bar, kPa, MPa or Pa")]
+    #[error("\"{unit}\" is a gauge pressure, but this one is absolute; expected psia, bara, kPa, MPa or Pa")]
     GaugePressure {
         /// The unit as written.
         unit: String,
@@ -71,7 +71,9 @@ pub enum QuantityError {
         unit: String,
     },
     /// A pressure that could be either.
-    #[error("\"{unit}\" does not say from where it counts; expected psig (gauge) or psia (absolute)")]
+    #[error(
+        "\"{unit}\" does not say from where it counts; expected {unit}g (gauge, above the atmosphere) or {unit}a (absolute)"
+    )]
     AmbiguousPressure {
         /// The unit as written.
         unit: String,

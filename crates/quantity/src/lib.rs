@@ -7,8 +7,9 @@
 //! `J/(kg K)`; spaces, `·`, `*`, `^2` and `²` are all understood. A [`Dimension`]
 //! says what kind of quantity a key wants. Pressures know whether they count
 //! from vacuum or from the atmosphere ([`Reference`]): 1 psi is 6894.757 Pa, a
-//! gauge pressure needs an ambient pressure to become absolute, and a bare
-//! `bar`, `kPa`, `MPa` or `Pa` is absolute.
+//! gauge pressure needs an ambient pressure to become absolute, a bare `kPa`,
+//! `MPa` or `Pa` is absolute, and a bare `psi` or `bar`, which could be either,
+//! stands for differences alone.
 
 mod atoms;
 mod dimension;

@@ -2,6 +2,35 @@
 
 use crate::{Dimension, QuantityError, Reference, Unit, suggest};
 
+/// What people write for a unit, in small letters without points, signs and spaces: the nearest word in letters would
+/// be another unit.
+const OTHER_SPELLINGS: [(Dimension, &str, &str); 24] = [
+    (Dimension::Temperature, "c", "degC"),
+    (Dimension::Temperature, "celsius", "degC"),
+    (Dimension::Temperature, "centigrade", "degC"),
+    (Dimension::Temperature, "grad", "degC"),
+    (Dimension::Temperature, "gradc", "degC"),
+    (Dimension::Temperature, "deg", "degC"),
+    (Dimension::Temperature, "f", "degF"),
+    (Dimension::Temperature, "fahrenheit", "degF"),
+    (Dimension::Temperature, "kelvin", "K"),
+    (Dimension::Pressure, "barü", "barg"),
+    (Dimension::Pressure, "barue", "barg"),
+    (Dimension::Pressure, "atü", "barg"),
+    (Dimension::Pressure, "barabs", "bara"),
+    (Dimension::Length, "inch", "in"),
+    (Dimension::Length, "inches", "in"),
+    (Dimension::Length, "\"", "in"),
+    (Dimension::Length, "micron", "um"),
+    (Dimension::Time, "sec", "s"),
+    (Dimension::Time, "msec", "ms"),
+    (Dimension::Volume, "cc", "cm3"),
+    (Dimension::Volume, "ccm", "cm3"),
+    (Dimension::Volume, "litre", "l"),
+    (Dimension::Volume, "liter", "l"),
+    (Dimension::Area, "sqin", "in2"),
+];
+
 /// A number with its unit, as the user wrote it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Quantity {
@@ -45,7 +74,7 @@ impl Quantity {
     }
 
     /// An absolute pressure, Pa; a gauge pressure counts from `ambient_pressure_pa`.
-    /// Fails for a bare psi, which does not say from where it counts.
+    /// Fails for a bare psi or bar, which does not say from where it counts.
     pub fn absolute_pa(&self, ambient_pressure_pa: f64) -> Result<f64, QuantityError> {
         match self.unit.reference() {
             Reference::Gauge => Ok(self.si() + ambient_pressure_pa),
@@ -142,8 +171,18 @@ fn unknown_unit(unit: &str, dimension: Dimension) -> QuantityError {
     let unit = unit.trim();
     QuantityError::UnknownUnit {
         unit: shortened(unit),
-        suggestion: suggest::did_you_mean(unit, dimension.units().iter().copied()),
+        suggestion: suggestion(unit, dimension),
         expected: dimension.expectation(),
+    }
+}
+
+/// " (did you mean ...?)" for a unit that is not known, or nothing.
+pub(crate) fn suggestion(unit: &str, dimension: Dimension) -> String {
+    let word: String =
+        unit.chars().filter(|character| !" .°()_".contains(*character)).collect::<String>().to_lowercase();
+    match OTHER_SPELLINGS.iter().find(|(kind, spelling, _)| *kind == dimension && *spelling == word) {
+        Some((_, _, unit)) => format!(" (did you mean \"{unit}\"?)"),
+        None => suggest::did_you_mean(unit, dimension.units().iter().copied()),
     }
 }
 
@@ -183,14 +222,35 @@ mod tests {
     fn pressures_know_from_where_they_count() {
         let ambient = 101_325.0;
         assert_eq!(pressure_pa("75 psig", ambient).unwrap(), 75.0 * 6894.757 + ambient);
-        assert_eq!(pressure_pa("6 bar", ambient).unwrap(), 6e5);
+        assert_eq!(pressure_pa("6 bara", ambient).unwrap(), 6e5);
         assert_eq!(pressure_pa("6 barg", ambient).unwrap(), 6e5 + ambient);
         assert_eq!(absolute_pressure_pa("101.325 kPa").unwrap(), ambient);
         assert_eq!(pressure_difference_pa("3 kPa").unwrap(), 3e3);
         assert_eq!(pressure_difference_pa("1 psi").unwrap(), 6894.757);
         assert!(matches!(absolute_pressure_pa("0 psig"), Err(QuantityError::GaugePressure { .. })));
         assert!(matches!(pressure_difference_pa("15 psia"), Err(QuantityError::AbsolutePressure { .. })));
-        assert!(matches!(pressure_pa("75 psi", ambient), Err(QuantityError::AmbiguousPressure { .. })));
+        assert_eq!(pressure_difference_pa("0.5 bar").unwrap(), 5e4);
+        for (bare, text) in [("psi", "75 psi"), ("bar", "5 bar")] {
+            let refusal = pressure_pa(text, ambient).unwrap_err().to_string();
+            let both = format!("expected {bare}g (gauge, above the atmosphere) or {bare}a (absolute)");
+            assert_eq!(refusal, format!("\"{bare}\" does not say from where it counts; {both}"));
+        }
+    }
+
+    #[test]
+    fn other_spellings_lead_to_the_unit_that_is_meant() {
+        for (text, unit, meant) in [
+            ("20 C", "K", "degC"),
+            ("20 Celsius", "K", "degC"),
+            ("68 F", "K", "degF"),
+            ("5 barü", "Pa", "barg"),
+            ("1 inch", "m", "in"),
+            ("250 msec", "s", "ms"),
+            ("40 cc", "m3", "cm3"),
+        ] {
+            let message = si_value(text, unit).unwrap_err().to_string();
+            assert!(message.contains(&format!("(did you mean \"{meant}\"?)")), "{text}: {message}");
+        }
     }
 
     #[test]

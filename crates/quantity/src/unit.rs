@@ -12,7 +12,7 @@ pub enum Reference {
     Absolute,
     /// From the atmosphere (`psig`, `barg`, `kPag`, `MPag`).
     Gauge,
-    /// A bare psi: a difference, or not said.
+    /// A bare psi or bar: a difference, or not said. What a European datasheet calls bar is mostly gauge.
     Ambiguous,
 }
 
@@ -137,6 +137,16 @@ fn normalised(text: &str) -> String {
             _ => plain.push(character),
         }
     }
+    // Datasheets say "bar(g)" and "psi a"; as products these make no sense.
+    for name in ["psi", "bar", "kPa", "MPa"] {
+        if let Some(mark) = plain.strip_prefix(name)
+            && let "(g)" | " g" | " (g)" | "(a)" | " a" | " (a)" = mark
+        {
+            let letter = mark.trim_matches([' ', '(', ')']);
+            // kPa and MPa are absolute by themselves.
+            return if letter == "a" && name.ends_with("Pa") { name.to_owned() } else { format!("{name}{letter}") };
+        }
+    }
     plain
 }
 
@@ -205,6 +215,12 @@ mod tests {
         assert_eq!(si(16.0, "kN/m"), 16_000.0);
         assert_eq!(si(5.0, "N/mm"), 5_000.0);
         assert_eq!(si(75.0, "psig"), 75.0 * 6894.757);
+        for (text, reference) in
+            [("bar(g)", Reference::Gauge), ("psi a", Reference::Absolute), ("MPa (g)", Reference::Gauge)]
+        {
+            assert_eq!(Unit::parse(text).unwrap().reference(), reference, "{text}");
+        }
+        assert_eq!(Unit::parse("kPa(a)").unwrap().reference(), Reference::Unstated);
         assert_eq!(si(20.0, "°C"), 293.15);
         assert!((si(68.0, "degF") - 293.15).abs() < 1e-9);
         assert!((si(1.0, "lbf/in") - 175.126_835).abs() < 1e-6);

@@ -16,6 +16,7 @@
 mod canonical;
 mod change;
 mod check;
+mod doubt;
 mod edit;
 mod effects;
 mod error;
@@ -24,6 +25,7 @@ mod history;
 mod meaning;
 
 pub use change::Change;
+pub use doubt::ValveDoubt;
 pub use error::ValveFileError;
 pub use file::{Tolerance, ValveFile};
 pub use history::HistoryEntry;

@@ -226,3 +226,33 @@ proptest::proptest! {
         }
     }
 }
+
+#[test]
+fn values_that_hardly_can_be_are_doubted_with_their_line() {
+    assert_eq!(read(VALVE).doubts(), []);
+    for (from, to, expected) in [
+        ("100 kPa", "101 Pa", "v.toml:25: pneumatics.ambient_pressure is 101 Pa absolute; is its unit right"),
+        (
+            "75 psig",
+            "750 psig",
+            "v.toml:24: pneumatics.supply_pressure is 51.7107 bar above the atmosphere; is its unit",
+        ),
+        (
+            "20 degC",
+            "293 degC",
+            "v.toml:26: pneumatics.temperature is 566.15 K, which is 293.00 degC; is its unit right",
+        ),
+        (
+            "40 cm3",
+            "40 l",
+            "v.toml:27: pneumatics.pipe_volume is 800.0 times the volume that the piston sweeps; are its",
+        ),
+        ("12 kN/m", "120 kN/m", "v.toml:12: spring.stiffness pushes with 6000 N at the closed stop, the supply with"),
+    ] {
+        assert!(VALVE.contains(from), "{from}");
+        let doubts = read(&VALVE.replacen(from, to, 1)).doubts();
+        assert!(doubts.len() == 1 && doubts[0].to_string().starts_with(expected), "{to}: {doubts:?}");
+    }
+    let late = VALVE.replacen("close_within = \"3 s\"", "close_within = \"5 s\"", 1);
+    assert!(read(&late).doubts()[0].to_string().contains("limits.close_within is 5 s, and the cycle leaves 4 s"));
+}
