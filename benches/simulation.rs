@@ -15,7 +15,7 @@ use reference_valve::{CYCLE, base_valve, leaking, spread, table_model, testbed, 
 use valve_model::cycle::{cycle_commands, cycles};
 use valve_model::dispatch::{InstructionSet, LANES};
 use valve_model::simulate::{DEFAULT_STEP_S, simulate_scalar, simulate_with};
-use valve_model::{Conditions, EffectKind, ParameterId, Prepared, Run, Valve, simulate};
+use valve_model::{Conditions, EffectKind, ParameterId, Prepared, Run, Start, Valve, simulate};
 
 /// Effects of which the price of a step is printed, one for each group of terms.
 const WITH_EFFECTS: [EffectKind; 5] = [
@@ -32,7 +32,8 @@ const FLEET: usize = 10_000;
 /// A leaking cycle of the reference valve, once for each lane.
 fn leaking_runs(valve: &Valve) -> Vec<Prepared> {
     let conditions = leaking(valve, Fault::Atmosphere, 0.1e-6);
-    let run = Run { conditions, commands: cycle_commands(&CYCLE), end_s: CYCLE.end_s, driven: None };
+    let run =
+        Run { conditions, commands: cycle_commands(&CYCLE), end_s: CYCLE.end_s, driven: None, start: Start::Rest };
     vec![Prepared::new(valve, &run, DEFAULT_STEP_S); LANES]
 }
 

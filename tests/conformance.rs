@@ -10,7 +10,7 @@ use valve_model::params::Switches;
 use valve_model::rhs::State;
 use valve_model::simulate::{DEFAULT_STEP_S, simulate_scalar, simulate_with};
 use valve_model::stroke::strokes;
-use valve_model::{CommandEdge, Conditions, Effect, EffectKind, Nodes, Prepared, Run, Valve, simulate};
+use valve_model::{CommandEdge, Conditions, Effect, EffectKind, Nodes, Prepared, Run, Start, Valve, simulate};
 
 /// Halving the step changes no stroke time by more, with any effect, s.
 const STEP_S: f64 = 0.1e-3;
@@ -39,7 +39,8 @@ fn runs(valve: &Valve) -> Vec<Prepared> {
     conditions[5].supply_pressure_pa *= 0.8;
     conditions[5].temperature_k = 270.0;
     let run = |((index, conditions), commands): ((usize, Conditions), Vec<CommandEdge>)| {
-        let run = Run { conditions, commands, end_s: CYCLE.end_s - 0.5 * index as f64, driven: None };
+        let run =
+            Run { conditions, commands, end_s: CYCLE.end_s - 0.5 * index as f64, driven: None, start: Start::Rest };
         Prepared::new(valve, &run, DEFAULT_STEP_S)
     };
     conditions.into_iter().enumerate().zip(commands()).map(run).collect()

@@ -8,7 +8,7 @@ use reference_valve::{base_valve, first_cycle, leaking, testbed, typical, with_e
 use valve_model::cycle::{CycleTimes, cycle_commands, cycles};
 use valve_model::simulate::DEFAULT_STEP_S;
 use valve_model::{Conditions, Effect, EffectKind, Orientation, Parameters, Prepared, Run, Schedule, Switches, Valve};
-use valve_model::{ParameterId, simulate};
+use valve_model::{ParameterId, Start, simulate};
 
 const SCHEDULE: Schedule = Schedule { close_at_s: 0.0, open_at_s: 5.0, end_s: 13.0 };
 
@@ -78,7 +78,7 @@ proptest! {
         let mut conditions = Conditions::nominal(valve.parameters());
         conditions.leak_to_atmosphere_m2 = out * 1e-6;
         conditions.leak_from_supply_m2 = into * 1e-6;
-        let run = Run { conditions, commands: cycle_commands(&SCHEDULE), end_s: SCHEDULE.end_s, driven: None };
+        let run = Run { conditions, commands: cycle_commands(&SCHEDULE), end_s: SCHEDULE.end_s, driven: None, start: Start::Rest };
         let p = valve.parameters();
         let spring = p.spring_stiffness_n_per_m * (p.stroke_m + p.preload_compression_m);
         let push = (p.supply_pressure_pa * p.piston_area_m2 + spring) / p.contact_stiffness_n_per_m;
@@ -139,7 +139,13 @@ fn survives(what: &str, effects: Vec<Effect>, change: impl FnOnce(&mut Parameter
     conditions[1].leak_to_atmosphere_m2 = 0.4e-6;
     conditions[2].leak_from_supply_m2 = 0.15e-6;
     for conditions in conditions {
-        let run = Run { conditions, commands: cycle_commands(&SCHEDULE), end_s: SCHEDULE.end_s, driven: None };
+        let run = Run {
+            conditions,
+            commands: cycle_commands(&SCHEDULE),
+            end_s: SCHEDULE.end_s,
+            driven: None,
+            start: Start::Rest,
+        };
         simulate(&[Prepared::new(&valve, &run, DEFAULT_STEP_S)], true, |_, nodes, _| {
             let stroke = valve.parameters().stroke_m;
             let sane = |x: &f64| *x > -0.5 * stroke && *x < 1.5 * stroke;

@@ -8,7 +8,7 @@ use reference_valve::{CYCLE, base_valve, first_cycle, leaking, periodic, spread,
 use valve_model::cycle::CycleTimes;
 use valve_model::simulate::DEFAULT_STEP_S;
 use valve_model::stroke::pressures;
-use valve_model::{CommandEdge, Conditions, Prepared, Run, Schedule, simulate};
+use valve_model::{CommandEdge, Conditions, Prepared, Run, Schedule, Start, simulate};
 
 /// Largest error of a stroke time, s.
 const TIMING_S: f64 = 0.1e-3;
@@ -115,6 +115,7 @@ fn the_trace() {
         commands: vec![CommandEdge { time_s: 0.0, close: true }, CommandEdge { time_s: 4.0, close: false }],
         end_s: 9.0,
         driven: None,
+        start: Start::Rest,
     };
     let expected = rows(include_str!("data/reference/trace.csv"));
     let column = |index: usize| -> Vec<f64> { expected.iter().map(|row| row[index].expect("complete")).collect() };

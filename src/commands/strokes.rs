@@ -3,7 +3,7 @@
 use model_lab::forward::Predicted;
 use valve_model::simulate::{Nodes, Prepared, Run, simulate};
 use valve_model::stroke::strokes;
-use valve_model::{CommandEdge, Conditions, Schedule, Valve};
+use valve_model::{CommandEdge, Conditions, Schedule, Start, Valve};
 
 /// Cycles one after the other and their path.
 #[derive(Debug)]
@@ -29,7 +29,7 @@ impl Cycles {
             })
             .collect();
         let end_s = f64::from(cycles) * schedule.end_s;
-        let run = Run { conditions, commands: commands.clone(), end_s, driven: None };
+        let run = Run { conditions, commands: commands.clone(), end_s, driven: None, start: Start::Rest };
         let mut path = Nodes::default();
         simulate(&[Prepared::new(valve, &run, step_s)], true, |_, nodes, _| path = nodes.clone());
         // An opening counts until its cycle ends, a closing until the command to open.

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use valve_file::ValveFile;
-use valve_model::{CommandEdge, Conditions, Nodes, ParameterId, Prepared, Run, Valve, simulate};
+use valve_model::{CommandEdge, Conditions, Nodes, ParameterId, Prepared, Run, Start, Valve, simulate};
 
 use crate::support::Sandbox;
 
@@ -76,7 +76,7 @@ impl Recording {
         let stroke = Valve::new(parameters, valve.switches(), valve.effects().to_vec(), valve.custom().to_vec());
         let commands =
             vec![CommandEdge { time_s: closes_s, close: true }, CommandEdge { time_s: opens_s, close: false }];
-        let run = Run { conditions, commands, end_s: 6.5, driven: None };
+        let run = Run { conditions, commands, end_s: 6.5, driven: None, start: Start::Rest };
         let mut nodes = Nodes::default();
         let stroke = stroke.expect("a possible valve");
         simulate(&[Prepared::new(&stroke, &run, 5e-4)], false, |_, path, _| nodes = path.clone());

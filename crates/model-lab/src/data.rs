@@ -9,7 +9,7 @@ use std::sync::Arc;
 use campaign::{Campaign, Run as RecordedRun, TimingRow, ValveFacts, estimate_position_noise_m};
 use valve_model::driven::Driven;
 use valve_model::simulate::DEFAULT_STEP_S;
-use valve_model::{CommandEdge, Conditions, Run, Schedule, Valve};
+use valve_model::{CommandEdge, Conditions, Run, Schedule, Start, Valve};
 
 /// The time over which samples are averaged, s.
 const BLOCK_S: f64 = 4e-3;
@@ -316,6 +316,7 @@ fn run_data(recorded: &RecordedRun, campaign: &Campaign, position_noise: f64) ->
         commands: recorded.commands.iter().map(|edge| CommandEdge { time_s: edge.time_s, close: edge.close }).collect(),
         end_s: trace.time_s.last().copied().unwrap_or(0.0),
         driven: driven.map(Arc::new),
+        start: Start::Rest,
     };
     let mut channels = vec![channel(Channel::Position, &trace.time_s, &trace.position_m, position_noise)];
     let pressures = [
@@ -346,6 +347,7 @@ fn driven(recorded: &RecordedRun, campaign: &Campaign) -> Option<Driven> {
         time_s: trace.time_s.clone(),
         pipe_pressure_pa: bridged(&trace.pipe_pressure_pa, inputs.pipe_pressure),
         chamber_pressure_pa: bridged(&trace.chamber_pressure_pa, inputs.chamber_pressure),
+        supply_pressure_pa: None,
     })
 }
 

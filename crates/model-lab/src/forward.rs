@@ -5,7 +5,7 @@ use valve_model::cycle::{CycleTimes, cycles, cycles_with};
 use valve_model::dispatch::LANES;
 use valve_model::simulate::DEFAULT_STEP_S;
 use valve_model::stroke::{Place, pressures};
-use valve_model::{EffectKind, Nodes, Prepared, Run, Valve, simulate};
+use valve_model::{EffectKind, Nodes, Outcome, Prepared, Run, Valve, simulate};
 
 use crate::data::{Channel, ChannelData, Dataset, Fineness, RunData};
 
@@ -187,6 +187,13 @@ fn compare(jobs: Vec<Job<'_>>, fineness: Fineness) {
         let mut predicted = Predicted::default();
         simulate(runs, pressures, |index, nodes, _| {
             let Job { valve, recorded, .. } = &mut jobs[index];
+            if nodes.outcome != Outcome::Complete {
+                // A parameter set that cannot be simulated explains nothing.
+                for (_, into) in recorded {
+                    into.fill(LARGEST_RESIDUAL);
+                }
+                return;
+            }
             let mut sampled: Option<&[f64]> = None;
             for (recorded, into) in recorded {
                 // Repeats are often sampled at the same times.

@@ -1,7 +1,11 @@
 //! From the text's tables to checked values.
 
 use checked_toml::{Document, QuantityKind, Section, TomlFileError};
-use valve_model::{Limits, Orientation, ParameterError, ParameterId, Parameters, Schedule, Switches, Valve};
+use valve_model::simulate::DEFAULT_STEP_S;
+use valve_model::stability;
+use valve_model::{
+    Conditions, Limits, Orientation, ParameterError, ParameterId, Parameters, Schedule, Switches, Valve,
+};
 
 use crate::file::{Tolerance, ValveFile};
 use crate::meaning::meaning;
@@ -37,6 +41,9 @@ pub(crate) fn check(document: Document) -> Result<ValveFile, ValveFileError> {
         Valve::new(parameters, switches, catalogue, custom).map_err(|source| impossible(&document, &root, source))?;
     schedule.check().map_err(|source| impossible(&document, &root, source))?;
     limits.check().map_err(|source| impossible(&document, &root, source))?;
+    let nominal = Conditions::nominal(valve.parameters());
+    stability::check(&valve, &nominal, schedule.end_s, DEFAULT_STEP_S)
+        .map_err(|source| impossible(&document, &root, source))?;
     drop(root);
     Ok(ValveFile { document, name, valve, schedule, limits, tolerances, history, pending: Vec::new() })
 }

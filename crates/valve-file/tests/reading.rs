@@ -143,6 +143,16 @@ fn impossible_values_are_refused_with_file_and_line() {
 }
 
 #[test]
+fn a_valve_that_no_step_can_follow_is_refused_with_file_line_and_a_bound() {
+    for volume in ["1e-6 cm3", "1e-9 cm3"] {
+        let found = refusal_with("\"40 cm3\"", &format!("\"{volume}\""));
+        assert!(found.starts_with("v.toml:27: pneumatics.pipe_volume is 1.000e-"), "{found}");
+        assert!(found.contains(" m3 or more, or a smaller"), "{found}");
+    }
+    assert!(refusal_with("\"1 MN/m\"", "\"1e12 MN/m\"").starts_with("v.toml:16: stops.contact_stiffness"));
+}
+
+#[test]
 fn wrong_effects_are_refused_with_file_and_line() {
     let effect = |text: &str| refusal(&with_end(&format!("[[effect]]\n{text}")));
     assert!(

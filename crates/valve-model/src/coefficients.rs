@@ -3,34 +3,12 @@
 use crate::conditions::Conditions;
 use crate::custom::CustomEffect;
 use crate::effects::{Effect, EffectKind};
-use crate::integrator::{MOST_SUBSTEPS, Pace};
-use crate::orifice::{BLEND_SLOPE, Blend, OrificeLaw};
+use crate::orifice::{Blend, OrificeLaw};
 use crate::params::{Parameters, STANDARD_GRAVITY_M_PER_S2, Valve};
 use crate::real::Real;
 
-/// Largest product of rate and step for pipe and chamber together; with that of the solenoid and the
-/// leaks inside the stability of the method (2.78 on the real axis).
-const PORT_RATE: f64 = 2.0;
-
-/// The same for the solenoid and the leaks.
-const SOLENOID_RATE: f64 = 0.7;
-
-/// The same for every other state, where it also has to be followed.
-const OTHER_RATE: f64 = 1.8;
-
-/// Largest relative pressure difference over which the port's law may be blended to a line. Nothing
-/// flows through it at rest, so that its blend biases no pressure there.
-const WIDEST_PORT_BLEND: f64 = 1e-2;
-
-/// The same for the solenoid and the leaks, which do carry a standing flow.
-const WIDEST_BLEND: f64 = 2e-4;
-
-/// The same for what a supply line feeds; substeps make it narrow where line and pipe are nearly at one
-/// pressure.
-const WIDEST_LINE_BLEND: f64 = 5e-2;
-
 /// No blend needs to be narrower than this.
-const NARROWEST_BLEND: f64 = 1e-5;
+pub(crate) const NARROWEST_BLEND: f64 = 1e-5;
 
 /// Stiffness of the friction bristles: elastomer seals give by a tenth of a millimetre before they
 /// slide (some 100 N over 0.5 mm), which shows in a recorded stroke.
@@ -48,7 +26,7 @@ const FASTEST_PER_S: f64 = 1500.0;
 const FINE_STEP_S: f64 = 1e-3;
 
 /// How many times longer than a fine step a rough one is.
-fn roughness(step_s: f64) -> f64 {
+pub(crate) fn roughness(step_s: f64) -> f64 {
     (step_s / FINE_STEP_S).max(1.0)
 }
 
@@ -79,6 +57,8 @@ pub struct Terms {
     pub driven_pipe: bool,
     /// The chamber pressure is measured, not simulated.
     pub driven_chamber: bool,
+    /// The supply pressure is measured, not constant.
+    pub driven_supply: bool,
 }
 
 /// Groups of terms as bits: for which of them a loop is compiled.
@@ -111,7 +91,12 @@ impl Terms {
             | bit(groups::LINE, self.line)
             | bit(groups::SPOOL, self.spool)
             | bit(groups::CUSTOM, self.custom)
-            | bit(groups::DRIVEN, self.driven_pipe || self.driven_chamber)
+            | bit(groups::DRIVEN, self.is_driven())
+    }
+
+    /// Whether any pressure is measured.
+    pub fn is_driven(self) -> bool {
+        self.driven_pipe || self.driven_chamber || self.driven_supply
     }
 }
 
@@ -266,14 +251,14 @@ pub struct Equations {
     pub terms: Terms,
     /// Custom effects, with their parameter values.
     pub custom: Vec<CustomEffect>,
-    volumes: Volumes,
+    pub(crate) volumes: Volumes,
 }
 
-/// The volumes that hold gas, m³; chamber with the valve open.
+/// The volumes that hold gas, m³; the chamber with the valve open.
 #[derive(Debug, Clone, Copy)]
-struct Volumes {
-    pipe: f64,
-    dead: f64,
+pub(crate) struct Volumes {
+    pub pipe: f64,
+    pub dead: f64,
 }
 
 impl Equations {
@@ -345,51 +330,6 @@ impl Equations {
         let custom = valve.custom().to_vec();
         let volumes = Volumes { pipe: p.pipe_volume_m3, dead: p.dead_volume_m3 };
         Self { coefficients: c, terms, custom, volumes }
-    }
-
-    /// The step and the blends of the orifice law that keep every state stable, from the rates at which
-    /// a disturbance of each decays: a step of at most `step_s`, or a whole fraction of it.
-    pub fn pace(&self, step_s: f64) -> Pace {
-        let (c, volumes) = (&self.coefficients, &self.volumes);
-        let warming = if self.terms.heating { c.gamma } else { 1.0 };
-        // Rates of the blended law at equal pressures for a blend of width 1; they grow as its inverse root.
-        let steepest = warming * c.zrt * BLEND_SLOPE * libm::sqrt(c.law.at_equal_pressures());
-        let port = steepest * c.port * (1.0 / volumes.pipe + 1.0 / volumes.dead);
-        let solenoid = steepest * (c.fill.max(c.vent) + c.leak_in + c.leak_out) / volumes.pipe;
-        let mut other = c.viscous * c.inverse_mass;
-        other = other.max(libm::sqrt((c.contact + c.adhesion * c.adhesion_inverse_reach) * c.inverse_mass));
-        if self.terms.friction {
-            other = other.max(libm::sqrt((c.contact + c.bristle_stiffness) * c.inverse_mass));
-            other = other.max(1.0 / c.quickest).max((c.viscous + c.bristle_damping) * c.inverse_mass);
-        }
-        if self.terms.line {
-            other = other.max(c.line_gain * c.line_conductance);
-        }
-        if self.terms.heating || self.terms.forces {
-            other = other.max(1.0 / c.quickest);
-        }
-        // A small line follows the pipe quickly where their pressures are nearly one, and only there.
-        let fed = solenoid + steepest / c.zrt * c.line_gain * (c.fill + c.leak_in);
-        let line = if self.terms.line { fed } else { 0.0 };
-        let rough = roughness(step_s).powi(4);
-        let substeps = |rate: f64, limit: f64| (rate * step_s / limit).ceil().max(1.0);
-        let count = substeps(other, OTHER_RATE)
-            .max(substeps(port / libm::sqrt(rough * WIDEST_PORT_BLEND), PORT_RATE))
-            .max(substeps(solenoid / libm::sqrt(rough * WIDEST_BLEND), SOLENOID_RATE))
-            .max(substeps(line / libm::sqrt(rough * WIDEST_LINE_BLEND), SOLENOID_RATE));
-        let step_s = step_s / count;
-        let blend = |rate: f64, limit: f64| {
-            let root = rate * step_s / limit;
-            (root * root).max(NARROWEST_BLEND)
-        };
-        Pace {
-            step_s,
-            port_blend: blend(port, PORT_RATE),
-            blend: blend(solenoid, SOLENOID_RATE),
-            line_blend: if self.terms.line { blend(line, SOLENOID_RATE) } else { 0.0 },
-            most_substeps: MOST_SUBSTEPS,
-            ends_at_m: f64::INFINITY,
-        }
     }
 }
 

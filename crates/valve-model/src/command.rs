@@ -8,7 +8,7 @@ use crate::effects::{Effect, EffectKind};
 /// A change of the command.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CommandEdge {
-    /// When, s from the start of the run.
+    /// When, s from the start of the run; minus infinity for one that was given long before.
     pub time_s: f64,
     /// Energise (close, command 1) or de-energise (open, command 0).
     pub close: bool,
@@ -64,13 +64,19 @@ fn arrivals(commands: &[CommandEdge], solenoid: &Solenoid) -> Vec<CommandEdge> {
     arrived
 }
 
-/// The segments from 0 to `end_s`, starting vented. Commands are in order of time.
+/// The segments from 0 to `end_s`, the solenoid vented before the first command. Commands are in order of time;
+/// those before 0 were given that long before the start.
 pub fn segments(commands: &[CommandEdge], solenoid: &Solenoid, end_s: f64) -> Vec<Segment> {
+    segments_after(false, commands, solenoid, end_s)
+}
+
+/// As [`segments`], with the solenoid energised before the first command, or vented.
+pub fn segments_after(energised: bool, commands: &[CommandEdge], solenoid: &Solenoid, end_s: f64) -> Vec<Segment> {
     let arrived = arrivals(commands, solenoid);
     let mut breaks: Vec<f64> = commands.iter().chain(&arrived).map(|edge| edge.time_s).collect();
     // Follow the spool to find where it comes to rest.
     let speed = if solenoid.travel_time_s > 0.0 { 1.0 / solenoid.travel_time_s } else { f64::INFINITY };
-    let mut legs = vec![(f64::NEG_INFINITY, 0.0_f64, 0.0_f64)];
+    let mut legs = vec![(f64::NEG_INFINITY, if energised { 1.0 } else { 0.0_f64 }, 0.0_f64)];
     for edge in &arrived {
         let (since, from, rate) = legs[legs.len() - 1];
         let target = if edge.close { 1.0 } else { 0.0 };
@@ -136,6 +142,26 @@ mod tests {
                 (4.625, 0.0, 0.0)
             ]
         );
+    }
+
+    #[test]
+    fn a_solenoid_that_was_energised_waits_for_the_command_to_open() {
+        let lag = Solenoid { deenergise_delay_s: 0.5, travel_time_s: 0.25, ..Solenoid::default() };
+        let commands = [CommandEdge { time_s: 1.0, close: false }];
+        let segments = segments_after(true, &commands, &lag, 3.0);
+        let summary: Vec<_> = segments.iter().map(|s| (s.start_s, s.spool, s.spool_rate)).collect();
+        assert_eq!(summary, [(0.0, 1.0, 0.0), (1.0, 1.0, 0.0), (1.5, 1.0, -4.0), (1.75, 0.0, 0.0)]);
+    }
+
+    #[test]
+    fn a_command_before_the_start_is_on_its_way() {
+        let lag = Solenoid { energise_delay_s: 0.25, travel_time_s: 0.5, ..Solenoid::default() };
+        let given = |time_s: f64| segments(&[CommandEdge { time_s, close: true }], &lag, 2.0);
+        let summary = |segments: Vec<Segment>| -> Vec<_> {
+            segments.iter().map(|s| (s.start_s, s.spool, s.spool_rate, s.last_command_s)).collect()
+        };
+        assert_eq!(summary(given(-0.5)), [(0.0, 0.5, 2.0, -0.5), (0.25, 1.0, 0.0, -0.5)]);
+        assert_eq!(summary(given(f64::NEG_INFINITY)), [(0.0, 1.0, 0.0, f64::NEG_INFINITY)]);
     }
 
     #[test]

@@ -6,6 +6,7 @@ use crate::integrator::MOST_SUBSTEPS;
 use crate::params::{Schedule, Valve};
 use crate::rhs::State;
 use crate::simulate::{Prepared, Run, simulate};
+use crate::start::Start;
 use crate::stroke::strokes;
 
 /// The stroke times of one cycle; nothing where the valve did not get there.
@@ -51,7 +52,13 @@ pub fn cycles_with(
     let mut runs: Vec<Prepared> = valves
         .iter()
         .map(|(valve, conditions)| {
-            let run = Run { conditions: *conditions, commands: commands.clone(), end_s: schedule.end_s, driven: None };
+            let run = Run {
+                conditions: *conditions,
+                commands: commands.clone(),
+                end_s: schedule.end_s,
+                driven: None,
+                start: Start::Rest,
+            };
             Prepared::new(valve, &run, step_s).with_most_substeps(most_substeps)
         })
         .collect();

@@ -1,7 +1,7 @@
 //! Measured pressures that drive the model in place of the simulated ones.
 
 /// Measured pressures over time, interpolated linearly and held beyond the ends.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Driven {
     /// Times, s, rising.
     pub time_s: Vec<f64>,
@@ -9,17 +9,114 @@ pub struct Driven {
     pub pipe_pressure_pa: Option<Vec<f64>>,
     /// Chamber pressure at those times, Pa, if it drives the model.
     pub chamber_pressure_pa: Option<Vec<f64>>,
+    /// Supply pressure at those times, Pa, if it drives the model: at the solenoid and at a leak from the supply, or
+    /// at the source of a supply line.
+    pub supply_pressure_pa: Option<Vec<f64>>,
+}
+
+/// The pressures at one time, Pa; 0 where a channel does not drive.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct DrivenPressures {
+    pub pipe: f64,
+    pub chamber: f64,
+    pub supply: f64,
 }
 
 impl Driven {
-    /// Pipe and chamber pressure at a time, Pa; 0 where a channel does not drive.
-    pub(crate) fn at(&self, time_s: f64) -> (f64, f64) {
-        let right = self.time_s.partition_point(|time| *time <= time_s).clamp(1, self.time_s.len().max(2) - 1);
-        let (t0, t1) = (self.time_s[right - 1], self.time_s[right]);
-        let share = ((time_s - t0) / (t1 - t0)).clamp(0.0, 1.0);
-        let value = |channel: &Option<Vec<f64>>| {
-            channel.as_ref().map_or(0.0, |values| values[right - 1] + share * (values[right] - values[right - 1]))
+    /// The pressures at a time.
+    pub(crate) fn at(&self, time_s: f64) -> DrivenPressures {
+        let last = self.time_s.len().saturating_sub(1);
+        let right = self.time_s.partition_point(|time| *time <= time_s).max(1).min(last);
+        let left = right.saturating_sub(1);
+        let (from, to) = (self.time_s.get(left).copied(), self.time_s.get(right).copied());
+        let share = match (from, to) {
+            (Some(t0), Some(t1)) if t1 > t0 => ((time_s - t0) / (t1 - t0)).clamp(0.0, 1.0),
+            _ => 1.0,
         };
-        (value(&self.pipe_pressure_pa), value(&self.chamber_pressure_pa))
+        let value = |channel: &Option<Vec<f64>>| {
+            let values = channel.as_deref().unwrap_or_default();
+            match (values.get(left), values.get(right)) {
+                (Some(from), Some(to)) => from + share * (to - from),
+                _ => 0.0,
+            }
+        };
+        DrivenPressures {
+            pipe: value(&self.pipe_pressure_pa),
+            chamber: value(&self.chamber_pressure_pa),
+            supply: value(&self.supply_pressure_pa),
+        }
+    }
+
+    /// What is wrong with it, in words.
+    pub(crate) fn fault(&self) -> Option<String> {
+        let count = self.time_s.len();
+        if count == 0 {
+            return Some("no samples, expected at least one".into());
+        }
+        let rising = |pair: &[f64]| pair[0].is_finite() && pair[1].is_finite() && pair[1] >= pair[0];
+        if let Some(at) = self.time_s.windows(2).position(|pair| !rising(pair)) {
+            let (from, to) = (self.time_s[at], self.time_s[at + 1]);
+            return Some(format!("{to} s after {from} s as the time of sample {}, expected a later one", at + 2));
+        }
+        let channels = [
+            ("pipe", &self.pipe_pressure_pa),
+            ("chamber", &self.chamber_pressure_pa),
+            ("supply", &self.supply_pressure_pa),
+        ];
+        channels.into_iter().find_map(|(name, channel)| {
+            let samples = channel.as_deref()?;
+            if samples.len() != count {
+                let found = samples.len();
+                return Some(format!("{found} samples of the {name} pressure, expected {count}, one at each time"));
+            }
+            let at = samples.iter().position(|pressure| !(pressure.is_finite() && *pressure > 0.0))?;
+            let (found, number) = (samples[at], at + 1);
+            Some(format!("{found} Pa as sample {number} of the {name} pressure, expected an absolute pressure above 0"))
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pressures_are_linear_between_samples_and_held_beyond() {
+        let driven = Driven {
+            time_s: vec![1.0, 2.0, 4.0],
+            pipe_pressure_pa: Some(vec![1e5, 2e5, 6e5]),
+            chamber_pressure_pa: None,
+            supply_pressure_pa: Some(vec![5e5, 5e5, 4e5]),
+        };
+        let at = |time: f64| (driven.at(time).pipe, driven.at(time).chamber, driven.at(time).supply);
+        assert_eq!(at(0.0), (1e5, 0.0, 5e5));
+        assert_eq!(at(1.5), (1.5e5, 0.0, 5e5));
+        assert_eq!(at(3.0), (4e5, 0.0, 4.5e5));
+        assert_eq!(at(9.0), (6e5, 0.0, 4e5));
+    }
+
+    #[test]
+    fn a_single_sample_holds_and_none_is_a_fault() {
+        let one = Driven { time_s: vec![3.0], pipe_pressure_pa: Some(vec![2e5]), ..Driven::default() };
+        assert_eq!((one.at(0.0).pipe, one.at(3.0).pipe, one.at(5.0).pipe), (2e5, 2e5, 2e5));
+        assert_eq!(one.fault(), None);
+        assert_eq!(Driven::default().at(1.0), DrivenPressures::default());
+        assert!(Driven::default().fault().is_some());
+        let short = Driven { time_s: vec![0.0, 1.0], supply_pressure_pa: Some(vec![5e5]), ..Driven::default() };
+        assert_eq!(short.fault().as_deref(), Some("1 samples of the supply pressure, expected 2, one at each time"));
+    }
+
+    #[test]
+    fn what_is_no_pressure_or_goes_back_in_time_is_a_fault() {
+        let record = |time_s: [f64; 3], pressures: [f64; 3]| Driven {
+            time_s: time_s.into(),
+            chamber_pressure_pa: Some(pressures.into()),
+            ..Driven::default()
+        };
+        assert_eq!(record([0.0, 1.0, 1.0], [1e5; 3]).fault(), None);
+        assert!(record([0.0, 2.0, 1.0], [1e5; 3]).fault().is_some_and(|fault| fault.contains("sample 3")));
+        assert!(record([0.0, f64::NAN, 1.0], [1e5; 3]).fault().is_some());
+        let hole = record([0.0, 1.0, 2.0], [1e5, f64::NAN, 1e5]).fault();
+        assert!(hole.is_some_and(|fault| fault.contains("sample 2 of the chamber")));
     }
 }

@@ -25,10 +25,13 @@ pub mod real;
 pub mod rest;
 pub mod rhs;
 pub mod simulate;
+pub mod stability;
+pub mod start;
 pub mod stroke;
 
 pub use command::CommandEdge;
 pub use conditions::Conditions;
 pub use effects::{Effect, EffectKind};
 pub use params::{Limits, Orientation, ParameterError, ParameterId, Parameters, Schedule, Switches, Valve};
-pub use simulate::{Nodes, Prepared, Run, simulate};
+pub use simulate::{Nodes, Outcome, Prepared, Run, RunError, simulate};
+pub use start::Start;

@@ -1,32 +1,68 @@
-//! Where a run starts: at rest, open and vented, any leak in balance.
+//! The states of rest: vented or filled, any leak in balance.
 
 use crate::coefficients::{Equations, groups};
 use crate::orifice::Blend;
 use crate::rhs::{Inputs, State, System};
 
+/// The law of the orifices as good as without its blend: a balance of flows is not stepped through.
+const EXACT_BLEND: f64 = 1e-9;
+
 /// The state of rest with the solenoid vented.
 pub fn vented_rest(equations: &Equations) -> State<f64> {
     let c = &equations.coefficients;
-    let exact = Blend::new(1e-9);
-    let line = |pipe: f64| {
-        if !equations.terms.line {
-            return c.supply;
-        }
-        // The line feeds only the leak: p = p_s - R_d f(p, p_pipe), falling in p.
-        let excess = |p: f64| (c.supply - p) * c.line_conductance - c.law.flow(p, pipe, c.leak_in, exact);
-        root(pipe.min(c.supply), c.supply, excess)
-    };
+    let exact = Blend::new(EXACT_BLEND);
     let balance = |pipe: f64| {
-        c.law.flow(c.exhaust, pipe, c.vent, exact) + c.law.flow(line(pipe), pipe, c.leak_in, exact)
+        let line = line_pressure(equations, 0.0, pipe);
+        c.law.flow(c.exhaust, pipe, c.vent, exact) + c.law.flow(line, pipe, c.leak_in, exact)
             - c.law.flow(pipe, c.ambient, c.leak_out, exact)
     };
     let low = c.exhaust.min(c.ambient);
     let pipe = root(low, c.supply.max(c.exhaust), balance);
-    at_rest(equations, pipe, line(pipe))
+    at_rest(equations, pipe, line_pressure(equations, 0.0, pipe), false)
 }
 
-/// The state of rest with pipe and chamber at one pressure.
-fn at_rest(equations: &Equations, pressure: f64, line_pressure: f64) -> State<f64> {
+/// The state of rest with the solenoid energised, or with the pressures that `inputs` say where they drive the
+/// model.
+pub fn closed_rest(equations: &Equations, inputs: &Inputs<f64>) -> State<f64> {
+    let (c, terms) = (&equations.coefficients, equations.terms);
+    let exact = Blend::new(EXACT_BLEND);
+    let balance = |pipe: f64| {
+        let line = line_pressure(equations, 1.0, pipe);
+        c.law.flow(line, pipe, c.fill, exact) + c.law.flow(line, pipe, c.leak_in, exact)
+            - c.law.flow(pipe, c.ambient, c.leak_out, exact)
+    };
+    let pipe = if terms.driven_pipe {
+        inputs.pipe_pressure
+    } else if terms.driven_chamber {
+        inputs.chamber_pressure
+    } else {
+        root(c.supply.min(c.ambient), c.supply, balance)
+    };
+    let mut state = at_rest(equations, pipe, line_pressure(equations, 1.0, pipe), true);
+    if terms.driven_chamber && terms.driven_pipe {
+        let line_pressure = state.line_pressure;
+        state = at_rest(equations, inputs.chamber_pressure, line_pressure, true);
+        state.pipe_mass = pipe / c.pipe_gain;
+    }
+    state
+}
+
+/// The pressure of a supply line that feeds a pipe at this pressure through the spool and the leak, Pa.
+pub(crate) fn line_pressure(equations: &Equations, spool: f64, pipe: f64) -> f64 {
+    let c = &equations.coefficients;
+    if !equations.terms.line {
+        return c.supply;
+    }
+    let exact = Blend::new(EXACT_BLEND);
+    let fed = if spool > 0.0 { c.fill * spool + c.leak_in } else { c.leak_in };
+    // p = p_s - R_d f(p, p_pipe), falling in p.
+    let excess = |p: f64| (c.supply - p) * c.line_conductance - c.law.flow(p, pipe, fed, exact);
+    root(pipe.min(c.supply), c.supply, excess)
+}
+
+/// The state of rest with pipe and chamber at one pressure; at the closed stop if there is any, where it is asked
+/// for.
+fn at_rest(equations: &Equations, pressure: f64, line_pressure: f64, closed: bool) -> State<f64> {
     let c = &equations.coefficients;
     let state = |x: f64| State {
         x,
@@ -39,19 +75,28 @@ fn at_rest(equations: &Equations, pressure: f64, line_pressure: f64) -> State<f6
         bristle: 0.0,
     };
     let system = System::new(*c, equations.terms, &equations.custom, equations.custom_operands());
-    let inputs = Inputs { spool: 0.0, since_command: 0.0, pipe_pressure: pressure, chamber_pressure: pressure };
+    let inputs = Inputs {
+        spool: 0.0,
+        since_command: 0.0,
+        pipe_pressure: pressure,
+        chamber_pressure: pressure,
+        supply_pressure: c.supply,
+    };
     // The net force falls with x through both stops; a valve that does not reach a stop rests between them.
     let force = |x: f64| system.rates::<{ groups::ANY }>(&state(x), &inputs).v;
     let slack =
         (c.stiffness * c.free_length + (pressure - c.ambient).abs() * c.piston_area + c.weight.abs()) / c.contact;
     let reach = slack.min(0.5 * (c.closed_volume / c.piston_area - c.stroke));
+    if closed && force(0.0) < 0.0 {
+        return state(root(-slack, 0.0, force));
+    }
     state(root(-slack, c.stroke + reach, force))
 }
 
 /// The root of a falling function, to the last bits that matter: the end where it lies beyond one
 /// (Chandrupatla, Advances in Engineering Software 28(3), 1997: bisection, and inverse quadratic
 /// interpolation where three points allow it).
-fn root(low: f64, high: f64, falling: impl Fn(f64) -> f64) -> f64 {
+pub(crate) fn root(low: f64, high: f64, falling: impl Fn(f64) -> f64) -> f64 {
     let (mut x1, mut x2) = (high, low);
     let (mut f1, mut f2) = (falling(high), falling(low));
     if f1 >= 0.0 {

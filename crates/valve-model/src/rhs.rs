@@ -123,7 +123,7 @@ impl State<f64> {
 }
 
 /// What acts from outside at one instant.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct Inputs<R> {
     /// Spool position: 1 joins the supply, 0 the exhaust.
     pub spool: R,
@@ -133,6 +133,8 @@ pub struct Inputs<R> {
     pub pipe_pressure: R,
     /// Measured chamber pressure, Pa, where it drives the model.
     pub chamber_pressure: R,
+    /// Measured supply pressure, Pa, where it drives the model.
+    pub supply_pressure: R,
 }
 
 /// The equations of one valve or of several in lanes.
@@ -247,6 +249,15 @@ impl<'a, R: Real> System<'a, R> {
         (chamber_gas, pipe_gas)
     }
 
+    /// The pressure of the supply: that of the run, or the measured one.
+    #[inline(always)]
+    fn supply<const GROUPS: u8>(&self, inputs: &Inputs<R>) -> Pressure<R> {
+        if self.has::<GROUPS>(groups::DRIVEN) && self.terms.driven_supply {
+            return Pressure::of(inputs.supply_pressure);
+        }
+        self.supply
+    }
+
     /// The rates of change at a state.
     #[inline(always)]
     pub fn rates<const GROUPS: u8>(&self, state: &State<R>, inputs: &Inputs<R>) -> State<R> {
@@ -275,7 +286,7 @@ impl<'a, R: Real> System<'a, R> {
         let mut custom_chamber = zero;
         let mut custom = Custom { force: zero, friction: zero, pipe_flow: zero, chamber_flow: zero };
         if self.has::<GROUPS>(groups::CUSTOM) {
-            custom = self.custom(state, inputs, chamber, pipe);
+            custom = self.custom::<GROUPS>(state, inputs, chamber, pipe);
             custom_pipe = custom.pipe_flow;
             custom_chamber = custom.chamber_flow;
             pipe_rate = pipe_rate + custom_pipe;
@@ -289,9 +300,7 @@ impl<'a, R: Real> System<'a, R> {
             inverse_mass = R::splat(1.0) / c.mass.max(damping * c.quickest);
         }
         if self.has::<GROUPS>(groups::FRICTION) {
-            let sealing = c.seal.mul_add((chamber - c.ambient).max(zero), c.coulomb);
-            let coulomb = sealing + custom.friction.max(zero);
-            let (friction, bristle) = self.friction(state, coulomb);
+            let (friction, bristle) = self.friction(state, self.coulomb(chamber, custom.friction));
             net = net - friction;
             bristle_rate = bristle;
         }
@@ -306,8 +315,9 @@ impl<'a, R: Real> System<'a, R> {
             bristle: bristle_rate,
         };
         if self.has::<GROUPS>(groups::LINE) {
+            let supply = self.supply::<GROUPS>(inputs).pa;
             rate.line_pressure =
-                c.line_gain * ((c.supply - state.line_pressure) * c.line_conductance - filled - leaked_in);
+                c.line_gain * ((supply - state.line_pressure) * c.line_conductance - filled - leaked_in);
         }
         if self.has::<GROUPS>(groups::HEATING) {
             let incoming = [filled, vented, leaked_in, -leaked_out, custom_pipe];
@@ -328,7 +338,7 @@ impl<'a, R: Real> System<'a, R> {
         let c = &self.coefficients;
         let (zero, half) = (R::splat(0.0), R::splat(0.5));
         let has_line = self.has::<GROUPS>(groups::LINE);
-        let source = if has_line { Pressure::of(state.line_pressure) } else { self.supply };
+        let source = if has_line { Pressure::of(state.line_pressure) } else { self.supply::<GROUPS>(inputs) };
         let fed = if has_line { c.line_blend } else { c.blend };
         // Gas that is not at the run's temperature T flows as sqrt(T/T upstream).
         let one = R::splat(1.0);
@@ -396,15 +406,42 @@ impl<'a, R: Real> System<'a, R> {
     #[inline(always)]
     fn friction(&self, state: &State<R>, coulomb: R) -> (R, R) {
         let c = &self.coefficients;
-        let mut g = coulomb;
-        if self.terms.stribeck {
-            let ratio = state.v * c.inverse_stribeck;
-            g = c.static_excess.mul_add((ratio * ratio).exp_of_negative(), g);
-        }
+        let g = self.sliding(state, coulomb);
         let grip = c.bristle_stiffness * state.v.abs();
         let settling = grip * c.quickest;
         let rate = state.v.mul_add(g, -(grip * state.bristle)) / g.max(settling).max(R::splat(LEAST_FRICTION_N));
         (c.bristle_stiffness.mul_add(state.bristle, c.bristle_damping * rate), rate)
+    }
+
+    /// The friction of steady sliding at the velocity at hand, N.
+    #[inline(always)]
+    fn sliding(&self, state: &State<R>, coulomb: R) -> R {
+        let c = &self.coefficients;
+        if self.terms.stribeck {
+            let ratio = state.v * c.inverse_stribeck;
+            return c.static_excess.mul_add((ratio * ratio).exp_of_negative(), coulomb);
+        }
+        coulomb
+    }
+
+    /// The friction while moving fast, N: that of guides, of seals and of custom effects.
+    #[inline(always)]
+    fn coulomb(&self, chamber: R, custom: R) -> R {
+        let c = &self.coefficients;
+        let zero = R::splat(0.0);
+        let sealing = c.seal.mul_add((chamber - c.ambient).max(zero), c.coulomb);
+        sealing + custom.max(zero)
+    }
+
+    /// The friction of steady sliding at a state, N, by its size.
+    pub(crate) fn sliding_friction<const GROUPS: u8>(&self, state: &State<R>, inputs: &Inputs<R>) -> R {
+        let (chamber, pipe) = self.gas::<GROUPS>(state, inputs);
+        let custom = if self.has::<GROUPS>(groups::CUSTOM) {
+            self.custom::<GROUPS>(state, inputs, chamber.pa, pipe.pa).friction
+        } else {
+            R::splat(0.0)
+        };
+        self.sliding(state, self.coulomb(chamber.pa, custom))
     }
 
     /// Cushions, seat adhesion and process force, N; and the damping of the cushions, N s/m.
@@ -456,10 +493,11 @@ impl<'a, R: Real> System<'a, R> {
     }
 
     #[inline(always)]
-    fn custom(&self, state: &State<R>, inputs: &Inputs<R>, chamber: R, pipe: R) -> Custom<R> {
+    fn custom<const GROUPS: u8>(&self, state: &State<R>, inputs: &Inputs<R>, chamber: R, pipe: R) -> Custom<R> {
         let c = &self.coefficients;
+        let supply = self.supply::<GROUPS>(inputs).pa;
         let variables = Variables {
-            values: [&state.x, &state.v, &chamber, &pipe, &c.supply, &c.ambient, &inputs.since_command, &c.stroke],
+            values: [&state.x, &state.v, &chamber, &pipe, &supply, &c.ambient, &inputs.since_command, &c.stroke],
         };
         let zero = R::splat(0.0);
         let mut sum = Custom { force: zero, friction: zero, pipe_flow: zero, chamber_flow: zero };

@@ -5,14 +5,15 @@ use std::cell::Cell;
 use std::sync::Arc;
 
 use crate::coefficients::Equations;
-use crate::command::{CommandEdge, Segment, Solenoid, segments};
+use crate::command::{CommandEdge, Segment, Solenoid, segments_after};
 use crate::conditions::Conditions;
 use crate::dispatch::{InstructionSet, integrate_scalar, integrate_with};
 use crate::driven::Driven;
 use crate::integrator::{LaneRun, Pace, Recorder};
-use crate::params::Valve;
+use crate::params::{ParameterError, Valve};
 use crate::rest::vented_rest;
-use crate::rhs::State;
+use crate::rhs::{Inputs, State};
+use crate::start::Start;
 
 /// The step of the integrator unless said otherwise, s.
 pub const DEFAULT_STEP_S: f64 = 1e-3;
@@ -22,12 +23,37 @@ pub const DEFAULT_STEP_S: f64 = 1e-3;
 pub struct Run {
     /// Its conditions.
     pub conditions: Conditions,
-    /// Changes of the command, in order of time; the solenoid is vented before the first.
+    /// Changes of the command, in order of time; those before 0 were given before the start. Before the first, the
+    /// solenoid is as [`Run::start`] says: vented, unless the run starts closed.
     pub commands: Vec<CommandEdge>,
     /// Its end, s.
     pub end_s: f64,
     /// Measured pressures that drive the model, if any.
     pub driven: Option<Arc<Driven>>,
+    /// Where it starts.
+    pub start: Start,
+}
+
+impl Run {
+    /// What the solenoid of a valve does in it.
+    pub fn segments(&self, valve: &Valve) -> Vec<Segment> {
+        let solenoid = Solenoid::from_effects(valve.effects());
+        segments_after(self.start.is_energised(), &self.commands, &solenoid, self.end_s)
+    }
+}
+
+/// A run that is not begun, and what would be right.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum RunError {
+    /// A parameter makes it absurdly long.
+    #[error(transparent)]
+    TooStiff(#[from] ParameterError),
+    /// It cannot start there.
+    #[error("the run starts at {0}")]
+    Start(String),
+    /// The measured pressures that drive it are no record.
+    #[error("the measured pressures that drive the run have {0}")]
+    Driven(String),
 }
 
 /// A run made ready: equations, segments, substeps and the state it starts from.
@@ -38,20 +64,41 @@ pub struct Prepared {
     initial: State<f64>,
     pace: Pace,
     driven: Option<Arc<Driven>>,
+    refused: Option<RunError>,
 }
 
 impl Prepared {
-    /// Makes a run of a valve ready, with steps of at most `step_s`; starts at rest, open and vented.
+    /// Makes a run of a valve ready, with steps of at most `step_s`. A run that [`Prepared::check`] refuses is not
+    /// begun.
     pub fn new(valve: &Valve, run: &Run, step_s: f64) -> Self {
         let mut equations = Equations::new(valve, &run.conditions, step_s);
+        let mut segments = run.segments(valve);
+        let mut inputs = Inputs { spool: segments.first().map_or(0.0, |first| first.spool), ..Inputs::default() };
         if let Some(driven) = &run.driven {
             equations.terms.driven_pipe = driven.pipe_pressure_pa.is_some();
             equations.terms.driven_chamber = driven.chamber_pressure_pa.is_some();
+            equations.terms.driven_supply = driven.supply_pressure_pa.is_some();
+            let first = driven.at(0.0);
+            (inputs.pipe_pressure, inputs.chamber_pressure) = (first.pipe, first.chamber);
+            if equations.terms.driven_supply {
+                equations.coefficients.supply = first.supply;
+            }
         }
-        let segments = segments(&run.commands, &Solenoid::from_effects(valve.effects()), run.end_s);
-        let initial = vented_rest(&equations);
+        inputs.supply_pressure = equations.coefficients.supply;
+        let refused = refusal(&equations, run, step_s).err();
         let pace = equations.pace(step_s);
-        Self { equations, segments, initial, pace, driven: run.driven.clone() }
+        let initial = if refused.is_some() {
+            segments.clear();
+            vented_rest(&equations)
+        } else {
+            run.start.state(&equations, &inputs)
+        };
+        Self { equations, segments, initial, pace, driven: run.driven.clone(), refused }
+    }
+
+    /// Whether it can be begun, and why not. One that cannot ends at once with [`Outcome::Refused`].
+    pub fn check(&self) -> Result<(), &RunError> {
+        self.refused.as_ref().map_or(Ok(()), Err)
     }
 
     /// Takes at most this many substeps where pipe and chamber are nearly at one pressure. Few are
@@ -97,6 +144,7 @@ impl Prepared {
             initial: self.initial,
             pace: self.pace,
             driven: self.driven.as_deref(),
+            refused: self.refused.is_some(),
         }
     }
 
@@ -113,6 +161,33 @@ impl Prepared {
     }
 }
 
+/// Whether a run can be begun.
+fn refusal(equations: &Equations, run: &Run, step_s: f64) -> Result<(), RunError> {
+    equations.affordable(step_s, run.end_s)?;
+    if let Some(fault) = run.driven.as_ref().and_then(|driven| driven.fault()) {
+        return Err(RunError::Driven(fault));
+    }
+    run.start.fault(equations).map_or(Ok(()), |fault| Err(RunError::Start(fault)))
+}
+
+/// How a run ended.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Outcome {
+    /// It went to its end.
+    #[default]
+    Complete,
+    /// It was not begun: [`Prepared::check`] says why. Its only node is a state of rest.
+    Refused,
+    /// It stopped because a state was no longer a possible one, such as a mass of gas that is not above 0 or no
+    /// number: the valve is beyond what the method can follow. The nodes go as far as they are numbers.
+    Diverged {
+        /// When that was noticed, a few steps later than it happened, s.
+        time_s: f64,
+        /// What of the valve it was noticed in.
+        what: &'static str,
+    },
+}
+
 /// The nodes of one run: its state at the start and after every step.
 #[derive(Debug, Clone, Default)]
 pub struct Nodes {
@@ -126,6 +201,8 @@ pub struct Nodes {
     pub chamber_pressure_pa: Vec<f64>,
     /// Pipe pressure, Pa; empty unless asked for.
     pub pipe_pressure_pa: Vec<f64>,
+    /// How the run ended.
+    pub outcome: Outcome,
 }
 
 /// Simulates runs side by side and hands the nodes and the final state of each to `consume` with its index,

@@ -14,7 +14,10 @@ pub struct Stroke {
     pub time_s: Option<f64>,
 }
 
-/// The strokes of a run, one for each command.
+/// Times closer than this are one instant, s: a step's end is a sum, off by its rounding.
+const SAME_INSTANT_S: f64 = 1e-9;
+
+/// The strokes of a run, one for each command. A command before the start of the run counts from when it was given.
 pub fn strokes(valve: &Valve, commands: &[CommandEdge], nodes: &Nodes) -> Vec<Stroke> {
     let stroke = valve.parameters().stroke_m;
     let switches = valve.switches();
@@ -26,7 +29,11 @@ pub fn strokes(valve: &Valve, commands: &[CommandEdge], nodes: &Nodes) -> Vec<St
             let (level, sign) =
                 if command.close { (switches.closed_at * stroke, 1.0) } else { (switches.open_at * stroke, -1.0) };
             let reached = first_at_or_below(nodes, command.time_s, until(index), level, sign);
-            Stroke { command: *command, time_s: reached.map(|time| (time - command.time_s).max(0.0)) }
+            // Of a command before the run, nobody saw when a valve got there that is there at once.
+            let early = nodes.time_s.first().is_some_and(|start| command.time_s < start - SAME_INSTANT_S);
+            let time_s = reached.map(|time| time - command.time_s);
+            let time_s = time_s.filter(|time| !early || (*time > 0.0 && time.is_finite()));
+            Stroke { command: *command, time_s: time_s.map(|time| time.max(0.0)) }
         })
         .collect()
 }
@@ -34,7 +41,7 @@ pub fn strokes(valve: &Valve, commands: &[CommandEdge], nodes: &Nodes) -> Vec<St
 /// The first time in [from, until) at which sign * (x - level) <= 0.
 pub fn first_at_or_below(nodes: &Nodes, from: f64, until: f64, level: f64, sign: f64) -> Option<f64> {
     let (time, x) = (&nodes.time_s, &nodes.position_m);
-    let start = time.partition_point(|t| *t < from - 1e-9);
+    let start = time.partition_point(|t| *t < from - SAME_INSTANT_S);
     let hit = (start..time.len()).take_while(|i| time[*i] < until).find(|i| sign * (x[*i] - level) <= 0.0)?;
     if hit == start {
         return Some(from);

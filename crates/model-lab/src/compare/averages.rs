@@ -69,7 +69,7 @@ pub fn neighbour_correlation(run: &RunData, residual: &[f64]) -> f64 {
 mod tests {
     use super::*;
     use crate::data::{Block, ChannelData};
-    use valve_model::{Conditions, Run};
+    use valve_model::{Conditions, Run, Start};
 
     #[test]
     fn a_constant_error_grows_with_the_average() {
@@ -86,7 +86,7 @@ mod tests {
             leak_to_atmosphere_m2: 0.0,
             leak_from_supply_m2: 0.0,
         };
-        let run = Run { conditions, commands: Vec::new(), end_s: 4.0, driven: None };
+        let run = Run { conditions, commands: Vec::new(), end_s: 4.0, driven: None, start: Start::Rest };
         let data = RunData { name: String::new(), run, times_s: Vec::new(), channels: vec![channel] };
         let averages = long_averages(&[&data], &vec![0.5; 1024]);
         assert!((averages[0].mean_square - 0.25).abs() < 1e-12);

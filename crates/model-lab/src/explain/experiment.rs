@@ -6,7 +6,7 @@
 
 use nalgebra::DVector;
 use valve_model::simulate::DEFAULT_STEP_S;
-use valve_model::{CommandEdge, Conditions, Prepared, Run, Valve, simulate};
+use valve_model::{CommandEdge, Conditions, Prepared, Run, Start, Valve, simulate};
 
 use crate::data::Dataset;
 use crate::fit::{Fit, inverse};
@@ -78,6 +78,7 @@ fn plans(data: &Dataset, valve: &Valve) -> Vec<Experiment> {
         commands: vec![CommandEdge { time_s: close, close: true }, CommandEdge { time_s: close + hold, close: false }],
         end_s: close + hold + rest,
         driven: None,
+        start: Start::Rest,
     };
     let half_way = closing_time(valve, &stroke(nominal, hold)).map_or(0.5 * hold, |time| 0.8 * time);
     let plan = |purpose: &str, run: Run, pressures: bool, repeats: usize| Experiment {

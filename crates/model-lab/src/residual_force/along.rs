@@ -1,7 +1,7 @@
 //! The model along a prescribed motion: pressures and forces where the piston really was.
 
 use valve_model::coefficients::{Equations, groups};
-use valve_model::command::{Segment, Solenoid, segments};
+use valve_model::command::Segment;
 use valve_model::orifice::Blend;
 use valve_model::rhs::{Inputs, State, System};
 use valve_model::{Prepared, Valve};
@@ -106,7 +106,7 @@ pub fn follow(valve: &Valve, run: &RunData, smoothed: &Smoothed) -> Option<Along
     let mut state = *Prepared::new(valve, &run.run, STEP_S).initial();
     let mut along = Along::default();
     let mut left = 0;
-    for segment in segments(&run.run.commands, &Solenoid::from_effects(valve.effects()), run.run.end_s) {
+    for segment in run.run.segments(valve) {
         let length = segment.end_s - segment.start_s;
         let steps = (length / pace.step_s.min(STEP_S)).ceil().max(1.0);
         let h = length / steps;
@@ -139,6 +139,7 @@ impl Follower<'_> {
             since_command: time_s - segment.last_command_s,
             pipe_pressure: value(&self.pipe),
             chamber_pressure: value(&self.chamber),
+            supply_pressure: self.system.coefficients.supply,
         }
     }
 

@@ -3,7 +3,7 @@
 use model_lab::Dataset;
 use model_lab::data::{Block, Channel, ChannelData, Fineness, RunData};
 use model_lab::forward::record;
-use valve_model::{CommandEdge, Conditions, Prepared, Run, Schedule, Valve, simulate};
+use valve_model::{CommandEdge, Conditions, Prepared, Run, Schedule, Start, Valve, simulate};
 
 /// Noise of the position, m.
 const NOISE_M: f64 = 5e-5;
@@ -36,7 +36,7 @@ pub fn recorded(valve: &Valve, conditions: Conditions, wait_s: f64, late_s: f64,
     let commands = |late_s: f64| {
         vec![CommandEdge { time_s: wait_s + late_s, close: true }, CommandEdge { time_s: wait_s + 2.5, close: false }]
     };
-    let strokes = Run { conditions, commands: commands(late_s), end_s: 5.5, driven: None };
+    let strokes = Run { conditions, commands: commands(late_s), end_s: 5.5, driven: None, start: Start::Rest };
     let times_s: Vec<f64> = (0..680).map(|sample| f64::from(sample) * SPACING_S).collect();
     let mut predicted = model_lab::forward::Predicted::default();
     simulate(&[Prepared::new(valve, &strokes, 1e-3)], false, |_, nodes, _| {

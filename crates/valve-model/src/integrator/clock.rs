@@ -8,6 +8,7 @@ use crate::command::Segment;
 use crate::orifice::Blend;
 use crate::real::Real;
 use crate::rhs::State;
+use crate::simulate::Outcome;
 
 /// How one run is paced.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -53,12 +54,41 @@ pub(crate) struct Clock {
     may_settle: bool,
     /// The state at the start of the block before, within the same segment.
     before: Option<State<f64>>,
+    held: Held,
+    outcome: Outcome,
+}
+
+/// Whether the gas of a volume is that of its state; a measured pressure leaves the state to itself.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Held {
+    pub chamber: bool,
+    pub pipe: bool,
+}
+
+impl Held {
+    /// What is no longer physical about a state with the chamber at this volume, if anything.
+    fn fault(self, state: &State<f64>, volume: f64) -> Option<&'static str> {
+        let sum = state.x + state.v + state.bristle;
+        let gas = state.chamber_temperature + state.pipe_temperature + state.line_pressure;
+        let chamber = if self.chamber { state.chamber_mass } else { 1.0 };
+        let pipe = if self.pipe { state.pipe_mass } else { 1.0 };
+        // In this order, since one bad state soon spoils all of them.
+        if chamber > 0.0 && pipe > 0.0 && volume > 0.0 && (sum + gas + chamber + pipe).is_finite() {
+            return None;
+        }
+        let named = [
+            (!(pipe > 0.0 && pipe.is_finite()), "the gas in the pipe"),
+            (!(chamber > 0.0 && chamber.is_finite()), "the gas in the chamber"),
+            (!gas.is_finite(), "a temperature or the line's pressure"),
+        ];
+        Some(named.into_iter().find(|(bad, _)| *bad).map_or("the motion", |(_, name)| name))
+    }
 }
 
 impl Clock {
     /// Cuts every segment into equal steps of at most the pace's. `may_settle` says that nothing but
     /// a new segment can move a lane at rest.
-    pub(crate) fn new(segments: &[Segment], pace: Pace, may_settle: bool) -> Self {
+    pub(super) fn new(segments: &[Segment], pace: Pace, may_settle: bool, held: Held) -> Self {
         let cut = |segment: &Segment| {
             let length = segment.end_s - segment.start_s;
             // A segment that is a whole number of steps up to rounding takes just that number.
@@ -68,7 +98,13 @@ impl Clock {
         };
         let segments: Vec<_> = segments.iter().map(cut).collect();
         let beyond = segments.first().map_or(0, |(_, count, _)| *count);
-        Self { segments, pace, index: 0, beyond, left: 0, may_settle, before: None }
+        let outcome = Outcome::Complete;
+        Self { segments, pace, index: 0, beyond, left: 0, may_settle, before: None, held, outcome }
+    }
+
+    /// How the run ended, once it is done.
+    pub(super) fn outcome(&self) -> Outcome {
+        self.outcome
     }
 
     pub(crate) fn is_done(&self) -> bool {
@@ -95,13 +131,18 @@ impl Clock {
 
     /// Starts the next block of a lane; a lane whose run is over stands still.
     pub(super) fn load<R: Real>(&mut self, lane: usize, front: &mut Front<R>, coefficients: &mut Coefficients<R>) {
+        let state = front.state.lane(lane);
+        let volume = coefficients.closed_volume.lane(lane) - coefficients.piston_area.lane(lane) * state.x;
+        if let (Some(what), Outcome::Complete) = (self.held.fault(&state, volume), self.outcome) {
+            self.outcome = Outcome::Diverged { time_s: front.time.lane(lane), what };
+            (self.index, self.beyond, self.left) = (self.segments.len(), 0, 0);
+        }
         let Some((segment, count, step)) = self.segments.get(self.index) else {
             front.step.set_lane(lane, 0.0);
             front.wait.set_lane(lane, 0.0);
             front.spool_rate.set_lane(lane, 0.0);
             return;
         };
-        let state = front.state.lane(lane);
         if self.index + 1 == self.segments.len() && state.x >= self.pace.ends_at_m && self.beyond < *count {
             self.index += 1;
             self.left = 0;

@@ -8,6 +8,7 @@
 mod clock;
 mod recorder;
 
+use clock::Held;
 pub(crate) use clock::{Clock, MOST_SUBSTEPS, Pace};
 pub(crate) use recorder::Recorder;
 
@@ -16,7 +17,7 @@ use crate::command::Segment;
 use crate::driven::Driven;
 use crate::real::Real;
 use crate::rhs::{Inputs, State, System};
-use crate::simulate::Nodes;
+use crate::simulate::{Nodes, Outcome};
 
 /// One run as the integrator takes it.
 pub(crate) struct LaneRun<'a> {
@@ -25,6 +26,8 @@ pub(crate) struct LaneRun<'a> {
     pub initial: State<f64>,
     pub pace: Pace,
     pub driven: Option<&'a Driven>,
+    /// Not to be begun: it has no segments.
+    pub refused: bool,
 }
 
 /// What the integrator keeps of each lane in registers or close to them.
@@ -95,7 +98,7 @@ impl<'a, R: Real> Batch<'a, R> {
         let system = System::new(coefficients, terms, &first.equations.custom, custom_operands);
         // A custom formula may depend on time, and measured pressures do.
         let formulas_rest = system.custom.iter().all(|effect| !effect.formula().depends_on_time());
-        let driven = terms.driven_pipe || terms.driven_chamber;
+        let driven = terms.is_driven();
         let zero = R::splat(0.0);
         let front = Front {
             state: State::splat(&first.initial),
@@ -121,7 +124,9 @@ impl<'a, R: Real> Batch<'a, R> {
         self.next += 1;
         self.system.set_lane(lane, run.equations);
         self.front.state.set_lane(lane, &run.initial);
-        let mut clock = Clock::new(run.segments, run.pace, self.may_settle);
+        self.front.time.set_lane(lane, run.segments.first().map_or(0.0, |segment| segment.start_s));
+        let held = Held { chamber: !self.system.terms.driven_chamber, pipe: !self.system.terms.driven_pipe };
+        let mut clock = Clock::new(run.segments, run.pace, self.may_settle, held);
         clock.load(lane, &mut self.front, &mut self.system.coefficients);
         clock
     }
@@ -136,6 +141,7 @@ impl<'a, R: Real> Batch<'a, R> {
             since_command: front.since_command + ahead,
             pipe_pressure: zero,
             chamber_pressure: zero,
+            supply_pressure: zero,
         };
         if GROUPS & groups::DRIVEN != 0 && self.driven {
             self.drive(&mut inputs, front.time + ahead);
@@ -183,7 +189,9 @@ impl<'a, R: Real> Batch<'a, R> {
     fn hand_over<const GROUPS: u8>(&mut self, recorder: &mut Recorder, take: &mut Take<'_>) {
         for lane in 0..self.lanes.len() {
             while self.lanes[lane].clock.is_done() && recorder.is_busy(lane) {
-                take(self.lanes[lane].run, recorder.end(lane), &self.front.state.lane(lane));
+                let InLane { run, clock } = &self.lanes[lane];
+                let outcome = if self.runs[*run].refused { Outcome::Refused } else { clock.outcome() };
+                take(*run, recorder.end(lane, outcome), &self.front.state.lane(lane));
                 if self.next < self.runs.len() {
                     let run = self.next;
                     let clock = self.load(lane);
@@ -199,9 +207,10 @@ impl<'a, R: Real> Batch<'a, R> {
     fn drive(&self, inputs: &mut Inputs<R>, time: R) {
         for (lane, InLane { run, .. }) in self.lanes.iter().enumerate() {
             if let Some(driven) = self.runs[*run].driven {
-                let (pipe, chamber) = driven.at(time.lane(lane));
-                inputs.pipe_pressure.set_lane(lane, pipe);
-                inputs.chamber_pressure.set_lane(lane, chamber);
+                let pressures = driven.at(time.lane(lane));
+                inputs.pipe_pressure.set_lane(lane, pressures.pipe);
+                inputs.chamber_pressure.set_lane(lane, pressures.chamber);
+                inputs.supply_pressure.set_lane(lane, pressures.supply);
             }
         }
     }

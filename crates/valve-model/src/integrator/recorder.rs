@@ -4,7 +4,7 @@ use super::Front;
 use crate::dispatch::LANES;
 use crate::real::Real;
 use crate::rhs::{Inputs, System};
-use crate::simulate::Nodes;
+use crate::simulate::{Nodes, Outcome};
 
 /// Steps that are kept side by side before each lane takes its own; all of them stay in the cache.
 const STAGED: usize = 64;
@@ -123,10 +123,14 @@ impl Recorder {
     }
 
     /// Ends the run in a lane, which is then idle; its nodes.
-    pub(super) fn end(&mut self, lane: usize) -> &Nodes {
+    pub(super) fn end(&mut self, lane: usize, outcome: Outcome) -> &Nodes {
         self.hand_over();
         let Lane { nodes, from } = &mut self.lanes[lane];
         *from = None;
+        nodes.outcome = outcome;
+        if let Outcome::Diverged { .. } = outcome {
+            nodes.keep_finite();
+        }
         nodes
     }
 
@@ -153,6 +157,26 @@ impl Recorder {
 }
 
 impl Nodes {
+    /// Leaves out the nodes from the first that is no number on, but for the first of all.
+    #[cold]
+    fn keep_finite(&mut self) {
+        let channels = [
+            &mut self.time_s,
+            &mut self.position_m,
+            &mut self.velocity_m_per_s,
+            &mut self.chamber_pressure_pa,
+            &mut self.pipe_pressure_pa,
+        ];
+        let sane = |channel: &&mut Vec<f64>| {
+            let first = channel.iter().position(|value| !value.is_finite()).unwrap_or(channel.len());
+            if channel.is_empty() { usize::MAX } else { first }
+        };
+        let count = channels.iter().map(sane).min().unwrap_or(0).max(1);
+        for channel in channels {
+            channel.truncate(count);
+        }
+    }
+
     fn clear(&mut self) {
         self.time_s.clear();
         self.position_m.clear();

@@ -1,0 +1,199 @@
+//! Which step keeps every state stable, and whether a run can be afforded with it.
+//!
+//! Each rate at which a disturbance decays, or swings, asks for a step of its own; the orifice law, whose slope is
+//! infinite at equal pressures, is blended to a line just as widely as the step then wants.
+
+use crate::coefficients::{Equations, NARROWEST_BLEND, roughness};
+use crate::conditions::Conditions;
+use crate::integrator::{MOST_SUBSTEPS, Pace};
+use crate::orifice::BLEND_SLOPE;
+use crate::params::{ParameterError, ParameterId, Valve};
+
+/// Largest product of rate and step for pipe and chamber together; with that of the solenoid and the
+/// leaks inside the stability of the method (2.78 on the real axis).
+const PORT_RATE: f64 = 2.0;
+
+/// The same for the solenoid and the leaks.
+const SOLENOID_RATE: f64 = 0.7;
+
+/// The same for every other state, where it also has to be followed.
+const OTHER_RATE: f64 = 1.8;
+
+/// Largest relative pressure difference over which the port's law may be blended to a line. Nothing
+/// flows through it at rest, so that its blend biases no pressure there.
+const WIDEST_PORT_BLEND: f64 = 1e-2;
+
+/// The same for the solenoid and the leaks, which do carry a standing flow.
+const WIDEST_BLEND: f64 = 2e-4;
+
+/// The same for what a supply line feeds; substeps make it narrow where line and pipe are nearly at one
+/// pressure.
+const WIDEST_LINE_BLEND: f64 = 5e-2;
+
+/// Steps that a run may take in all: with pressures its nodes then take 160 MB.
+const MOST_STEPS: f64 = 4e6;
+
+/// Parts that a step may always be cut into, however long the run is.
+const PARTS_AT_LEAST: f64 = 16.0;
+
+/// A parameter of which a rate comes, and how that rate changes with it.
+#[derive(Debug, Clone, Copy)]
+struct Cause {
+    key: &'static str,
+    value: f64,
+    unit: &'static str,
+    /// The rate goes as this power of the parameter.
+    power: f64,
+    /// What could be changed instead.
+    instead: &'static str,
+}
+
+/// A rate of the equations that bounds the step.
+#[derive(Debug, Clone, Copy)]
+struct Demand {
+    /// The rate, 1/s.
+    rate: f64,
+    /// The largest product of rate and step.
+    limit: f64,
+    cause: Cause,
+}
+
+/// The rates of the blended orifice law at equal pressures for a blend of width 1, 1/s; they grow as its inverse
+/// root.
+struct FlowRates {
+    port: f64,
+    solenoid: f64,
+    /// 0 without a supply line.
+    line: f64,
+}
+
+fn cause(id: ParameterId, value: f64, power: f64, instead: &'static str) -> Cause {
+    Cause { key: id.key(), value, unit: id.si_unit(), power, instead }
+}
+
+impl Equations {
+    fn flow_rates(&self) -> FlowRates {
+        let (c, volumes) = (&self.coefficients, &self.volumes);
+        let warming = if self.terms.heating { c.gamma } else { 1.0 };
+        let steepest = warming * c.zrt * BLEND_SLOPE * libm::sqrt(c.law.at_equal_pressures());
+        let port = steepest * c.port * (1.0 / volumes.pipe + 1.0 / volumes.dead);
+        let solenoid = steepest * (c.fill.max(c.vent) + c.leak_in + c.leak_out) / volumes.pipe;
+        // A small line follows the pipe quickly where their pressures are nearly one, and only there.
+        let fed = solenoid + steepest / c.zrt * c.line_gain * (c.fill + c.leak_in);
+        FlowRates { port, solenoid, line: if self.terms.line { fed } else { 0.0 } }
+    }
+
+    /// What bounds a step of at most `step_s`.
+    fn demands(&self, flows: &FlowRates, step_s: f64) -> [Demand; 11] {
+        let (c, volumes, terms) = (&self.coefficients, &self.volumes, self.terms);
+        let swing = |stiffness: f64| libm::sqrt(stiffness * c.inverse_mass);
+        let decay = |damping: f64| damping * c.inverse_mass;
+        let where_it = |used: bool, rate: f64| if used { rate } else { 0.0 };
+        let rough = roughness(step_s).powi(4);
+        let blended = |rate: f64, widest: f64| rate / libm::sqrt(rough * widest);
+        // A piston that weighs nothing is at fault itself.
+        let mass = cause(ParameterId::MovingMass, c.mass, -0.5, "softer stops and less friction");
+        let contact = cause(ParameterId::ContactStiffness, c.contact, 0.5, "a larger moving mass");
+        let stop = if c.mass < LIGHTEST_KG { mass } else { contact };
+        let viscous = cause(ParameterId::ViscousFriction, c.viscous, 1.0, "a larger moving mass");
+        let braked = if c.mass < LIGHTEST_KG { Cause { power: -1.0, ..mass } } else { viscous };
+        let pipe = |instead| cause(ParameterId::PipeVolume, volumes.pipe, -1.0, instead);
+        let dead = cause(ParameterId::DeadVolume, volumes.dead, -1.0, "a smaller port");
+        let port = if volumes.pipe < volumes.dead { pipe("a smaller port") } else { dead };
+        let gas_spring = c.supply * c.piston_area * c.piston_area / volumes.dead;
+        let cushion = cause(ParameterId::DeadVolume, volumes.dead, -0.5, "a larger moving mass");
+        let effect = |key, value, unit, power| Cause { key, value, unit, power, instead: "none of it" };
+        let bristles = effect("effect.dry-friction.bristle_stiffness", c.bristle_stiffness, "N/m", 0.5);
+        let adhesion = effect("effect.seat-adhesion.reach", 1.0 / c.adhesion_inverse_reach, "m", -0.5);
+        let line = effect("effect.supply-droop.line_volume", c.zrt / c.line_gain, "m3", -1.0);
+        let other =
+            |used: bool, rate: f64, cause: Cause| Demand { rate: where_it(used, rate), limit: OTHER_RATE, cause };
+        [
+            other(true, decay(c.viscous), braked),
+            other(true, swing(c.contact), stop),
+            other(true, swing(gas_spring), cushion),
+            other(terms.forces, swing(c.contact + c.adhesion * c.adhesion_inverse_reach), adhesion),
+            other(terms.friction, swing(c.contact + c.bristle_stiffness), bristles),
+            other(terms.friction, decay(c.viscous + c.bristle_damping), mass),
+            other(terms.line, c.line_gain * c.line_conductance, line),
+            // What bounded rates ask for is no parameter's doing, and at most two parts of a step.
+            other(terms.friction || terms.heating || terms.forces, 1.0 / c.quickest, mass),
+            Demand { rate: blended(flows.port, WIDEST_PORT_BLEND), limit: PORT_RATE, cause: port },
+            Demand {
+                rate: blended(flows.solenoid, WIDEST_BLEND),
+                limit: SOLENOID_RATE,
+                cause: pipe("a smaller orifice of the solenoid"),
+            },
+            Demand { rate: blended(flows.line, WIDEST_LINE_BLEND), limit: SOLENOID_RATE, cause: line },
+        ]
+    }
+
+    /// The step and the blends of the orifice law that keep every state stable, from the rates at which
+    /// a disturbance of each decays: a step of at most `step_s`, or a whole fraction of it.
+    pub fn pace(&self, step_s: f64) -> Pace {
+        let flows = self.flow_rates();
+        let parts = self.demands(&flows, step_s).iter().map(|demand| demand.parts(step_s)).fold(1.0, f64::max);
+        let step_s = step_s / parts;
+        let blend = |rate: f64, limit: f64| {
+            let root = rate * step_s / limit;
+            (root * root).max(NARROWEST_BLEND)
+        };
+        Pace {
+            step_s,
+            port_blend: blend(flows.port, PORT_RATE),
+            blend: blend(flows.solenoid, SOLENOID_RATE),
+            line_blend: if self.terms.line { blend(flows.line, SOLENOID_RATE) } else { 0.0 },
+            most_substeps: MOST_SUBSTEPS,
+            ends_at_m: f64::INFINITY,
+        }
+    }
+
+    /// Whether a run of this length can be afforded with steps of at most `step_s`; if not, which parameter is to
+    /// blame.
+    pub(crate) fn affordable(&self, step_s: f64, run_s: f64) -> Result<(), ParameterError> {
+        let flows = self.flow_rates();
+        let demands = self.demands(&flows, step_s);
+        let Some(worst) = demands.iter().max_by(|a, b| a.parts(step_s).total_cmp(&b.parts(step_s))) else {
+            return Ok(());
+        };
+        let most = (MOST_STEPS * step_s / run_s.max(step_s)).max(PARTS_AT_LEAST);
+        let parts = worst.parts(step_s);
+        if parts <= most { Ok(()) } else { Err(worst.cause.refused(parts / most, run_s, parts * run_s / step_s)) }
+    }
+}
+
+/// What a refusal asks for beyond the bound, so that its two digits are enough.
+const MARGIN: f64 = 1.1;
+
+/// A piston lighter than this is unusual, kg.
+const LIGHTEST_KG: f64 = 1e-3;
+
+impl Demand {
+    /// Into how many parts a step must be cut.
+    fn parts(&self, step_s: f64) -> f64 {
+        (self.rate * step_s / self.limit).ceil().max(1.0)
+    }
+}
+
+impl Cause {
+    /// A refusal for a rate that is so many times too fast.
+    fn refused(&self, too_fast: f64, run_s: f64, steps: f64) -> ParameterError {
+        let bound = self.value * libm::pow(MARGIN * too_fast, -1.0 / self.power);
+        let side = if self.power < 0.0 { "more" } else { "less" };
+        ParameterError::Inconsistent {
+            key: self.key.into(),
+            found: format!("{:.3e} {}", self.value, self.unit),
+            expected: format!(
+                "about {bound:.1e} {} or {side}, or {}: as it is, something settles so fast that a run of {run_s} s would \
+                 take {steps:.1e} steps, and {MOST_STEPS:.0e} can be afforded",
+                self.unit, self.instead
+            ),
+        }
+    }
+}
+
+/// Checks that a run of this length on a valve, with steps of at most `step_s`, takes no absurd number of them.
+/// Names the parameter that is to blame.
+pub fn check(valve: &Valve, conditions: &Conditions, run_s: f64, step_s: f64) -> Result<(), ParameterError> {
+    Equations::new(valve, conditions, step_s).affordable(step_s, run_s)
+}

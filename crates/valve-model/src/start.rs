@@ -1,0 +1,127 @@
+//! Where a run starts: at rest on a stop, or in the midst of a motion.
+
+use crate::coefficients::{Equations, groups};
+use crate::rest::{closed_rest, line_pressure, root, vented_rest};
+use crate::rhs::{Inputs, State, System};
+
+/// The state that a run starts from. All gas is at the run's temperature.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub enum Start {
+    /// At rest with the solenoid vented, which is open for most valves; any leak in balance.
+    #[default]
+    Rest,
+    /// At rest with the solenoid energised long before, which is closed for most valves; pipe and chamber filled
+    /// to the supply, any leak in balance.
+    ClosedRest,
+    /// Anywhere, at any speed. The solenoid stands as the last command before time 0 left it, vented without one.
+    Moving {
+        /// Position, m.
+        position_m: f64,
+        /// Velocity, m/s.
+        velocity_m_per_s: f64,
+        /// Chamber pressure, Pa; where it is not known, that at which the forces on the piston balance, between
+        /// the lowest and the highest pressure that pipe and chamber can meet. A measured one that drives the
+        /// model comes first.
+        chamber_pressure_pa: Option<f64>,
+        /// Pipe pressure, Pa; where it is not known, that of the chamber. A measured one that drives the model
+        /// comes first.
+        pipe_pressure_pa: Option<f64>,
+    },
+}
+
+/// Speed from which on the friction bristles of a moving piston start fully loaded, m/s; in proportion below
+/// it. Far below the speed of any stroke, and above what position noise makes of a piston at rest.
+const SLIDING_M_PER_S: f64 = 1e-3;
+
+impl Start {
+    /// Whether the solenoid was energised before the first command.
+    #[must_use]
+    pub fn is_energised(&self) -> bool {
+        matches!(self, Self::ClosedRest)
+    }
+
+    /// What is wrong with it on a valve of these equations, in words.
+    pub(crate) fn fault(&self, equations: &Equations) -> Option<String> {
+        let Self::Moving { position_m, velocity_m_per_s, chamber_pressure_pa, pipe_pressure_pa } = self else {
+            return None;
+        };
+        let c = &equations.coefficients;
+        let most_m = c.closed_volume / c.piston_area;
+        if !position_m.is_finite() || *position_m >= most_m {
+            return Some(format!("position {position_m} m, expected less than {most_m} m, where the chamber ends"));
+        }
+        if !velocity_m_per_s.is_finite() {
+            return Some(format!("velocity {velocity_m_per_s} m/s, expected a finite one"));
+        }
+        for (name, pressure) in [("chamber", chamber_pressure_pa), ("pipe", pipe_pressure_pa)] {
+            if let Some(pressure) = pressure.filter(|pressure| !(pressure.is_finite() && *pressure > 0.0)) {
+                return Some(format!("{name} pressure {pressure} Pa, expected an absolute pressure above 0"));
+            }
+        }
+        None
+    }
+
+    /// The state of a run of these equations, with the spool and the measured pressures of its first instant.
+    pub(crate) fn state(&self, equations: &Equations, inputs: &Inputs<f64>) -> State<f64> {
+        match *self {
+            Self::Rest => vented_rest(equations),
+            Self::ClosedRest => closed_rest(equations, inputs),
+            Self::Moving { position_m, velocity_m_per_s, chamber_pressure_pa, pipe_pressure_pa } => {
+                let motion = Motion { equations, inputs, position_m, velocity_m_per_s };
+                motion.state(chamber_pressure_pa, pipe_pressure_pa)
+            }
+        }
+    }
+}
+
+/// A piston on its way.
+struct Motion<'a> {
+    equations: &'a Equations,
+    inputs: &'a Inputs<f64>,
+    position_m: f64,
+    velocity_m_per_s: f64,
+}
+
+impl Motion<'_> {
+    fn state(&self, chamber_pressure_pa: Option<f64>, pipe_pressure_pa: Option<f64>) -> State<f64> {
+        let (c, terms) = (&self.equations.coefficients, self.equations.terms);
+        let driven = |drives: bool, pressure: f64| drives.then_some(pressure);
+        let system = System::new(*c, terms, &self.equations.custom, self.equations.custom_operands());
+        let chamber = driven(terms.driven_chamber, self.inputs.chamber_pressure)
+            .or(chamber_pressure_pa)
+            .unwrap_or_else(|| self.balancing_pressure(&system));
+        let pipe = driven(terms.driven_pipe, self.inputs.pipe_pressure).or(pipe_pressure_pa).unwrap_or(chamber);
+        self.with_pressures(&system, chamber, pipe)
+    }
+
+    /// The chamber pressure at which nothing accelerates the piston, Pa.
+    fn balancing_pressure(&self, system: &System<'_, f64>) -> f64 {
+        let c = &self.equations.coefficients;
+        let (low, high) = (c.exhaust.min(c.ambient), c.supply.max(c.exhaust));
+        let acceleration = |pressure: f64| {
+            let inputs = Inputs { chamber_pressure: pressure, ..*self.inputs };
+            system.rates::<{ groups::ANY }>(&self.with_pressures(system, pressure, pressure), &inputs).v
+        };
+        root(low, high, acceleration)
+    }
+
+    fn with_pressures(&self, system: &System<'_, f64>, chamber: f64, pipe: f64) -> State<f64> {
+        let c = &self.equations.coefficients;
+        let mut state = State {
+            x: self.position_m,
+            v: self.velocity_m_per_s,
+            chamber_mass: chamber * (c.closed_volume - c.piston_area * self.position_m) / c.zrt,
+            pipe_mass: pipe / c.pipe_gain,
+            chamber_temperature: c.temperature,
+            pipe_temperature: c.temperature,
+            line_pressure: line_pressure(self.equations, self.inputs.spool, pipe),
+            bristle: 0.0,
+        };
+        if self.equations.terms.friction {
+            let inputs = Inputs { chamber_pressure: chamber, pipe_pressure: pipe, ..*self.inputs };
+            let sliding = system.sliding_friction::<{ groups::ANY }>(&state, &inputs) / c.bristle_stiffness;
+            state.bristle = sliding * (self.velocity_m_per_s / SLIDING_M_PER_S).clamp(-1.0, 1.0);
+        }
+        state
+    }
+}
