@@ -30,7 +30,7 @@ fn main() {
     let p = file.valve().parameters();
     let setup = Setup::new(&campaign, &data, p.stroke_m, p.ambient_pressure_pa, fid);
     let space = if file.tolerances().is_empty() { Space::new(file.valve(), &problem::DEFAULT_TOLERANCES.map(|(parameter, relative_sigma)| valve_file::Tolerance { parameter, relative_sigma })) } else { Space::tolerated(&file) };
-    let nuis = nuisances(&setup, &NuisanceSizes::default(), &campaign.uncertainty, space.coordinates.iter().any(|c| c.target == model_lab::space::Target::Base(valve_model::ParameterId::PistonArea)));
+    let nuis = nuisances(&setup, file.valve().parameters(), &NuisanceSizes::default(), &campaign.uncertainty, space.coordinates.iter().any(|c| c.target == model_lab::space::Target::Base(valve_model::ParameterId::PistonArea)));
     let stop = Stop::new();
     println!("rows {:?} groups {:?}", setup.records.iter().map(|r| r.row_count()).collect::<Vec<_>>(), setup.groups[0]);
     let options = FitOptions::new(setup.groups.clone());

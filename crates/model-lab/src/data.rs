@@ -333,22 +333,23 @@ fn run_data(recorded: &RecordedRun, campaign: &Campaign, position_noise: f64) ->
     RunData { name: recorded.file.clone(), run, times_s: trace.time_s.clone(), channels }
 }
 
-/// The measured pressures that drive the model, with gaps bridged.
+/// The measured pressures that drive the model, with gaps bridged: those that are declared, and the supply's.
 fn driven(recorded: &RecordedRun, campaign: &Campaign) -> Option<Driven> {
     let inputs = campaign.inputs;
-    if !inputs.pipe_pressure && !inputs.chamber_pressure {
-        return None;
-    }
     let trace = &recorded.trace;
     let bridged = |samples: &Option<Vec<f64>>, wanted: bool| {
         samples.as_ref().filter(|_| wanted).map(|samples| bridge(&trace.time_s, samples))
     };
-    Some(Driven {
+    let driven = Driven {
         time_s: trace.time_s.clone(),
         pipe_pressure_pa: bridged(&trace.pipe_pressure_pa, inputs.pipe_pressure),
         chamber_pressure_pa: bridged(&trace.chamber_pressure_pa, inputs.chamber_pressure),
-        supply_pressure_pa: None,
-    })
+        supply_pressure_pa: bridged(&trace.supply_pressure_pa, !inputs.pipe_pressure && !inputs.chamber_pressure),
+    };
+    let drives = driven.pipe_pressure_pa.is_some()
+        || driven.chamber_pressure_pa.is_some()
+        || driven.supply_pressure_pa.is_some();
+    drives.then_some(driven)
 }
 
 /// Fills gaps by straight lines, the ends by the nearest value.

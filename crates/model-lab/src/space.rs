@@ -181,6 +181,20 @@ impl Space {
         space
     }
 
+    /// Whether a coordinate moves the same as one of another space does.
+    pub fn is_same(&self, one: &Coordinate, other_space: &Self, other: &Coordinate) -> bool {
+        match (one.target, other.target) {
+            (Target::Base(one), Target::Base(other)) => one == other,
+            (Target::Effect(slot, index), Target::Effect(other_slot, other_index)) => {
+                index == other_index && self.effects[slot].kind() == other_space.effects[other_slot].kind()
+            }
+            (Target::Custom(slot, index), Target::Custom(other_slot, other_index)) => {
+                index == other_index && self.custom[slot].name() == other_space.custom[other_slot].name()
+            }
+            _ => false,
+        }
+    }
+
     /// Where a fit starts.
     pub fn start(&self) -> Vec<f64> {
         self.coordinates.iter().map(|coordinate| coordinate.start).collect()

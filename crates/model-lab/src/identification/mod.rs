@@ -1,9 +1,12 @@
 //! The valve as a problem of system identification.
 
+pub mod catalogue;
 pub mod nuisance;
 pub mod problem;
 pub mod setup;
+pub mod start;
 
+pub use catalogue::{Catalogue, Subject};
 pub use nuisance::{Entry, Nuisance, NuisanceSizes, nuisances};
 pub use problem::ValveProblem;
 pub use setup::{Fidelity, Setup};

@@ -4,6 +4,8 @@ use campaign::Uncertainty;
 use identify::{Coordinate, Scope};
 
 use super::setup::{Kind, Setup};
+use super::start::{Beginning, balance_pa};
+use valve_model::Parameters;
 use crate::data::Channel;
 
 /// Default standard deviations, where a campaign's `[uncertainty]` does not state its own.
@@ -66,6 +68,12 @@ pub enum Nuisance {
     CloseDelay(usize),
     /// Delay of a record's commands to open.
     OpenDelay(usize),
+    /// How long before a record its first command was given.
+    UnseenEdge(usize),
+    /// Chamber pressure at the start of a record that begins in motion, against that which balances.
+    StartPressure(usize),
+    /// Speed at the start of a record that begins in motion.
+    StartSpeed(usize),
     /// Gain of the position sensor.
     Gain,
     /// Clock of the recorder.
@@ -91,14 +99,27 @@ impl Nuisance {
             | Self::Supply(record)
             | Self::Load(record)
             | Self::CloseDelay(record)
-            | Self::OpenDelay(record) => Scope::Record(record),
+            | Self::OpenDelay(record)
+            | Self::UnseenEdge(record)
+            | Self::StartPressure(record)
+            | Self::StartSpeed(record) => Scope::Record(record),
             _ => Scope::Shared,
         }
     }
 
     /// Whether the model has to be simulated anew when it moves.
     pub fn is_simulated(self) -> bool {
-        matches!(self, Self::Supply(_) | Self::Load(_) | Self::Gauge | Self::Bore | Self::DrivingZero)
+        matches!(
+            self,
+            Self::Supply(_)
+                | Self::Load(_)
+                | Self::UnseenEdge(_)
+                | Self::StartPressure(_)
+                | Self::StartSpeed(_)
+                | Self::Gauge
+                | Self::Bore
+                | Self::DrivingZero
+        )
     }
 }
 
@@ -113,11 +134,26 @@ pub struct Entry {
     pub coordinate: Coordinate,
 }
 
+impl Entry {
+    /// A nuisance of a size.
+    pub fn new(nuisance: Nuisance, size: f64) -> Self {
+        let mut coordinate = Coordinate::standard(format!("{nuisance:?}"), nuisance.scope(), BOUND);
+        coordinate.step = 0.1;
+        Self { nuisance, size, coordinate }
+    }
+}
+
 /// Nuisances end at this many standard deviations.
 const BOUND: f64 = 3.0;
 
 /// The nuisances of a campaign.
-pub fn nuisances(setup: &Setup, sizes: &NuisanceSizes, stated: &Uncertainty, is_bore_tolerated: bool) -> Vec<Entry> {
+pub fn nuisances(
+    setup: &Setup,
+    parameters: &Parameters,
+    sizes: &NuisanceSizes,
+    stated: &Uncertainty,
+    is_bore_tolerated: bool,
+) -> Vec<Entry> {
     let stroke = setup.stroke_m;
     let mut all: Vec<(Nuisance, f64)> = Vec::new();
     let mut pressures: Vec<Channel> = Vec::new();
@@ -134,6 +170,11 @@ pub fn nuisances(setup: &Setup, sizes: &NuisanceSizes, stated: &Uncertainty, is_
             }
         }
         all.push((Nuisance::Load(record), sizes.load));
+        if let Beginning::Moving { position_m, velocity_m_per_s, velocity_sigma_m_per_s } = unit.beginning {
+            let (_, sigma_pa) = balance_pa(parameters, position_m, velocity_m_per_s);
+            all.push((Nuisance::StartPressure(record), sigma_pa));
+            all.push((Nuisance::StartSpeed(record), velocity_sigma_m_per_s));
+        }
         if !setup.is_driven {
             let delay = stated.command_delay_s.unwrap_or(sizes.delay_s);
             all.push((Nuisance::Supply(record), stated.supply_pressure.unwrap_or(sizes.supply)));
@@ -159,11 +200,7 @@ pub fn nuisances(setup: &Setup, sizes: &NuisanceSizes, stated: &Uncertainty, is_
     }
     all.into_iter()
         .filter(|(_, size)| *size > 0.0)
-        .map(|(nuisance, size)| {
-            let mut coordinate = Coordinate::standard(format!("{nuisance:?}"), nuisance.scope(), BOUND);
-            coordinate.step = 0.1;
-            Entry { nuisance, size, coordinate }
-        })
+        .map(|(nuisance, size)| Entry::new(nuisance, size))
         .collect()
 }
 

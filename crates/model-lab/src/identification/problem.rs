@@ -7,10 +7,11 @@ use rayon::prelude::*;
 use valve_model::cycle::{CycleTimes, cycles_with};
 use valve_model::dispatch::LANES;
 use valve_model::driven::Driven;
-use valve_model::{Nodes, ParameterId, Prepared, Run, Valve, simulate};
+use valve_model::{Nodes, ParameterId, Prepared, Run, Start, Valve, simulate};
 
 use super::nuisance::{Entry, Nuisance};
 use super::setup::{Kind, Setup, Trace, Unit};
+use super::start::{Beginning, balance_pa};
 use crate::data::Channel;
 use crate::forward::{Predicted, record};
 use crate::space::{Space, Target};
@@ -95,23 +96,40 @@ impl<'a> ValveProblem<'a> {
         let ambient = self.setup.ambient_pa;
         run.conditions.supply_pressure_pa = ambient + factor * (run.conditions.supply_pressure_pa - ambient);
         let zero = self.nuisance(u, Nuisance::DrivingZero);
-        if zero != 0.0
+        if (zero != 0.0 || factor != 1.0)
             && let Some(driven) = &run.driven
         {
-            let shifted = |channel: &Option<Vec<f64>>| {
-                channel.as_ref().map(|values| values.iter().map(|value| (value - zero).max(1.0)).collect())
+            let mapped = |channel: &Option<Vec<f64>>, by: &dyn Fn(f64) -> f64| {
+                channel.as_ref().map(|values| values.iter().map(|value| by(*value).max(1.0)).collect())
             };
             run.driven = Some(Arc::new(Driven {
-                pipe_pressure_pa: shifted(&driven.pipe_pressure_pa),
-                chamber_pressure_pa: shifted(&driven.chamber_pressure_pa),
-                ..Driven::clone(driven)
+                time_s: driven.time_s.clone(),
+                pipe_pressure_pa: mapped(&driven.pipe_pressure_pa, &|value| value - zero),
+                chamber_pressure_pa: mapped(&driven.chamber_pressure_pa, &|value| value - zero),
+                supply_pressure_pa: mapped(&driven.supply_pressure_pa, &|value| ambient + factor * (value - ambient)),
             }));
         }
         for edge in &mut run.commands {
             let which = if edge.close { Nuisance::CloseDelay(index) } else { Nuisance::OpenDelay(index) };
-            edge.time_s = (edge.time_s + self.setup.lead_s + self.nuisance(u, which)).max(0.0);
+            edge.time_s = (edge.time_s + self.nuisance(u, which)).max(0.0);
         }
-        run.end_s += self.setup.lead_s;
+        if unit.beginning == Beginning::Filling
+            && let Some(first) = run.commands.first_mut()
+        {
+            first.time_s = (first.time_s - self.nuisance(u, Nuisance::UnseenEdge(index))).max(0.0);
+        }
+        if let Beginning::Moving { position_m, velocity_m_per_s, .. } = unit.beginning {
+            let velocity_m_per_s = velocity_m_per_s + self.nuisance(u, Nuisance::StartSpeed(index));
+            let (balance_pa, _) = balance_pa(&parameters, position_m, velocity_m_per_s);
+            let chamber_pa = (balance_pa + self.nuisance(u, Nuisance::StartPressure(index))).max(1.0);
+            let zero = self.nuisance(u, Nuisance::Zero(index));
+            run.start = Start::Moving {
+                position_m: position_m - zero,
+                velocity_m_per_s,
+                chamber_pressure_pa: Some(chamber_pa),
+                pipe_pressure_pa: None,
+            };
+        }
         let valve =
             Valve::new(parameters, valve.switches(), valve.effects().to_vec(), valve.custom().to_vec()).ok()?;
         Some((valve, run))
@@ -120,10 +138,11 @@ impl<'a> ValveProblem<'a> {
     /// What a recorder writes down of a simulated run, row by row; `shift_s` moves its clock.
     fn rows(&self, u: &[f64], index: usize, trace: &Trace, valve: &Valve, nodes: &Nodes, shift_s: f64) -> Vec<f64> {
         let clock = self.nuisance(u, Nuisance::Clock) + shift_s;
+        let origin_s = self.setup.units[index].origin_s;
         let mut values = Vec::new();
         let mut recorded = Predicted::default();
         for channel in &trace.channels {
-            let times: Vec<f64> = channel.samples_s.iter().map(|time| time - clock + self.setup.lead_s).collect();
+            let times: Vec<f64> = channel.samples_s.iter().map(|time| time - clock - origin_s).collect();
             record(valve, nodes, &times, &mut recorded);
             let sampled = recorded.channel(channel.channel);
             let means = channel.rows.iter().map(|(first, end)| {
@@ -256,7 +275,8 @@ impl<'a> ValveProblem<'a> {
         at: &[f64],
         by_time: &[f64],
     ) -> Vec<f64> {
-        let run = &self.setup.units[index].run;
+        let unit = &self.setup.units[index];
+        let run = &unit.run;
         let mut column = Vec::with_capacity(at.len());
         let mut start = 0;
         for channel in &trace.channels {
@@ -265,7 +285,7 @@ impl<'a> ValveProblem<'a> {
             for (row, (first, end)) in channel.rows.iter().enumerate() {
                 let time = 0.5 * (channel.samples_s[*first] + channel.samples_s[*end - 1]);
                 let (at, by_time) = (at[start + row], by_time[start + row]);
-                let last = run.commands.iter().rev().find(|edge| edge.time_s <= time);
+                let last = run.commands.iter().rev().find(|edge| edge.time_s + unit.origin_s <= time);
                 column.push(match nuisance {
                     Nuisance::Zero(_) if is_position => 1.0,
                     Nuisance::Drift(_) if is_position => time / run.end_s.max(1e-9),

@@ -7,8 +7,10 @@ use std::sync::Arc;
 
 use campaign::{Campaign, Run as RecordedRun};
 use identify::{GroupPrior, Record, Row, Series};
-use valve_model::{Run, Schedule};
+use valve_model::driven::Driven;
+use valve_model::{Run, Schedule, Start};
 
+use super::start::{Beginning, beginning};
 use crate::data::{Channel, Dataset, RunData, TimingGroup, same_conditions};
 
 /// How finely a campaign is simulated and sampled.
@@ -76,8 +78,12 @@ pub enum Kind {
 pub struct Unit {
     /// Its file, and its place in it where the file holds several.
     pub name: String,
-    /// The run as recorded.
+    /// The run to simulate; its time 0 is [`Unit::origin_s`] of the record.
     pub run: Run,
+    /// When the simulation begins, in the time of the record, s.
+    pub origin_s: f64,
+    /// How the simulation begins.
+    pub beginning: Beginning,
     /// What it is of.
     pub kind: Kind,
 }
@@ -101,12 +107,20 @@ pub struct Setup {
     pub ambient_pa: f64,
     /// Whether a recorded pressure drives the model.
     pub is_driven: bool,
-    /// The simulation begins this much before the record, at rest, so that a command may come early, s.
-    pub lead_s: f64,
+    /// Step of the integrator, s.
+    pub step_s: f64,
+    /// How long a stroke travels, s.
+    pub travel_s: f64,
 }
 
-/// How much a simulation begins before the record, s.
+/// How much a simulation begins before a record that begins at rest, so that a command may come early, s.
 const LEAD_S: f64 = 0.1;
+
+/// A simulation of a record that begins while the valve fills begins this many travel times before it.
+const FILLING_LEAD: f64 = 2.0;
+
+/// Steps over the travel of a stroke, at least, and the longest and shortest step, s.
+const STEPS: (f64, f64, f64) = (1000.0, 0.02, 2e-4);
 
 impl Setup {
     /// Makes a campaign ready. `data` is the same campaign as the comparison sees it.
@@ -116,9 +130,10 @@ impl Setup {
         let mut units = Vec::new();
         let mut records: Vec<Record> = Vec::new();
         for (recorded, run) in campaign.runs.iter().zip(&data.runs) {
-            let (unit, record) = trace_unit(recorded, run, travel_s, stroke_m, ambient_pa, fidelity);
-            units.push(unit);
-            records.push(record);
+            for (unit, record) in trace_units(recorded, run, travel_s, (stroke_m, ambient_pa), fidelity, is_driven) {
+                units.push(unit);
+                records.push(record);
+            }
         }
         for group in &data.timing_groups {
             let (unit, record) = times_unit(data, group);
@@ -146,7 +161,8 @@ impl Setup {
             stroke_m,
             ambient_pa,
             is_driven,
-            lead_s: if is_driven { 0.0 } else { LEAD_S },
+            step_s: (travel_s / STEPS.0).clamp(STEPS.2, STEPS.1),
+            travel_s,
         }
     }
 
@@ -160,11 +176,27 @@ impl Setup {
         }
     }
 
+    /// Takes a record that begins with the command on for one whose command was given at its first row.
+    pub(super) fn begin_at_rest(&mut self, unit: usize) {
+        let unit = &mut self.units[unit];
+        let by = -LEAD_S - unit.origin_s;
+        unit.origin_s = -LEAD_S;
+        unit.beginning = Beginning::Open;
+        unit.run.end_s -= by;
+        for edge in &mut unit.run.commands {
+            edge.time_s -= by;
+        }
+        if let Some(driven) = &unit.run.driven {
+            let time_s = driven.time_s.iter().map(|time| time - by).collect();
+            unit.run.driven = Some(Arc::new(Driven { time_s, ..Driven::clone(driven) }));
+        }
+    }
+
     /// The step of the integrator, s, and its substeps at most.
     pub fn step(&self) -> (f64, u32) {
         match self.fidelity {
-            Fidelity::Low => (2e-3, 2),
-            Fidelity::High => (1e-3, 4),
+            Fidelity::Low => (2.0 * self.step_s, 2),
+            Fidelity::High => (self.step_s, 4),
         }
     }
 }
@@ -208,34 +240,135 @@ fn stroke_s(data: &Dataset, travel_s: f64) -> f64 {
     lengths.fold(f64::INFINITY, f64::min).clamp(travel_s, 4.0 * travel_s)
 }
 
-fn trace_unit(
+fn trace_units(
     recorded: &RecordedRun,
     data: &RunData,
     travel_s: f64,
-    stroke_m: f64,
-    ambient_pa: f64,
+    (stroke_m, ambient_pa): (f64, f64),
     fidelity: Fidelity,
-) -> (Unit, Record) {
+    is_driven: bool,
+) -> Vec<(Unit, Record)> {
     let span_pa = (recorded.conditions.supply_pressure_pa - ambient_pa).abs().max(0.1 * ambient_pa);
-    let mut series = Vec::new();
-    let mut channels = Vec::new();
-    for channel in &data.channels {
-        let is_position = channel.channel == Channel::Position;
-        let scale = if is_position { stroke_m } else { span_pa };
-        let (rows, cut) = rows(&data.times_s, &channel.samples, channel.noise, scale, travel_s / ROWS_A_TRAVEL);
-        let mut samples_s = Vec::new();
-        let mut ranges = Vec::with_capacity(cut.len());
-        for range in cut {
-            let first = samples_s.len();
-            sample(&data.times_s, &channel.samples, range, MOST_SAMPLES[fidelity as usize], &mut samples_s);
-            ranges.push((first, samples_s.len()));
-        }
-        series.push(Series { rows, group: usize::from(!is_position), is_process: true });
-        channels.push(ChannelRows { channel: channel.channel, samples_s, rows: ranges });
-    }
-    let unit = Unit { name: data.name.clone(), run: data.run.clone(), kind: Kind::Trace(Trace { channels }) };
-    (unit, Record { series, condition: 0 })
+    let position = &data.channels[0];
+    let start = beginning(&data.times_s, &position.samples, position.noise, &recorded.commands, stroke_m, travel_s);
+    let parts = if is_driven {
+        vec![Part { from_s: f64::NEG_INFINITY, until_s: f64::INFINITY, origin_s: 0.0, beginning: start }]
+    } else {
+        parts(data, start, stroke_m, travel_s)
+    };
+    let count = parts.len();
+    parts
+        .into_iter()
+        .enumerate()
+        .map(|(index, part)| {
+            let mut series = Vec::new();
+            let mut channels = Vec::new();
+            let inside = |time: &f64| *time >= part.from_s && *time < part.until_s;
+            let first = data.times_s.iter().position(inside).unwrap_or(0);
+            let end = data.times_s.iter().rposition(inside).map_or(0, |last| last + 1);
+            let times = &data.times_s[first..end];
+            for channel in &data.channels {
+                let is_position = channel.channel == Channel::Position;
+                let scale = if is_position { stroke_m } else { span_pa };
+                let samples = &channel.samples[first..end];
+                let (rows, cut) = rows(times, samples, channel.noise, scale, travel_s / ROWS_A_TRAVEL);
+                let mut samples_s = Vec::new();
+                let mut ranges = Vec::with_capacity(cut.len());
+                for range in cut {
+                    let first = samples_s.len();
+                    sample(times, samples, range, MOST_SAMPLES[fidelity as usize], &mut samples_s);
+                    ranges.push((first, samples_s.len()));
+                }
+                series.push(Series { rows, group: usize::from(!is_position), is_process: true });
+                channels.push(ChannelRows { channel: channel.channel, samples_s, rows: ranges });
+            }
+            let name = if count > 1 { format!("{}, cycle {}", data.name, index + 1) } else { data.name.clone() };
+            let unit = Unit {
+                name,
+                run: part.run(data),
+                origin_s: part.origin_s,
+                beginning: part.beginning,
+                kind: Kind::Trace(Trace { channels }),
+            };
+            (unit, Record { series, condition: 0 })
+        })
+        .collect()
 }
+
+/// A stretch of a record that counts as a record of its own, and where its simulation begins.
+struct Part {
+    from_s: f64,
+    until_s: f64,
+    origin_s: f64,
+    beginning: Beginning,
+}
+
+impl Part {
+    fn run(&self, data: &RunData) -> Run {
+        let mut run = data.run.clone();
+        run.end_s = self.until_s.min(data.run.end_s) - self.origin_s;
+        run.commands.retain(|edge| edge.time_s >= self.origin_s && edge.time_s < self.until_s);
+        for edge in &mut run.commands {
+            edge.time_s -= self.origin_s;
+        }
+        if self.beginning == Beginning::Closed {
+            run.start = Start::ClosedRest;
+            run.commands.retain(|edge| !edge.close || edge.time_s > -self.origin_s);
+        }
+        if let Some(driven) = &run.driven
+            && self.origin_s != 0.0
+        {
+            let time_s = driven.time_s.iter().map(|time| time - self.origin_s).collect();
+            run.driven = Some(Arc::new(Driven { time_s, ..Driven::clone(driven) }));
+        }
+        run
+    }
+}
+
+/// The cycles of a record: each from a command to close that finds the valve open and at rest to the next such. The
+/// simulation of a later one begins with the cycle before it, which leaves some gas behind.
+fn parts(data: &RunData, start: Beginning, stroke_m: f64, travel_s: f64) -> Vec<Part> {
+    let origin_s = match start {
+        Beginning::Open | Beginning::Closed => -LEAD_S,
+        Beginning::Filling => -LEAD_S.max(FILLING_LEAD * travel_s),
+        Beginning::Moving { .. } => 0.0,
+    };
+    let rests = |time: f64| {
+        let channel = &data.channels[0];
+        let about: Vec<f64> = data
+            .times_s
+            .iter()
+            .zip(&channel.samples)
+            .filter(|(at, sample)| **at >= time - 0.1 * travel_s && **at <= time && sample.is_finite())
+            .map(|(_, sample)| *sample)
+            .collect();
+        let (low, high) = about.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(*x), b.max(*x)));
+        !about.is_empty() && low > (1.0 - AT_TOP) * stroke_m && high - low < AT_TOP * stroke_m
+    };
+    let closings: Vec<f64> = data.run.commands.iter().filter(|edge| edge.close).map(|edge| edge.time_s).collect();
+    let mut cuts: Vec<f64> = closings.iter().copied().skip(1).filter(|time| rests(*time)).collect();
+    cuts.truncate(MOST_PARTS);
+    let mut parts = Vec::with_capacity(cuts.len() + 1);
+    let mut before = (f64::NEG_INFINITY, origin_s, start);
+    for cut in cuts.iter().copied().chain([f64::INFINITY]) {
+        parts.push(Part { from_s: before.0, until_s: cut, origin_s: before.1, beginning: before.2 });
+        // The next one is simulated from the beginning of this one, if that was at rest.
+        let first = parts.len() == 1;
+        before = if first && origin_s == 0.0 {
+            (cut, before.1, before.2)
+        } else {
+            let from = if first { origin_s } else { cuts[parts.len() - 2] - LEAD_S };
+            (cut, from, if first { start } else { Beginning::Open })
+        };
+    }
+    parts
+}
+
+/// A valve this close to its open stop rests there, as a share of the stroke; recorders have zeros of their own.
+const AT_TOP: f64 = 0.04;
+
+/// Cycles of one record that are looked at one by one.
+const MOST_PARTS: usize = 63;
 
 /// A change between neighbouring rows from which something moves: in deviations of its noise, and as a share of
 /// the whole travel.
@@ -354,8 +487,9 @@ fn times_unit(data: &Dataset, group: &TimingGroup) -> (Unit, Record) {
             }
         }
     }
-    let run = Run { conditions: group.conditions, commands: Vec::new(), end_s: data.schedule.end_s, driven: None };
+    let run = Run { conditions: group.conditions, commands: Vec::new(), end_s: data.schedule.end_s, driven: None, start: Start::Rest };
     let series = vec![Series { rows, group: 2, is_process: false }];
     let kind = Kind::Times(Times { cycles: group.cycles, closing });
-    (Unit { name: "stroke times".into(), run, kind }, Record { series, condition: 0 })
+    let unit = Unit { name: "stroke times".into(), run, origin_s: 0.0, beginning: Beginning::Open, kind };
+    (unit, Record { series, condition: 0 })
 }

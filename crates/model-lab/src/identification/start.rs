@@ -1,0 +1,142 @@
+//! Where a record begins: at rest on a stop, or in the midst of a motion.
+
+use campaign::CommandEdge;
+use valve_model::Parameters;
+
+/// How a record begins.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Beginning {
+    /// At rest, open and vented.
+    Open,
+    /// At rest, open, with the command on since some time before the record.
+    Filling,
+    /// At rest, closed and filled.
+    Closed,
+    /// Moving, or at rest between the stops.
+    Moving {
+        /// Position at the first row, m.
+        position_m: f64,
+        /// Speed there, m/s.
+        velocity_m_per_s: f64,
+        /// One standard deviation of the speed, m/s.
+        velocity_sigma_m_per_s: f64,
+    },
+}
+
+/// The beginning of a record is judged over this time at least, s, and over this share of a stroke's travel.
+const WINDOW: (f64, f64) = (0.03, 0.03);
+
+/// Rows that a speed is taken from, at least.
+const FEWEST_ROWS: usize = 25;
+
+/// Standard deviations from which a speed is one.
+const CLEAR: f64 = 5.0;
+
+/// The least speed of a motion, in strokes a travel time.
+const SLOWEST: f64 = 0.02;
+
+/// A piston this close to a stop is on it, as a share of the stroke.
+const ON_STOP: f64 = 0.05;
+
+/// Reads how a record begins.
+pub fn beginning(
+    times_s: &[f64],
+    position_m: &[f64],
+    noise_m: f64,
+    commands: &[CommandEdge],
+    stroke_m: f64,
+    travel_s: f64,
+) -> Beginning {
+    let window = WINDOW.0.max(WINDOW.1 * travel_s);
+    let rows: Vec<(f64, f64)> = times_s
+        .iter()
+        .copied()
+        .zip(position_m.iter().copied())
+        .filter(|(_, position)| position.is_finite())
+        .enumerate()
+        .take_while(|(index, (time, _))| *index < FEWEST_ROWS || *time <= window)
+        .map(|(_, row)| row)
+        .filter(|(time, _)| *time <= 10.0 * window)
+        .collect();
+    if rows.len() < 3 {
+        return Beginning::Open;
+    }
+    let count = rows.len() as f64;
+    let (mean_t, mean_x) = rows.iter().fold((0.0, 0.0), |sum, row| (sum.0 + row.0 / count, sum.1 + row.1 / count));
+    let spread: f64 = rows.iter().map(|(t, _)| (t - mean_t).powi(2)).sum::<f64>().max(1e-18);
+    let velocity = rows.iter().map(|(t, x)| (t - mean_t) * (x - mean_x)).sum::<f64>() / spread;
+    let left: f64 = rows.iter().map(|(t, x)| (x - mean_x - velocity * (t - mean_t)).powi(2)).sum();
+    let noise = (left / (count - 2.0)).sqrt().max(noise_m);
+    let sigma = noise / spread.sqrt();
+    let position = mean_x + velocity * (times_s[0] - mean_t);
+    let moves = velocity.abs() > (CLEAR * sigma).max(SLOWEST * stroke_m / travel_s);
+    let is_energised = commands.first().is_some_and(|edge| edge.close && edge.time_s <= 0.0);
+    let opens_first = commands.first().is_some_and(|edge| !edge.close);
+    // A valve whose command was on before the record is one whose past can be simulated.
+    if is_energised && (velocity < 0.0 || position > (1.0 - ON_STOP) * stroke_m) && position > ON_STOP * stroke_m {
+        return Beginning::Filling;
+    }
+    if !moves && position > (1.0 - ON_STOP) * stroke_m {
+        return Beginning::Open;
+    }
+    if !moves && position < ON_STOP * stroke_m && (is_energised || opens_first) {
+        return Beginning::Closed;
+    }
+    Beginning::Moving {
+        position_m: position,
+        velocity_m_per_s: if moves { velocity } else { 0.0 },
+        velocity_sigma_m_per_s: sigma,
+    }
+}
+
+/// The pressure at which the forces on the piston balance, and how far it may be off, Pa.
+pub fn balance_pa(parameters: &Parameters, position_m: f64, velocity_m_per_s: f64) -> (f64, f64) {
+    let weight = parameters.moving_mass_kg * valve_model::params::STANDARD_GRAVITY_M_PER_S2;
+    let spring = parameters.spring_stiffness_n_per_m
+        * (parameters.stroke_m - position_m + parameters.preload_compression_m);
+    let force = spring
+        - parameters.viscous_friction_n_s_per_m * velocity_m_per_s
+        - parameters.orientation.closing_share() * weight;
+    let gauge = force / parameters.piston_area_m2;
+    let pressure = (parameters.ambient_pressure_pa + gauge).max(0.1 * parameters.ambient_pressure_pa);
+    (pressure, UNSURE * gauge.abs() + 0.5 * weight / parameters.piston_area_m2)
+}
+
+/// How far the chamber's pressure may be off at the start, as a share of the gauge pressure that balances.
+const UNSURE: f64 = 0.1;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn record(position: impl Fn(f64) -> f64) -> (Vec<f64>, Vec<f64>) {
+        let times: Vec<f64> = (0..500).map(|row| f64::from(row) * 1e-3).collect();
+        // A rounded reading: 0.2 mm.
+        let positions = times.iter().map(|time| (position(*time) / 2e-4).round() * 2e-4).collect();
+        (times, positions)
+    }
+
+    #[test]
+    fn rest_and_motion_are_told_apart_under_rounding() {
+        let edge = [CommandEdge { time_s: 0.2, close: true }];
+        let (times, rest) = record(|_| 0.0255);
+        assert_eq!(beginning(&times, &rest, 6e-5, &edge, 0.0254, 1.0), Beginning::Open);
+        let (times, fall) = record(|time| 0.014 + 0.08 * time);
+        match beginning(&times, &fall, 6e-5, &edge, 0.0254, 1.0) {
+            Beginning::Moving { velocity_m_per_s, position_m, .. } => {
+                assert!((velocity_m_per_s - 0.08).abs() < 0.01, "{velocity_m_per_s}");
+                assert!((position_m - 0.014).abs() < 2e-4, "{position_m}");
+            }
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn a_command_in_the_first_row_is_seen_with_where_the_valve_stands() {
+        let (times, open) = record(|_| 0.0254);
+        let on = [CommandEdge { time_s: 0.0, close: true }];
+        assert_eq!(beginning(&times, &open, 6e-5, &on, 0.0254, 1.0), Beginning::Filling);
+        let (times, closed) = record(|_| 0.0);
+        assert_eq!(beginning(&times, &closed, 6e-5, &on, 0.0254, 1.0), Beginning::Closed);
+    }
+}
