@@ -103,9 +103,7 @@ struct Trial {
 struct Taken {
     u: Vec<f64>,
     residual: Vec<Vec<f64>>,
-    /// Fall of the cost, nats.
-    gain: f64,
-    /// The same as a share of what was promised.
+    /// Fall of the cost as a share of what was promised.
     share: f64,
     /// Precision of each coordinate, the metric of updates.
     weights: Vec<f64>,
@@ -181,7 +179,7 @@ impl<P: Problem + ?Sized> Fitting<'_, P> {
         }
         .clamp(1e-6, 1e4);
         let weights = posterior.precision.diagonal().iter().copied().collect();
-        Some(Taken { u, residual, gain, share: 2.0 * gain / promised, weights })
+        Some(Taken { u, residual, share: 2.0 * gain / promised, weights })
     }
 
     /// Predicts at points and adds what came out.

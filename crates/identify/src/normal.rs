@@ -195,6 +195,15 @@ impl Normal {
         self.log_determinant += other.log_determinant;
         self.rows += other.rows;
     }
+
+    /// Takes the rows of others out again.
+    pub fn subtract(&mut self, other: &Self) {
+        self.matrix -= &other.matrix;
+        self.gradient -= &other.gradient;
+        self.chi2 -= other.chi2;
+        self.log_determinant -= other.log_determinant;
+        self.rows -= other.rows;
+    }
 }
 
 /// Squared distance of a point from the prior means, in prior deviations.

@@ -7,6 +7,7 @@ pub mod calibrate;
 pub mod certainty;
 pub mod compare;
 pub mod data;
+pub mod diagnosis;
 pub mod explain;
 pub mod fit;
 pub mod forward;

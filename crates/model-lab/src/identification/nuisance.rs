@@ -107,6 +107,30 @@ impl Nuisance {
         }
     }
 
+    /// What it is in words, and the SI unit of its value (empty for a share).
+    pub fn words(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Zero(_) => ("zero of the position sensor", "m"),
+            Self::Drift(_) => ("drift of the position sensor over the run", "m"),
+            Self::Supply(_) => ("supply pressure of the run", ""),
+            Self::Load(_) => ("load on the piston in the run", ""),
+            Self::CloseDelay(_) => ("delay of the command to close", "s"),
+            Self::OpenDelay(_) => ("delay of the command to open", "s"),
+            Self::UnseenEdge(_) => ("command given before the record, by", "s"),
+            Self::StartPressure(_) => ("chamber pressure at the start, beyond balance", "Pa"),
+            Self::StartSpeed(_) => ("speed at the start, beyond what the first rows show", "m/s"),
+            Self::Gain => ("gain of the position sensor", ""),
+            Self::Clock => ("clock of the recorder", "s"),
+            Self::Gauge => ("supply gauge throughout", ""),
+            Self::Bore => ("piston area", ""),
+            Self::PressureZero(Channel::ChamberPressure) => ("zero of the chamber pressure sensor", "Pa"),
+            Self::PressureZero(_) => ("zero of the pipe pressure sensor", "Pa"),
+            Self::PressureGain(Channel::ChamberPressure) => ("gain of the chamber pressure sensor", ""),
+            Self::PressureGain(_) => ("gain of the pipe pressure sensor", ""),
+            Self::DrivingZero => ("zero of the pressure that drives the model", "Pa"),
+        }
+    }
+
     /// Whether the model has to be simulated anew when it moves.
     pub fn is_simulated(self) -> bool {
         matches!(

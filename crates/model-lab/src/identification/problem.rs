@@ -307,12 +307,6 @@ impl<'a> ValveProblem<'a> {
     }
 }
 
-impl Unit {
-    fn has_pressures(&self) -> bool {
-        matches!(&self.kind, Kind::Trace(trace) if trace.channels.len() > 1)
-    }
-}
-
 impl Problem for ValveProblem<'_> {
     fn coordinates(&self) -> &[Coordinate] {
         &self.coordinates

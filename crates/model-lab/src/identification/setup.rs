@@ -240,6 +240,13 @@ fn stroke_s(data: &Dataset, travel_s: f64) -> f64 {
     lengths.fold(f64::INFINITY, f64::min).clamp(travel_s, 4.0 * travel_s)
 }
 
+impl Unit {
+    /// Whether pressures were recorded that judge the model.
+    pub fn has_pressures(&self) -> bool {
+        matches!(&self.kind, Kind::Trace(trace) if trace.channels.len() > 1)
+    }
+}
+
 fn trace_units(
     recorded: &RecordedRun,
     data: &RunData,

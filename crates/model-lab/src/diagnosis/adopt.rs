@@ -1,0 +1,125 @@
+//! Effects that the user chose: everything refitted with them, one after the other.
+
+use campaign::Campaign;
+use identify::select::{Family, Level, Model, held_out_error};
+use identify::{Fit, FitOptions, Problem, Stop, fit};
+use rayon::prelude::*;
+use valve_file::ValveFile;
+use valve_model::EffectKind;
+use valve_model::custom::CustomEffect;
+
+use super::answer::{FittedParameter, StepReport};
+use super::errors;
+use super::uncertainty::{Certainty, effect_parameters};
+use crate::identification::{Catalogue, NuisanceSizes, Subject, ValveProblem};
+use crate::space::Space;
+
+/// Something to add.
+#[derive(Debug, Clone)]
+pub enum Addition {
+    /// An effect of the catalogue.
+    Catalogue(EffectKind),
+    /// An effect of the user's own.
+    Own(CustomEffect),
+}
+
+impl Addition {
+    /// Its id or name.
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Catalogue(kind) => kind.id(),
+            Self::Own(effect) => effect.name(),
+        }
+    }
+}
+
+/// One step of the model sequence with what was fitted in it.
+#[derive(Debug, Clone)]
+pub struct Rung {
+    /// Its errors.
+    pub step: StepReport,
+    /// The parameters and effects.
+    pub space: Space,
+    /// Their coordinates.
+    pub u: Vec<f64>,
+}
+
+/// The model sequence: the datasheet's values, calibrated, then with one effect after the other.
+#[derive(Debug, Clone)]
+pub struct Sequence {
+    /// Its steps.
+    pub rungs: Vec<Rung>,
+    /// The parameters of the catalogue's effects in the last step.
+    pub parameters: Vec<FittedParameter>,
+}
+
+/// Refits a valve file's model on a campaign with effects added one after the other; nothing where its strokes cannot
+/// be simulated.
+pub fn sequence(file: &ValveFile, campaign: &Campaign, additions: &[Addition], stop: &Stop) -> Option<Sequence> {
+    let subject = Subject::new(file, campaign, &NuisanceSizes::default());
+    let quiet = |_: identify::select::News<'_>| ();
+    let catalogue = Catalogue::new(&subject, &quiet, stop);
+    let options = FitOptions::new(subject.setup(Level::High).groups.clone());
+    let mut space = subject.space.clone();
+    let base = subject.problem(space.clone(), Level::High, stop);
+    let start = base.start();
+    let datasheet = errors::at(&base, &start)?.step("datasheet".into(), None, None);
+    let mut rungs = vec![Rung { step: datasheet, space: space.clone(), u: start[..space.coordinates.len()].to_vec() }];
+    let fitted = best(&subject, &space, &[start], &options, stop)?;
+    let mut model = fitted;
+    rungs.push(rung("calibrated", &model));
+    for addition in additions {
+        space = match addition {
+            Addition::Catalogue(kind) => space.with_effect(*kind),
+            Addition::Own(effect) => space.with_custom(effect),
+        };
+        let grown = subject.problem(space.clone(), Level::Low, stop);
+        let mut starts = vec![grown.start()];
+        let warm = catalogue.warm(&grown, &model.problem, &model.fit.u);
+        starts.extend(least(&grown, warm));
+        model = best(&subject, &space, &starts, &options, stop)?;
+        rungs.push(rung(addition.name(), &model));
+    }
+    let kinds: Vec<EffectKind> = additions
+        .iter()
+        .filter_map(|addition| match addition {
+            Addition::Catalogue(kind) => Some(*kind),
+            Addition::Own(_) => None,
+        })
+        .collect();
+    let certainty = Certainty::new(&model.problem, &model.fit);
+    let parameters = effect_parameters(&model.problem, &model.fit, &certainty, &kinds);
+    Some(Sequence { rungs, parameters })
+}
+
+/// Of several points the one with the least error.
+fn least(problem: &ValveProblem<'_>, points: Vec<Vec<f64>>) -> Option<Vec<f64>> {
+    let error = |u: &Vec<f64>| errors::at(problem, u).map_or(f64::INFINITY, |errors| errors.normalised_rms);
+    points.into_iter().map(|u| (error(&u), u)).min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, u)| u)
+}
+
+/// The best fit of a space from several starts, cheaply first.
+fn best<'a>(
+    subject: &'a Subject,
+    space: &Space,
+    starts: &[Vec<f64>],
+    options: &FitOptions,
+    stop: &'a Stop,
+) -> Option<Model<ValveProblem<'a>>> {
+    let low = subject.problem(space.clone(), Level::Low, stop);
+    let fits: Vec<Fit> = starts.par_iter().filter_map(|start| fit(&low, start, options)).collect();
+    let first = fits.into_iter().max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))?;
+    let problem = subject.problem(space.clone(), Level::High, stop);
+    let fit = fit(&problem, &first.u, options)?;
+    let held_out = held_out_error(&problem, &fit);
+    Some(Model { set: Vec::new(), level: Level::High, problem, fit, held_out })
+}
+
+fn rung(name: &str, model: &Model<ValveProblem<'_>>) -> Rung {
+    let discrepancy = Some(model.fit.noise.groups[0].discrepancy);
+    let step = errors::fitted(model).step(name.to_owned(), errors::left_out(model), discrepancy);
+    let space = model.problem.space.clone();
+    let u = model.fit.u[..space.coordinates.len()].to_vec();
+    debug_assert!(model.problem.coordinates().len() >= u.len());
+    Rung { step, space, u }
+}

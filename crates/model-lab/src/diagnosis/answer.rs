@@ -1,0 +1,199 @@
+//! The answer of a diagnosis.
+
+use valve_model::{EffectKind, ParameterId, Valve};
+
+use super::experiment::Experiment;
+use super::outside::Outside;
+
+/// The verdict.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verdict {
+    /// Nothing is missing beyond noise, tolerances and what instruments and conditions may be off by.
+    Adequate,
+    /// Effects of the catalogue explain the data.
+    EffectFound,
+    /// Effects are needed beyond doubt, and something else is left.
+    PartlyExplained,
+    /// Something is missing and nothing in the catalogue helps.
+    OutsideCatalogue,
+    /// The search was cut short, or too many effects could be it.
+    NotEnoughData,
+}
+
+impl Verdict {
+    /// The word in the output.
+    pub fn id(self) -> &'static str {
+        match self {
+            Self::Adequate => "adequate",
+            Self::EffectFound => "effect-found",
+            Self::PartlyExplained => "partly-explained",
+            Self::OutsideCatalogue => "outside-catalogue",
+            Self::NotEnoughData => "not-enough-data",
+        }
+    }
+}
+
+/// A fitted parameter of an effect.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FittedParameter {
+    /// The effect.
+    pub effect: EffectKind,
+    /// The parameter's key.
+    pub name: &'static str,
+    /// SI unit.
+    pub unit: &'static str,
+    /// Value, SI.
+    pub value: f64,
+    /// One standard deviation, SI.
+    pub sigma: f64,
+}
+
+/// A tolerated parameter that was refitted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MovedParameter {
+    /// Which.
+    pub id: ParameterId,
+    /// Value in the valve file, SI.
+    pub before: f64,
+    /// Fitted value, SI.
+    pub after: f64,
+    /// One standard deviation of it, SI.
+    pub sigma: f64,
+    /// How far it moved, in tolerances.
+    pub pull: f64,
+}
+
+/// What an instrument or a condition was found to be off by.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NuisanceReport {
+    /// What, in words: "zero of the position sensor".
+    pub what: &'static str,
+    /// The record it belongs to; nothing for what all records share.
+    pub record: Option<String>,
+    /// Value, SI or a share.
+    pub value: f64,
+    /// One standard deviation of it.
+    pub sigma: f64,
+    /// The standard deviation that it was believed to have beforehand.
+    pub prior: f64,
+    /// SI unit, empty for a share.
+    pub unit: &'static str,
+    /// Whether it ended at its bound: a sign of something missing.
+    pub is_at_bound: bool,
+}
+
+/// One candidate.
+#[derive(Debug, Clone)]
+pub struct CandidateReport {
+    /// Its effects.
+    pub kinds: Vec<EffectKind>,
+    /// Their parameters.
+    pub parameters: Vec<FittedParameter>,
+    /// Gain of the logarithm of the evidence over the calibrated model, nats.
+    pub gain: f64,
+    /// Its probability among the models that were fitted to the end; nothing where it was not.
+    pub probability: Option<f64>,
+    /// Root mean square of the residuals in units of the noise.
+    pub normalised_rms: f64,
+    /// The same on what was held out.
+    pub held_out_normalised_rms: Option<f64>,
+    /// Root mean square of the position's residuals, m.
+    pub rmse_m: Option<f64>,
+    /// Change of the Bayesian information criterion against the calibrated model, by the whitened residuals.
+    pub delta_bic: f64,
+    /// Why it was not chosen.
+    pub rejected: Option<String>,
+}
+
+/// One step of the model sequence.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StepReport {
+    /// "datasheet", "calibrated", then the effect added.
+    pub step: String,
+    /// Root mean square of the residuals in units of the noise.
+    pub normalised_rms: f64,
+    /// The same on what was held out.
+    pub held_out_normalised_rms: Option<f64>,
+    /// Root mean square of the position's residuals, m; nothing for stroke times alone.
+    pub rmse_m: Option<f64>,
+    /// The same on what was held out.
+    pub held_out_rmse_m: Option<f64>,
+    /// Root mean square of the errors of the stroke times, s; nothing for traces.
+    pub time_rmse_s: Option<f64>,
+    /// Size of the model error that is left, as a share of the stroke at full speed.
+    pub discrepancy: Option<f64>,
+}
+
+/// What cannot be told from a recommended effect.
+#[derive(Debug, Clone)]
+pub struct Twin {
+    /// The effect that could stand in.
+    pub kind: EffectKind,
+    /// The whole set of effects with it.
+    pub kinds: Vec<EffectKind>,
+    /// How much less likely it is, nats (more likely where it is negative).
+    pub behind: f64,
+    /// Its parameters.
+    pub parameters: Vec<FittedParameter>,
+    /// The valve with it.
+    pub valve: Valve,
+}
+
+/// What cannot be told from a recommended effect, and what would tell.
+#[derive(Debug, Clone)]
+pub struct TwinReport {
+    /// The recommended effect.
+    pub kind: EffectKind,
+    /// The others.
+    pub with: Vec<Twin>,
+    /// What would tell it from the closest.
+    pub experiment: Option<Experiment>,
+}
+
+/// What the last step leaves.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Remainder {
+    /// Size of the model error, as a share of the stroke at full speed.
+    pub discrepancy: f64,
+    /// Its correlation time, s.
+    pub time_s: f64,
+    /// How much more likely it makes the records than noise alone, nats.
+    pub nats: f64,
+    /// Noise multiplier of the position.
+    pub multiplier: f64,
+}
+
+/// The whole answer.
+#[derive(Debug, Clone)]
+pub struct Explanation {
+    /// The verdict.
+    pub verdict: Verdict,
+    /// The effects to add, in the order they were found.
+    pub recommended: Vec<EffectKind>,
+    /// Their parameters.
+    pub parameters: Vec<FittedParameter>,
+    /// The tolerated parameters, refitted with the effects.
+    pub moved: Vec<MovedParameter>,
+    /// What instruments and conditions were found to be off by.
+    pub nuisances: Vec<NuisanceReport>,
+    /// For each recommended effect, what cannot be told from it.
+    pub twins: Vec<TwinReport>,
+    /// Every candidate tried, best first.
+    pub candidates: Vec<CandidateReport>,
+    /// The model sequence.
+    pub steps: Vec<StepReport>,
+    /// Probability that an effect is needed, most likely first.
+    pub inclusion: Vec<(EffectKind, f64)>,
+    /// What the last step leaves.
+    pub remainder: Remainder,
+    /// What sits outside the catalogue.
+    pub outside: Option<Outside>,
+    /// The valve with the recommended effects, everything refitted.
+    pub valve: Valve,
+    /// One standard deviation of a position's noise, m, as it was found.
+    pub noise_m: Option<f64>,
+    /// What else the reader should know.
+    pub notes: Vec<String>,
+    /// Whether the search was cut short.
+    pub interrupted: bool,
+}

@@ -1,0 +1,92 @@
+//! What a model lacks on a campaign: which effects, how large, how sure, what they leave, and what would tell more.
+
+pub mod adopt;
+mod answer;
+pub mod errors;
+pub mod experiment;
+pub mod outside;
+mod report;
+pub mod uncertainty;
+
+use campaign::Campaign;
+use identify::Stop;
+use identify::select::{News, SelectOptions, select};
+use valve_file::ValveFile;
+use valve_model::EffectKind;
+
+use crate::identification::{Catalogue, NuisanceSizes, Subject};
+
+pub use answer::{
+    CandidateReport, Explanation, FittedParameter, MovedParameter, NuisanceReport, Remainder, StepReport, Twin,
+    TwinReport, Verdict,
+};
+
+/// What a search tells while it runs.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Progress {
+    /// A set of effects was fitted.
+    Tried {
+        /// Its effects.
+        kinds: Vec<EffectKind>,
+        /// Sets in this round.
+        of: usize,
+    },
+    /// The search goes on from a set.
+    Reached {
+        /// Its effects.
+        kinds: Vec<EffectKind>,
+        /// Gain of evidence over the calibrated model, nats.
+        gain: f64,
+    },
+    /// Something else is being done.
+    Doing(&'static str),
+}
+
+/// Numbers that steer a diagnosis.
+#[derive(Debug, Clone)]
+pub struct DiagnoseOptions {
+    /// What instruments and conditions may be off by.
+    pub nuisances: NuisanceSizes,
+    /// How effects are searched for.
+    pub select: SelectOptions,
+    /// A model error of this share of the stroke is more than instruments and small laws explain: something else is
+    /// missing.
+    pub outside: f64,
+    /// Alternatives within this evidence of the best cannot be told from it, nats.
+    pub twin: f64,
+    /// An error on what was held out that is good enough for the user, m; nothing to go on to the noise.
+    pub good_enough_m: Option<f64>,
+}
+
+impl Default for DiagnoseOptions {
+    fn default() -> Self {
+        Self {
+            nuisances: NuisanceSizes::default(),
+            select: SelectOptions::default(),
+            outside: 0.01,
+            twin: 5.0,
+            good_enough_m: None,
+        }
+    }
+}
+
+/// Explains what a valve file's model lacks on a campaign; nothing if its strokes cannot be simulated.
+pub fn explain(
+    file: &ValveFile,
+    campaign: &Campaign,
+    options: &DiagnoseOptions,
+    tell: &(dyn Fn(Progress) + Sync),
+    stop: &Stop,
+) -> Option<Explanation> {
+    let subject = Subject::new(file, campaign, &options.nuisances);
+    let kinds = Catalogue::new(&subject, &|_| (), stop).kinds;
+    let of = |set: &[usize]| -> Vec<EffectKind> { set.iter().map(|one| kinds[*one]).collect() };
+    let news = |news: News<'_>| match news {
+        News::Fitted { set, of: count, .. } => tell(Progress::Tried { kinds: of(set), of: count }),
+        News::Reached { set, gain } => tell(Progress::Reached { kinds: of(set), gain }),
+    };
+    let catalogue = Catalogue::new(&subject, &news, stop);
+    tell(Progress::Doing("the calibrated model"));
+    let found = select(&catalogue, &options.select)?;
+    Some(report::assemble(&catalogue, &found, options, tell))
+}

@@ -1,0 +1,360 @@
+//! Where a force or a flow sits that no effect of the catalogue explains, and a formula for it.
+//!
+//! A free-form table (straight lines between knots) along one axis at a time is fitted together with parameters and
+//! nuisances. Those that are most likely name the place; short formulas that start from their shape are then fitted, and
+//! the most likely one that also predicts what was held out becomes a ready custom effect.
+
+use identify::held_out::{folds, held_out};
+use identify::select::{Level, Model};
+use identify::{Fit, FitOptions, fit};
+use rayon::prelude::*;
+use valve_model::custom::{CustomEffect, CustomParameter, CustomTarget, VARIABLE_NAMES, Variables};
+
+use super::DiagnoseOptions;
+use super::errors::{self, Errors};
+use crate::identification::{Catalogue, Setup, ValveProblem};
+use crate::space::Space;
+
+/// Knots of a table.
+const KNOTS: usize = 13;
+
+/// Tables that are followed to formulas.
+const FOLLOWED: usize = 2;
+
+/// Formulas of each table that are fitted to the end.
+const FINISHED: usize = 3;
+
+/// What a table lies along.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Axis {
+    /// What it adds to.
+    pub target: CustomTarget,
+    /// The variable of the formula: "x" or "v" or "p_t".
+    pub variable: &'static str,
+}
+
+const AXES: [Axis; 6] = [
+    Axis { target: CustomTarget::Friction, variable: "x" },
+    Axis { target: CustomTarget::Force, variable: "x" },
+    Axis { target: CustomTarget::Friction, variable: "v" },
+    Axis { target: CustomTarget::PipeFlow, variable: "x" },
+    Axis { target: CustomTarget::ChamberFlow, variable: "x" },
+    Axis { target: CustomTarget::PipeFlow, variable: "t_since_command" },
+];
+
+/// What sits outside the catalogue.
+#[derive(Debug, Clone)]
+pub struct Outside {
+    /// The axis.
+    pub axis: Axis,
+    /// Knots of the table, SI.
+    pub knots: Vec<f64>,
+    /// Values of the table at the knots, N or kg/s.
+    pub values: Vec<f64>,
+    /// One standard deviation of each value.
+    pub sigmas: Vec<f64>,
+    /// The formula as a custom effect.
+    pub effect: CustomEffect,
+    /// One standard deviation of each of its parameters.
+    pub parameter_sigmas: Vec<f64>,
+    /// Gain of evidence over the model without it, nats.
+    pub gain: f64,
+    /// The error with the formula.
+    pub errors: Errors,
+    /// The error with the formula on what was held out.
+    pub held_out: Option<Errors>,
+}
+
+impl Outside {
+    /// The formula at a place along its axis, SI.
+    pub fn formula_at(&self, at: f64) -> f64 {
+        let values = VARIABLE_NAMES.map(|name| match name {
+            name if name == self.axis.variable => at,
+            // A formula along one axis has no other variable.
+            _ => 0.0,
+        });
+        self.effect.formula().evaluate(&Variables { values: values.each_ref() }, &self.effect.operands())
+    }
+}
+
+/// A table or a formula and everything fitted with it.
+struct Tried<'a> {
+    problem: ValveProblem<'a>,
+    fit: Fit,
+}
+
+/// Finds where what is missing sits, on top of a model; nothing where no formula predicts what was held out better.
+pub fn outside<'a>(
+    catalogue: &Catalogue<'a>,
+    best: &Model<ValveProblem<'a>>,
+    options: &DiagnoseOptions,
+) -> Option<Outside> {
+    let setup = catalogue.subject.setup(Level::Low);
+    let space = &best.problem.space;
+    let scales = Scales::new(setup, space, &best.fit.u);
+    let quick = FitOptions { annealed: 3, settled: 1, ..FitOptions::new(setup.groups.clone()) };
+    let tables: Vec<(Axis, Vec<f64>, CustomEffect)> = AXES
+        .iter()
+        .filter(|axis| !(setup.is_driven && axis.target == CustomTarget::PipeFlow))
+        .filter_map(|axis| table(*axis, &scales).map(|(knots, effect)| (*axis, knots, effect)))
+        .collect();
+    let mut fitted: Vec<(Axis, Vec<f64>, Tried<'a>)> = tables
+        .into_par_iter()
+        .filter_map(|(axis, knots, effect)| {
+            Some((axis, knots, tried(catalogue, best, &effect, Level::Low, &best.fit.u, &quick)?))
+        })
+        .collect();
+    fitted.sort_by(|a, b| b.2.fit.log_evidence.total_cmp(&a.2.fit.log_evidence));
+    fitted.truncate(FOLLOWED);
+    let mut found: Option<(f64, Outside)> = None;
+    for (axis, knots, table) in fitted {
+        if catalogue.stop.is_asked() {
+            break;
+        }
+        let (values, sigmas) = own(&table);
+        let mut formulas: Vec<Tried<'a>> = shapes(axis, &knots, &values, &scales)
+            .into_par_iter()
+            .filter_map(|effect| tried(catalogue, best, &effect, Level::Low, &table.fit.u, &quick))
+            .collect();
+        formulas.sort_by(|a, b| b.fit.log_evidence.total_cmp(&a.fit.log_evidence));
+        formulas.truncate(FINISHED);
+        let finished: Vec<Tried<'a>> = formulas
+            .into_par_iter()
+            .filter_map(|one| {
+                let effect = one.problem.space.custom_at(&one.fit.u).pop()?;
+                let options = FitOptions::new(setup.groups.clone());
+                tried(catalogue, best, &effect, Level::High, &one.fit.u, &options)
+            })
+            .collect();
+        for one in finished {
+            let gain = one.fit.log_evidence - best.fit.log_evidence;
+            let held = held_out(&one.problem, &one.fit, &folds(&one.problem)).map(|held| Errors::of(&one.problem, &held.own));
+            let before = errors::left_out(best);
+            let predicts = match (held, before) {
+                (Some(held), Some(before)) => {
+                    held.normalised_rms < (1.0 - options.select.held_out_fall) * before.normalised_rms
+                }
+                _ => true,
+            };
+            if gain < options.select.accept || !predicts || found.as_ref().is_some_and(|(most, _)| *most >= gain) {
+                continue;
+            }
+            let Some(effect) = one.problem.space.custom_at(&one.fit.u).pop() else { continue };
+            let (_, parameter_sigmas) = own(&one);
+            found = Some((
+                gain,
+                Outside {
+                    axis,
+                    knots: knots.clone(),
+                    values: values.clone(),
+                    sigmas: sigmas.clone(),
+                    effect,
+                    parameter_sigmas,
+                    gain,
+                    errors: Errors::of(&one.problem, &one.fit.linear.residual),
+                    held_out: held,
+                },
+            ));
+        }
+    }
+    found.map(|(_, outside)| outside)
+}
+
+/// Fits a custom effect on top of a model; what both have starts at `from`, a point of the model or of one with a custom
+/// effect of its own.
+fn tried<'a>(
+    catalogue: &Catalogue<'a>,
+    best: &Model<ValveProblem<'a>>,
+    effect: &CustomEffect,
+    level: Level,
+    from: &[f64],
+    options: &FitOptions,
+) -> Option<Tried<'a>> {
+    let space = best.problem.space.with_custom(effect);
+    let shared = best.problem.space.coordinates.len();
+    let problem = catalogue.subject.problem(space, level, catalogue.stop);
+    let mut start = problem.start();
+    let nuisances = problem.nuisances.len();
+    start[..shared].copy_from_slice(&from[..shared]);
+    let own = start.len() - nuisances;
+    start[own..].copy_from_slice(&from[from.len() - nuisances..]);
+    let fit = fit(&problem, &start, options)?;
+    Some(Tried { problem, fit })
+}
+
+/// Values and standard deviations of the last custom effect's parameters.
+fn own(tried: &Tried<'_>) -> (Vec<f64>, Vec<f64>) {
+    let space = &tried.problem.space;
+    let Some(effect) = space.custom_at(&tried.fit.u).pop() else { return (Vec::new(), Vec::new()) };
+    let first = space.coordinates.len() - effect.parameters().len();
+    let certainty = super::uncertainty::Certainty::new(&tried.problem, &tried.fit);
+    let values = effect.parameters().iter().map(|parameter| parameter.value).collect();
+    let sigmas = (0..effect.parameters().len())
+        .map(|index| {
+            let coordinate = &space.coordinates[first + index];
+            let variance = certainty.covariance()[(first + index, first + index)].max(0.0);
+            (coordinate.value(1.0) - coordinate.value(0.0)).abs() * variance.sqrt()
+        })
+        .collect();
+    (values, sigmas)
+}
+
+/// Sizes of the valve that tables and formulas are scaled with.
+struct Scales {
+    stroke_m: f64,
+    fastest_m_per_s: f64,
+    longest_s: f64,
+    force_n: f64,
+    flow_kg_per_s: f64,
+}
+
+impl Scales {
+    fn new(setup: &Setup, space: &Space, u: &[f64]) -> Self {
+        let p = space.base_at(u);
+        let weight_n = p.moving_mass_kg * valve_model::params::STANDARD_GRAVITY_M_PER_S2;
+        let spring_n = p.spring_stiffness_n_per_m * (p.stroke_m + p.preload_compression_m);
+        let force_n = spring_n.max(weight_n);
+        let zrt = p.compressibility * p.specific_gas_constant_j_per_kg_k * p.temperature_k;
+        let flow_kg_per_s = 0.685 * p.flow_coefficient * p.solenoid_orifice_area_m2 * p.supply_pressure_pa / zrt.sqrt();
+        let longest_s = setup.units.iter().map(|run| run.run.end_s).fold(1.0, f64::max);
+        Self {
+            stroke_m: p.stroke_m,
+            fastest_m_per_s: 2.0 * p.stroke_m / setup.travel_s,
+            longest_s: 0.6 * longest_s,
+            force_n,
+            flow_kg_per_s,
+        }
+    }
+
+    /// A typical size of what is added to a target.
+    fn size(&self, target: CustomTarget) -> f64 {
+        match target {
+            CustomTarget::Force | CustomTarget::Friction => 0.2 * self.force_n,
+            CustomTarget::PipeFlow | CustomTarget::ChamberFlow => 0.3 * self.flow_kg_per_s,
+        }
+    }
+
+    /// The range of an axis.
+    fn range(&self, variable: &str) -> (f64, f64) {
+        match variable {
+            "x" => (0.0, self.stroke_m),
+            "v" => (-self.fastest_m_per_s, self.fastest_m_per_s),
+            _ => (0.0, self.longest_s),
+        }
+    }
+}
+
+fn unit(target: CustomTarget) -> &'static str {
+    match target {
+        CustomTarget::Force | CustomTarget::Friction => "N",
+        CustomTarget::PipeFlow | CustomTarget::ChamberFlow => "kg/s",
+    }
+}
+
+fn lowest(target: CustomTarget, size: f64) -> f64 {
+    // Friction cannot push.
+    if target == CustomTarget::Friction { 0.0 } else { -size }
+}
+
+/// A table along an axis, all zero.
+fn table(axis: Axis, scales: &Scales) -> Option<(Vec<f64>, CustomEffect)> {
+    let (from, to) = scales.range(axis.variable);
+    let spacing = (to - from) / (KNOTS - 1) as f64;
+    let knots: Vec<f64> = (0..KNOTS).map(|i| from + spacing * i as f64).collect();
+    let size = scales.size(axis.target);
+    let names: Vec<String> = (0..KNOTS).map(|i| format!("k{i}")).collect();
+    let formula = format!("table({}, {from:e}, {to:e}, {})", axis.variable, names.join(", "));
+    let parameters = (0..KNOTS)
+        .map(|i| CustomParameter {
+            name: format!("k{i}"),
+            value: 0.0,
+            lower: lowest(axis.target, size),
+            upper: size,
+            unit: unit(axis.target).into(),
+        })
+        .collect();
+    let effect = CustomEffect::new("unexplained", axis.target, &formula, parameters).ok()?;
+    Some((knots, effect))
+}
+
+/// Formulas whose starting values follow the table.
+fn shapes(axis: Axis, knots: &[f64], values: &[f64], scales: &Scales) -> Vec<CustomEffect> {
+    let z = axis.variable;
+    let size = scales.size(axis.target);
+    let low = lowest(axis.target, size);
+    let (from, to) = (knots[0], knots[knots.len() - 1]);
+    let (width, spacing) = (to - from, knots[1] - knots[0]);
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let floor = sorted[sorted.len() / 3];
+    let peak =
+        (0..values.len()).max_by(|a, b| (values[*a] - floor).abs().total_cmp(&(values[*b] - floor).abs())).unwrap_or(0);
+    let amount = |name: &str, value: f64| CustomParameter {
+        name: name.into(),
+        value: value.clamp(-size, size),
+        lower: -size,
+        upper: size,
+        unit: unit(axis.target).into(),
+    };
+    let level = |value: f64| CustomParameter { lower: low, value: value.clamp(low, size), ..amount("level", value) };
+    let axis_unit = match z {
+        "x" => "m",
+        "v" => "m/s",
+        _ => "s",
+    };
+    let place = |name: &str, value: f64, lower: f64, upper: f64| CustomParameter {
+        name: name.into(),
+        value: value.clamp(lower, upper),
+        lower,
+        upper,
+        unit: axis_unit.into(),
+    };
+    let centre = |value: f64| place("centre", value, from, to);
+    let wide = |value: f64| place("width", value, 0.02 * width, width);
+    let (first, last) = (values[0], values[values.len() - 1]);
+    let rise = values[peak] - floor;
+    let bump = format!("level + height*exp(-(({z} - centre)/width)^2)");
+    let step = format!("level + height/(1 + exp(-({z} - centre)/width))");
+    let slope = (last - first) / width;
+    let mut forms: Vec<(String, Vec<CustomParameter>)> = vec![
+        ("level".into(), vec![level(values.iter().sum::<f64>() / values.len() as f64)]),
+        (format!("level + height*({z} - ({from:e}))/{width:e}"), vec![level(first), amount("height", slope * width)]),
+        (bump.clone(), vec![level(floor), amount("height", rise), centre(knots[peak]), wide(1.2 * spacing)]),
+        (bump, vec![level(floor), amount("height", rise), centre(knots[peak]), wide(2.5 * spacing)]),
+        (step.clone(), vec![level(first), amount("height", last - first), centre(from + 0.5 * width), wide(spacing)]),
+        (step, vec![level(first), amount("height", last - first), centre(from + 0.3 * width), wide(0.5 * spacing)]),
+        (
+            format!("level + height*exp(-({z} - ({from:e}))/width)"),
+            vec![level(last), amount("height", first - last), wide(2.0 * spacing)],
+        ),
+        (
+            format!("level + height*exp(({z} - ({to:e}))/width)"),
+            vec![level(first), amount("height", last - first), wide(2.0 * spacing)],
+        ),
+    ];
+    let wave = format!("level + height*sin(2*3.141592653589793*({z} - centre)/width)");
+    for share in [0.2, 0.35, 0.6] {
+        forms.push((
+            wave.clone(),
+            vec![level(floor), amount("height", rise), centre(knots[peak] - 0.25 * share * width), wide(share * width)],
+        ));
+    }
+    if z == "v" {
+        let damping = CustomParameter {
+            name: "damping".into(),
+            value: 0.1 * size / to.powi(2),
+            lower: 0.0,
+            upper: 20.0 * size / to.powi(2),
+            unit: String::new(),
+        };
+        forms.push(("damping*v^2".into(), vec![damping.clone()]));
+        forms.push(("damping*v^2*max(0, sign(v))".into(), vec![damping.clone()]));
+        forms.push(("damping*v^2*max(0, -sign(v))".into(), vec![damping]));
+        forms.push(("level*max(0, -sign(v))".into(), vec![level(first)]));
+        forms.push(("level*max(0, sign(v))".into(), vec![level(last)]));
+    }
+    forms
+        .into_iter()
+        .filter_map(|(formula, parameters)| CustomEffect::new("unexplained", axis.target, &formula, parameters).ok())
+        .collect()
+}

@@ -1,0 +1,366 @@
+//! The answer, put together from what a search found.
+
+use identify::select::{Level, Model, Selection, left_nats};
+use identify::{FitOptions, Problem, Scope, Smoothness, fit};
+use rayon::prelude::*;
+use valve_model::EffectKind;
+
+use super::answer::{
+    CandidateReport, Explanation, NuisanceReport, Remainder, StepReport, Twin, TwinReport, Verdict,
+};
+use super::errors::{self, Errors};
+use super::experiment::{Hypothesis, best_experiment};
+use super::outside::outside;
+use super::uncertainty::{Certainty, effect_parameters, moved_parameters};
+use super::{DiagnoseOptions, Progress};
+use crate::identification::setup::Kind;
+use crate::identification::{Catalogue, ValveProblem};
+
+/// A group of indistinguishable alternatives larger than this names nothing.
+const LARGEST_GROUP: usize = 4;
+
+/// Models this far behind are judged again under a smoother model error, nats.
+const JUDGED_AGAIN: f64 = 100.0;
+
+/// So many of them.
+const JUDGED_AT_MOST: usize = 4;
+
+/// A nuisance is told where it is this many of its prior standard deviations off.
+const TOLD: f64 = 1.0;
+
+type Fitted<'a> = Model<ValveProblem<'a>>;
+
+pub(super) fn assemble<'a>(
+    catalogue: &Catalogue<'a>,
+    found: &Selection<ValveProblem<'a>>,
+    options: &DiagnoseOptions,
+    tell: &(dyn Fn(Progress) + Sync),
+) -> Explanation {
+    let Some(best) = found.model(found.accepted()) else { unreachable!("the accepted set was fitted") };
+    let recommended = in_order(catalogue, found);
+    let stop = catalogue.stop;
+    let certainty = Certainty::new(&best.problem, &best.fit);
+    let fit_options = FitOptions::new(catalogue.subject.setup(Level::High).groups.clone());
+    let remainder = remainder(best, &fit_options);
+    let mut notes = notes(catalogue);
+    tell(Progress::Doing("what cannot be told apart"));
+    let twins = twins(catalogue, found, best, &recommended, &certainty, options);
+    let is_good_enough = options.good_enough_m.is_some_and(|enough| {
+        errors::left_out(best).and_then(|errors| errors.rmse_m).is_some_and(|rmse| rmse < enough)
+    });
+    let something_is_left = remainder.discrepancy > options.outside
+        && remainder.nats > options.select.accept
+        && !is_good_enough;
+    let mut found_outside = None;
+    if something_is_left && !stop.is_asked() {
+        tell(Progress::Doing("forces and flows without a law"));
+        found_outside = outside(catalogue, best, options);
+    }
+    let interrupted = found.interrupted || stop.is_asked();
+    let group = twins.iter().map(|twin| 1 + twin.with.len()).max().unwrap_or(1);
+    let verdict = match (recommended.is_empty(), something_is_left) {
+        (true, _) if interrupted => Verdict::NotEnoughData,
+        (true, true) => Verdict::OutsideCatalogue,
+        (true, false) => Verdict::Adequate,
+        (false, _) if group > LARGEST_GROUP => Verdict::NotEnoughData,
+        (false, true) => Verdict::PartlyExplained,
+        (false, false) => Verdict::EffectFound,
+    };
+    if interrupted {
+        notes.push("the search was cut short; this is what was known by then".into());
+    }
+    let pulled = moved_parameters(&best.problem, &best.fit, &certainty);
+    Explanation {
+        verdict,
+        parameters: effect_parameters(&best.problem, &best.fit, &certainty, &recommended),
+        nuisances: nuisances(best, &certainty),
+        moved: pulled,
+        twins,
+        candidates: candidates(catalogue, found, options),
+        steps: steps(catalogue, found, &recommended),
+        inclusion: inclusion(catalogue, found),
+        remainder,
+        outside: found_outside,
+        valve: best.problem.space.valve(&best.fit.u).unwrap_or_else(|| unreachable!("a fit visits possible valves")),
+        noise_m: noise_m(best),
+        recommended,
+        notes,
+        interrupted,
+    }
+}
+
+/// The accepted effects, in the order in which they were found.
+fn in_order(catalogue: &Catalogue<'_>, found: &Selection<ValveProblem<'_>>) -> Vec<EffectKind> {
+    let accepted = found.accepted();
+    let mut order: Vec<usize> = Vec::new();
+    for step in &found.steps {
+        order.extend(step.iter().filter(|one| accepted.contains(one) && !order.contains(one)).copied().collect::<Vec<_>>());
+    }
+    // Where the search found several at once, the one that explains most alone comes first.
+    order.sort_by(|a, b| {
+        let alone = |one: usize| found.model(&[one]).map_or(f64::NEG_INFINITY, |model| found.gain(model));
+        alone(*b).total_cmp(&alone(*a))
+    });
+    catalogue.kinds_of(&order)
+}
+
+fn noise_m(best: &Fitted<'_>) -> Option<f64> {
+    let setup = best.problem.setup();
+    let record = setup.units.iter().position(|unit| matches!(unit.kind, Kind::Trace(_)))?;
+    let sigmas = setup.records[record].series[0].rows.iter().map(|row| row.sigma);
+    Some(best.fit.noise.groups[0].multiplier * sigmas.fold(0.0, f64::max))
+}
+
+fn remainder(best: &Fitted<'_>, options: &FitOptions) -> Remainder {
+    let group = best.fit.noise.groups[0];
+    Remainder {
+        discrepancy: group.discrepancy,
+        time_s: group.time_s,
+        nats: left_nats(&best.problem, &best.fit, options),
+        multiplier: group.multiplier,
+    }
+}
+
+fn notes(catalogue: &Catalogue<'_>) -> Vec<String> {
+    let mut notes = Vec::new();
+    if catalogue.subject.tolerances_are_assumed {
+        notes.push(
+            "the valve file has no [tolerance]: friction 50 %, flow areas and volumes 20 % and the spring 5 % were \
+             assumed; state what the datasheet says for a surer answer"
+                .to_owned(),
+        );
+    }
+    let records = &catalogue.subject.setup(Level::High).records;
+    let conditions: Vec<usize> = records.iter().map(|record| record.condition).collect();
+    let mut distinct = conditions.clone();
+    distinct.sort_unstable();
+    distinct.dedup();
+    if distinct.len() == conditions.len() && conditions.len() > 1 {
+        notes.push(
+            "no condition was repeated, so that what differs from stroke to stroke is supposed from what instruments \
+             and conditions usually do; three repeats of one stroke would show it"
+                .to_owned(),
+        );
+    }
+    if distinct.len() == 1 && conditions.len() > 1 {
+        notes.push(
+            "all strokes were made under one condition; other supply pressures would tell far more".to_owned(),
+        );
+    }
+    notes
+}
+
+fn steps(
+    catalogue: &Catalogue<'_>,
+    found: &Selection<ValveProblem<'_>>,
+    recommended: &[EffectKind],
+) -> Vec<StepReport> {
+    let mut steps = Vec::new();
+    let Some(base) = found.model(&[]) else { return steps };
+    if let Some(errors) = errors::at(&base.problem, &base.problem.start()) {
+        steps.push(errors.step("datasheet".into(), None, None));
+    }
+    let mut shown: Vec<EffectKind> = Vec::new();
+    for set in &found.steps {
+        let Some(model) = found.model(set) else { continue };
+        let kinds = catalogue.kinds_of(set);
+        let new: Vec<&str> =
+            recommended.iter().filter(|kind| kinds.contains(kind) && !shown.contains(kind)).map(|kind| kind.id()).collect();
+        let name = if set.is_empty() { "calibrated".to_owned() } else { new.join(" + ") };
+        shown.extend(kinds);
+        let discrepancy = Some(model.fit.noise.groups[0].discrepancy);
+        steps.push(errors::fitted(model).step(name, errors::left_out(model), discrepancy));
+    }
+    steps
+}
+
+/// What instruments and conditions took, those that moved far and those that all records share.
+fn nuisances(best: &Fitted<'_>, certainty: &Certainty) -> Vec<NuisanceReport> {
+    let problem = &best.problem;
+    let first = problem.space.coordinates.len();
+    problem
+        .nuisances
+        .iter()
+        .enumerate()
+        .filter_map(|(place, entry)| {
+            let index = first + place;
+            let u = best.fit.u[index] - entry.coordinate.mean;
+            if u.abs() < TOLD * entry.coordinate.sigma {
+                return None;
+            }
+            let (what, unit) = entry.nuisance.words();
+            let record = match entry.nuisance.scope() {
+                Scope::Record(record) => Some(problem.setup().units[record].name.clone()),
+                Scope::Shared => None,
+            };
+            Some(NuisanceReport {
+                what,
+                record,
+                value: entry.size * best.fit.u[index],
+                sigma: entry.size * certainty.covariance()[(index, index)].max(0.0).sqrt(),
+                prior: entry.size * entry.coordinate.sigma,
+                unit,
+                is_at_bound: best.fit.held[index],
+            })
+        })
+        .collect()
+}
+
+/// The models that were fitted to the end, with their probabilities among each other.
+fn probabilities<'f, 'a>(found: &'f Selection<ValveProblem<'a>>) -> Vec<(&'f Fitted<'a>, f64)> {
+    let fine: Vec<&Fitted<'a>> = found.models.iter().filter(|model| model.level == Level::High).collect();
+    let most = fine.iter().map(|model| model.fit.log_evidence).fold(f64::NEG_INFINITY, f64::max);
+    let weights: Vec<f64> = fine.iter().map(|model| (model.fit.log_evidence - most).exp()).collect();
+    let sum: f64 = weights.iter().sum();
+    fine.into_iter().zip(weights).map(|(model, weight)| (model, weight / sum)).collect()
+}
+
+fn inclusion(catalogue: &Catalogue<'_>, found: &Selection<ValveProblem<'_>>) -> Vec<(EffectKind, f64)> {
+    let all = probabilities(found);
+    let mut inclusion: Vec<(EffectKind, f64)> = catalogue
+        .kinds
+        .iter()
+        .enumerate()
+        .map(|(index, kind)| {
+            (*kind, all.iter().filter(|(model, _)| model.set.contains(&index)).map(|(_, share)| share).sum())
+        })
+        .collect();
+    inclusion.sort_by(|a, b| b.1.total_cmp(&a.1));
+    inclusion
+}
+
+fn candidates(
+    catalogue: &Catalogue<'_>,
+    found: &Selection<ValveProblem<'_>>,
+    options: &DiagnoseOptions,
+) -> Vec<CandidateReport> {
+    let accepted = found.accepted();
+    let base = found.model(&[]);
+    let all = probabilities(found);
+    let accepted_gain = found.model(accepted).map_or(0.0, |model| found.gain(model));
+    let mut sets: Vec<&Fitted<'_>> = Vec::new();
+    for model in found.models.iter().filter(|model| !model.set.is_empty()) {
+        let is_coarse = model.level == Level::Low
+            && found.models.iter().any(|other| other.set == model.set && other.level == Level::High);
+        if !is_coarse {
+            sets.push(model);
+        }
+    }
+    let mut reports: Vec<CandidateReport> = sets
+        .into_par_iter()
+        .map(|model| {
+            let gain = found.gain(model);
+            let kinds = catalogue.kinds_of(&model.set);
+            let errors = errors::fitted(model);
+            let left = errors::left_out(model);
+            let certainty = Certainty::new(&model.problem, &model.fit);
+            let rows: usize = model.problem.records().iter().map(identify::Record::row_count).sum();
+            let added = base.map_or(0, |base| model.fit.u.len() - base.fit.u.len());
+            let whitened = |fitted: &Fitted<'_>| -> f64 {
+                let records = 0..fitted.problem.records().len();
+                records.flat_map(|record| fitted.fit.whitened(&fitted.problem, record)).map(|value| value * value).sum()
+            };
+            let delta_bic = base.map_or(0.0, |base| whitened(model) - whitened(base)) + added as f64 * (rows as f64).ln();
+            let rejected = if model.set == accepted {
+                None
+            } else if accepted.is_empty() {
+                Some(match gain > options.select.accept {
+                    true => "does not lower the error on what was held out".to_owned(),
+                    false => format!("changes the log evidence by {gain:+.1} nats only"),
+                })
+            } else if accepted.iter().all(|one| model.set.contains(one)) {
+                Some("adds too little to be believed".to_owned())
+            } else if model.set.iter().all(|one| accepted.contains(one)) {
+                Some("another effect beside it explains more".to_owned())
+            } else if accepted_gain - gain < options.twin {
+                Some("explains the data as well; these data cannot tell it apart".to_owned())
+            } else {
+                Some(format!("is less likely by {:.0} nats", accepted_gain - gain))
+            };
+            CandidateReport {
+                parameters: effect_parameters(&model.problem, &model.fit, &certainty, &kinds),
+                kinds,
+                gain,
+                probability: all.iter().find(|(one, _)| std::ptr::eq(*one, model)).map(|(_, share)| *share),
+                normalised_rms: errors.normalised_rms,
+                held_out_normalised_rms: left.map(|errors: Errors| errors.normalised_rms),
+                rmse_m: errors.rmse_m,
+                delta_bic,
+                rejected,
+            }
+        })
+        .collect();
+    reports.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    reports
+}
+
+/// For each recommended effect, what could stand in for it: sets with it exchanged that are as likely, under one model
+/// error or the other.
+fn twins(
+    catalogue: &Catalogue<'_>,
+    found: &Selection<ValveProblem<'_>>,
+    best: &Fitted<'_>,
+    recommended: &[EffectKind],
+    certainty: &Certainty,
+    options: &DiagnoseOptions,
+) -> Vec<TwinReport> {
+    let mut rivals: Vec<(&Fitted<'_>, f64)> = found
+        .models
+        .iter()
+        .filter(|model| model.level == Level::High && model.set != best.set && model.set.len() == best.set.len())
+        .map(|model| (model, best.fit.log_evidence - model.fit.log_evidence))
+        .filter(|(_, behind)| *behind < JUDGED_AGAIN)
+        .collect();
+    rivals.sort_by(|a, b| a.1.total_cmp(&b.1));
+    rivals.truncate(JUDGED_AT_MOST);
+    let smooth = |model: &Fitted<'_>| -> Option<f64> {
+        let options = FitOptions {
+            annealed: 0,
+            settled: 3,
+            smoothness: Smoothness::Smooth,
+            ..FitOptions::new(model.problem.setup().groups.clone())
+        };
+        fit(&model.problem, &model.fit.u, &options).map(|fit| fit.log_evidence)
+    };
+    let of_best = if rivals.is_empty() { None } else { smooth(best) };
+    let judged: Vec<(&Fitted<'_>, f64)> = rivals
+        .into_par_iter()
+        .filter_map(|(model, behind)| {
+            if behind < options.twin {
+                return Some((model, behind));
+            }
+            let again = of_best? - smooth(model)?;
+            (again < options.twin).then_some((model, behind))
+        })
+        .collect();
+    let mut reports = Vec::new();
+    for kind in recommended {
+        let with: Vec<Twin> = judged
+            .iter()
+            .filter_map(|(model, behind)| {
+                let kinds = catalogue.kinds_of(&model.set);
+                let new: Vec<EffectKind> = kinds.iter().copied().filter(|one| !recommended.contains(one)).collect();
+                if kinds.contains(kind) || new.len() != 1 {
+                    return None;
+                }
+                let other = Certainty::new(&model.problem, &model.fit);
+                Some(Twin {
+                    kind: new[0],
+                    parameters: effect_parameters(&model.problem, &model.fit, &other, &new),
+                    kinds,
+                    behind: *behind,
+                    valve: model.problem.space.valve(&model.fit.u)?,
+                })
+            })
+            .collect();
+        let experiment = with.first().and_then(|twin| {
+            let (model, _) = judged.iter().find(|(model, _)| catalogue.kinds_of(&model.set) == twin.kinds)?;
+            let one = Hypothesis { space: &best.problem.space, u: &best.fit.u, covariance: certainty.covariance() };
+            let certainty = Certainty::new(&model.problem, &model.fit);
+            let other = Hypothesis { space: &model.problem.space, u: &model.fit.u, covariance: certainty.covariance() };
+            best_experiment(catalogue.subject.setup(Level::High), &one, &other, noise_m(best))
+        });
+        reports.push(TwinReport { kind: *kind, with, experiment });
+    }
+    reports
+}
