@@ -9,7 +9,7 @@ use crate::params::Parameters;
 pub(crate) const BRISTLE_STIFFNESS_N_PER_M: f64 = 2e5;
 
 /// A typical Coulomb force is this share of the largest force on the piston: clearly visible, and nothing sticks.
-const TYPICAL: f64 = 0.0183;
+const TYPICAL: f64 = 0.01828;
 
 /// Stiffnesses with which a typical friction gives by 5 % of the stroke before it slides, and by 1/10,000 of it.
 pub(super) fn bristle_stiffness(valve: &Parameters) -> FitRange {
