@@ -148,6 +148,9 @@ impl Space {
         }
         for index in 0..kind.parameters().len() {
             let target = Target::Effect(slot, index);
+            if kind.parameters()[index].refinement {
+                continue;
+            }
             if space.coordinates.iter().all(|coordinate| coordinate.target != target) {
                 let given = self.effects.get(slot).filter(|effect| effect.kind() == kind);
                 space.coordinates.push(effect_coordinate(kind, index, target, &self.parameters, given));

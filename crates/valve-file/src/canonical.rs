@@ -12,7 +12,8 @@ const CANONICAL_VERSION: u32 = 1;
 impl ValveFile {
     /// Everything that decides a simulated timing, in one deterministic text of full precision:
     /// parameters, orientation, switches, schedule, effects that are not neutral and custom
-    /// formulas. Name, comments, units as written, tolerances, limits, history and the fit bounds
+    /// formulas. What a file may leave out, a parameter or a refinement of an effect, counts where it is not at its
+    /// default. Name, comments, units as written, tolerances, limits, history and the fit bounds
     /// of custom parameters do not count, and neither does the order of the effects.
     #[must_use]
     pub fn canonical_model(&self) -> String {
@@ -22,7 +23,10 @@ impl ValveFile {
             let _ = writeln!(text, "{key} {value:e}");
         };
         for &id in ParameterId::ALL {
-            line(id.key(), self.valve.parameters().get(id));
+            let value = self.valve.parameters().get(id);
+            if id.default_value() != Some(value) {
+                line(id.key(), value);
+            }
         }
         line("switches.closed_at", self.valve.switches().closed_at);
         line("switches.open_at", self.valve.switches().open_at);
@@ -32,7 +36,8 @@ impl ValveFile {
         for &kind in EffectKind::ALL {
             let Some(effect) = self.valve.effects().iter().find(|effect| effect.kind() == kind) else { continue };
             if !effect.is_neutral() {
-                for (parameter, value) in kind.parameters().iter().zip(effect.values()) {
+                let told = kind.parameters().iter().zip(effect.values()).enumerate();
+                for (_, (parameter, value)) in told.filter(|(index, _)| effect.is_told(*index)) {
                     line(&format!("effect.{}.{}", kind.id(), parameter.name), *value);
                 }
             }

@@ -4,6 +4,7 @@ use std::fmt::Write;
 use std::ops::Range;
 
 use checked_toml::{Document, Section};
+use valve_model::ParameterId;
 
 use crate::ValveFileError;
 use crate::effects::identity;
@@ -15,8 +16,8 @@ pub enum Change {
     Parameter {
         /// Its dotted key.
         key: String,
-        /// Its value before, as TOML.
-        was: String,
+        /// Its value before, as TOML; `None` where it was not written.
+        was: Option<String>,
     },
     /// A parameter of an effect got another value.
     EffectParameter {
@@ -67,10 +68,9 @@ impl Change {
     /// The change as an inline table.
     pub(crate) fn to_toml(&self) -> String {
         match self {
-            Self::Parameter { key, was } => format!("{{ key = {}, was = {was} }}", quoted(key)),
+            Self::Parameter { key, was } => format!("{{ key = {}{} }}", quoted(key), before(was.as_deref())),
             Self::EffectParameter { effect, key, was } => {
-                let was = was.as_ref().map_or_else(String::new, |was| format!(", was = {was}"));
-                format!("{{ effect = {}, key = {}{was} }}", quoted(effect), quoted(key))
+                format!("{{ effect = {}, key = {}{} }}", quoted(effect), quoted(key), before(was.as_deref()))
             }
             Self::Added { effect } => format!("{{ added = {} }}", quoted(effect)),
             Self::Removed { text, line } => format!("{{ removed = {}, line = {line} }}", quoted(text)),
@@ -97,8 +97,8 @@ impl Change {
         let key = text("key")?.ok_or_else(|| section.missing("key", "the key that was changed"))?;
         match (text("effect")?, was) {
             (Some(effect), was) => Ok(Self::EffectParameter { effect, key, was }),
-            (None, Some(was)) => Ok(Self::Parameter { key, was }),
-            (None, None) => Err(section.missing("was", "the value before").into()),
+            (None, was) if was.is_some() || may_be_left_out(&key) => Ok(Self::Parameter { key, was }),
+            (None, _) => Err(section.missing("was", "the value before").into()),
         }
     }
 
@@ -108,14 +108,11 @@ impl Change {
             Self::Parameter { key, was } => {
                 let (table, name) = key.split_once('.')?;
                 let span = document.root().section(table).ok()??.value_span(name)?;
-                Some(replaced(document.text(), span, was))
+                Some(put_back(document, span, was.as_deref()))
             }
             Self::EffectParameter { effect, key, was } => {
                 let span = find_effect(document, effect)?.value_span(key)?;
-                Some(match was {
-                    Some(was) => replaced(document.text(), span, was),
-                    None => replaced(document.text(), document.whole_lines(&span), ""),
-                })
+                Some(put_back(document, span, was.as_deref()))
             }
             Self::Added { effect } => {
                 let block = block_of(document, &find_effect(document, effect)?);
@@ -128,6 +125,23 @@ impl Change {
                 Some(replaced(whole, offset..offset, text))
             }
         }
+    }
+}
+
+/// The value before as a pair of the inline table, empty where it was not written.
+fn before(was: Option<&str>) -> String {
+    was.map_or_else(String::new, |was| format!(", was = {was}"))
+}
+
+fn may_be_left_out(key: &str) -> bool {
+    ParameterId::ALL.iter().any(|id| id.key() == key && id.default_value().is_some())
+}
+
+/// The text with the value before in place of the one there; without its line where none was written.
+fn put_back(document: &Document, span: Range<usize>, was: Option<&str>) -> String {
+    match was {
+        Some(was) => replaced(document.text(), span, was),
+        None => replaced(document.text(), document.whole_lines(&span), ""),
     }
 }
 

@@ -74,6 +74,7 @@ fn parameters(root: &Section<'_>) -> Result<Parameters, ValveFileError> {
         spring_stiffness_n_per_m: 0.0,
         preload_compression_m: 0.0,
         contact_stiffness_n_per_m: 0.0,
+        stop_damping_n_s_per_m: 0.0,
         ratio_of_specific_heats: 0.0,
         specific_gas_constant_j_per_kg_k: 0.0,
         compressibility: 0.0,
@@ -94,7 +95,7 @@ fn parameters(root: &Section<'_>) -> Result<Parameters, ValveFileError> {
             ParameterId::SupplyPressure => QuantityKind::Pressure { ambient_pressure_pa: values.ambient_pressure_pa },
             _ => QuantityKind::Si(id.si_unit()),
         };
-        let value = section.quantity(id.name(), kind)?.ok_or_else(|| {
+        let value = section.quantity(id.name(), kind)?.or(id.default_value()).ok_or_else(|| {
             // A misspelt key is the likelier reason than a forgotten one.
             known_keys(&section, id.section()).err().unwrap_or_else(|| section.missing(id.name(), meaning(id)))
         })?;

@@ -1,6 +1,6 @@
 //! Edits that keep the user's units, comments and order.
 
-use checked_toml::Document;
+use checked_toml::{Document, Section};
 use quantity::{Dimension, Quantity, Unit, format_number, format_si, format_si_like};
 use valve_model::custom::CustomEffect;
 use valve_model::effects::{DefaultValue, EffectParameter};
@@ -35,6 +35,13 @@ fn effect_value(si: f64, parameter: &EffectParameter, earlier: Option<&str>) -> 
     }
 }
 
+/// The text with a line at the end of a table.
+fn with_line(document: &Document, section: &Section<'_>, line: &str) -> String {
+    let end = document.whole_lines(&section.span()).end;
+    let gap = if document.text()[..end].ends_with('\n') { "" } else { "\n" };
+    replaced(document.text(), end..end, &format!("{gap}{line}"))
+}
+
 /// The text with another value of one parameter, and the change.
 fn with_value(
     document: &Document,
@@ -45,7 +52,14 @@ fn with_value(
     let root = document.root();
     let missing = || root.missing(id.key(), "a value to change");
     let section = root.section(id.section())?.ok_or_else(missing)?;
-    let span = section.value_span(id.name()).ok_or_else(missing)?;
+    let Some(span) = section.value_span(id.name()) else {
+        if id.default_value().is_none() {
+            return Err(missing().into());
+        }
+        let value = format!("{} {}", format_number(si_value), id.si_unit());
+        let text = with_line(document, &section, &format_line(id.name(), &quoted(value.trim_end())));
+        return Ok((text, Change::Parameter { key: id.key().to_owned(), was: None }));
+    };
     let dimension = Dimension::of_si_unit(id.si_unit()).unwrap_or(Dimension::Pure);
     let earlier = section.text(id.name(), "").ok().flatten();
     let value = match earlier.and_then(|text| Quantity::parse(text, dimension).ok()) {
@@ -53,7 +67,7 @@ fn with_value(
         None => format_number(si_value),
     };
     let was = document.text()[span.clone()].to_owned();
-    Ok((replaced(document.text(), span, &value), Change::Parameter { key: id.key().to_owned(), was }))
+    Ok((replaced(document.text(), span, &value), Change::Parameter { key: id.key().to_owned(), was: Some(was) }))
 }
 
 impl ValveFile {
@@ -133,10 +147,8 @@ impl ValveFile {
                 let was = document.text()[span.clone()].to_owned();
                 (replaced(document.text(), span, &effect_value(value, parameter, earlier)), Some(was))
             } else {
-                let end = document.whole_lines(&section.span()).end;
-                let gap = if document.text()[..end].ends_with('\n') { "" } else { "\n" };
                 let line = format_line(parameter.name, &effect_value(value, parameter, None));
-                (replaced(document.text(), end..end, &format!("{gap}{line}")), None)
+                (with_line(&document, &section, &line), None)
             };
             changes.push(Change::EffectParameter { effect: kind.id().to_owned(), key: parameter.name.to_owned(), was });
             // Half of the values new and half old need not be a possible effect, but it is always TOML.

@@ -13,6 +13,7 @@ pub(crate) fn meaning(id: ParameterId) -> &'static str {
         ParameterId::SpringStiffness => "the stiffness of the spring, such as \"16 kN/m\"",
         ParameterId::PreloadCompression => "the spring's compression with the valve fully open, such as \"36 mm\"",
         ParameterId::ContactStiffness => "the stiffness of the stops, such as \"1 MN/m\"",
+        ParameterId::StopDamping => "the damping of the stops, such as \"800 N s/m\"",
         ParameterId::RatioOfSpecificHeats => "the gas's ratio of specific heats, such as 1.4",
         ParameterId::SpecificGasConstant => "the specific gas constant, such as \"296.8 J/(kg K)\"",
         ParameterId::Compressibility => "the gas's compressibility factor, such as 1.0",

@@ -69,7 +69,7 @@ fn a_calibration_can_be_undone_exactly() {
     assert_eq!((entry.error_before, entry.error_after), (3.25, 1.0));
     assert_eq!(
         entry.changes[0],
-        Change::Parameter { key: "actuator.viscous_friction".into(), was: "'500 N s/m'".into() }
+        Change::Parameter { key: "actuator.viscous_friction".into(), was: Some("'500 N s/m'".into()) }
     );
     assert_eq!(file.reverted().unwrap().text(), VALVE);
     assert!(matches!(read().reverted(), Err(ValveFileError::NothingToRevert { .. })));
@@ -180,4 +180,31 @@ fn writing_is_whole_and_overwrites_only_when_told() {
     assert_eq!(ValveFile::read(&path).unwrap().text(), other.text());
     assert!(read().write(&folder.path().join("no/such/out.toml"), false).is_err());
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+}
+
+#[test]
+fn what_may_be_left_out_is_written_and_undone_and_counts_only_where_it_is_not_the_default() {
+    let bare = read().with_effect(&friction(20.0, 30.0)).unwrap();
+    let damped =
+        bare.with_parameter(ParameterId::StopDamping, 800.0).unwrap().with_history(step("calibrated")).unwrap();
+    assert!(damped.text().contains("contact_stiffness = \"1 MN/m\"\ndamping = \"800 N s/m\"\n\n[gas]"));
+    assert_eq!(damped.valve().parameters().stop_damping_n_s_per_m, 800.0);
+    assert_eq!(damped.reverted().unwrap().text(), VALVE);
+    let refined = |values: [f64; 3]| {
+        let [stiffness, factor, slope] = values.map(Some);
+        let values = [Some(20.0), Some(30.0), None, stiffness, factor, slope];
+        bare.with_effect(&Effect::new(EffectKind::DryFriction, &values).unwrap()).unwrap()
+    };
+    assert_eq!(refined([2e5, 1.0, 0.0]).text(), bare.text());
+    let written = refined([5e5, 1.25, -0.5]);
+    let lines = "bristle_stiffness = \"500000 N/m\"\nopening_factor = 1.25\nposition_slope = -0.5\n";
+    assert!(written.text().contains(lines), "{}", written.text());
+
+    let told = |file: &ValveFile| file.canonical_model();
+    let plain = told(&bare);
+    assert!(!plain.contains("stops.damping") && !plain.contains("bristle") && !plain.contains("opening_factor"));
+    assert!(told(&damped).contains("stops.damping 8e2\n"));
+    assert!(told(&written).contains("effect.dry-friction.bristle_stiffness 5e5\n"));
+    let spelt = VALVE.replacen("[gas]", "damping = \"0 N s/m\"\n\n[gas]", 1);
+    assert_eq!(told(&ValveFile::parse(&spelt, "v.toml").unwrap()), told(&read()));
 }

@@ -66,7 +66,7 @@ fn effects_of_the_catalogue_are_read_with_their_defaults() {
     ));
     let effects = file.valve().effects();
     assert_eq!(effects[0].kind(), EffectKind::DryFriction);
-    assert_eq!(effects[0].values(), [25.0, 25.0, 0.01]);
+    assert_eq!(file.valve().effects()[0].values(), [25.0, 25.0, 0.01, 2e5, 1.0, 0.0]);
     assert!(effects[1].is_neutral());
     assert_eq!(effects[2].values(), [2.0 * 6894.757]);
     assert_eq!(effects[3].values(), [0.3]);
@@ -140,6 +140,17 @@ fn impossible_values_are_refused_with_file_and_line() {
     assert!(
         refusal_with("[actuator]", "[actuator]\norientation = \"sideways\"").contains("v.toml:5: actuator.orientation")
     );
+}
+
+#[test]
+fn a_valve_may_have_no_spring_and_damped_stops() {
+    let text = VALVE.replacen("12 kN/m", "0 N/m", 1).replacen("\"spring.stiffness\" = 0.02\n", "", 1);
+    let text = text.replacen("\"1 MN/m\"", "\"1 MN/m\"\ndamping = \"0.5 kN s/m\"", 1);
+    let parameters = read(&text).valve().parameters().clone();
+    assert_eq!((parameters.spring_stiffness_n_per_m, parameters.stop_damping_n_s_per_m), (0.0, 500.0));
+    assert_eq!(read(VALVE).valve().parameters().stop_damping_n_s_per_m, 0.0);
+    assert!(refusal_with("12 kN/m", "-1 N/m").contains("spring.stiffness is -1 N/m, expected a value of 0 or more"));
+    assert!(refusal(&text.replacen("0.5 kN s/m", "-1 N s/m", 1)).contains("v.toml:17: stops.damping is -1 N s/m"));
 }
 
 #[test]

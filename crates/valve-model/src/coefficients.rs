@@ -2,7 +2,7 @@
 
 use crate::conditions::Conditions;
 use crate::custom::CustomEffect;
-use crate::effects::{Effect, EffectKind};
+use crate::effects::{BRISTLE_STIFFNESS_N_PER_M, Effect, EffectKind};
 use crate::orifice::{Blend, OrificeLaw};
 use crate::params::{Parameters, STANDARD_GRAVITY_M_PER_S2, Valve};
 use crate::real::Real;
@@ -10,11 +10,8 @@ use crate::real::Real;
 /// No blend needs to be narrower than this.
 pub(crate) const NARROWEST_BLEND: f64 = 1e-5;
 
-/// Stiffness of the friction bristles: elastomer seals give by a tenth of a millimetre before they
-/// slide (some 100 N over 0.5 mm), which shows in a recorded stroke.
-const BRISTLE_STIFFNESS_N_PER_M: f64 = 2e5;
-
-/// Damping of the friction bristles.
+/// Damping of friction bristles of the usual stiffness; it grows as its root, so that the piston rings on stiff
+/// ones no longer than on soft ones.
 const BRISTLE_DAMPING_N_S_PER_M: f64 = 250.0;
 
 /// Bound of the rates that catalogue effects bring in, 1/s: sliding bristles, gas at the walls and
@@ -45,6 +42,10 @@ pub struct Terms {
     pub friction: bool,
     /// Static friction above the Coulomb friction.
     pub stribeck: bool,
+    /// Friction that depends on the direction or on the position.
+    pub uneven: bool,
+    /// Stops with a damping of their own.
+    pub stop_damping: bool,
     /// Gas temperatures as states.
     pub heating: bool,
     /// Supply line pressure as a state.
@@ -170,6 +171,8 @@ coefficients! {
     weight,
     /// Stop stiffness, N/m.
     contact,
+    /// Stop damping, N s/m.
+    stop_damping,
     /// Ambient pressure, Pa.
     ambient,
     /// Supply pressure, Pa.
@@ -234,6 +237,14 @@ coefficients! {
     inverse_stribeck,
     /// Seal friction per pressure, m².
     seal,
+    /// Dry friction while opening over that while closing.
+    dry_opening,
+    /// Seal friction while opening over that while closing.
+    seal_opening,
+    /// What dry friction is multiplied by at the closed stop.
+    dry_closed,
+    /// By how much that rises with the position, 1/m.
+    dry_slope,
     /// Stiffness of the friction bristles, N/m.
     bristle_stiffness,
     /// Their damping, N s/m.
@@ -280,6 +291,10 @@ impl Equations {
             viscous: p.viscous_friction_n_s_per_m,
             weight: p.moving_mass_kg * STANDARD_GRAVITY_M_PER_S2 * p.orientation.closing_share(),
             contact: p.contact_stiffness_n_per_m,
+            // Beyond critical damping a stop is dead as well, and only harder to follow.
+            stop_damping: p
+                .stop_damping_n_s_per_m
+                .min(2.0 * libm::sqrt(p.contact_stiffness_n_per_m * p.moving_mass_kg)),
             ambient: p.ambient_pressure_pa,
             supply: conditions.supply_pressure_pa,
             exhaust: p.ambient_pressure_pa,
@@ -312,17 +327,27 @@ impl Equations {
             static_excess: 0.0,
             inverse_stribeck: 0.0,
             seal: 0.0,
-            bristle_stiffness: BRISTLE_STIFFNESS_N_PER_M,
-            bristle_damping: BRISTLE_DAMPING_N_S_PER_M,
+            dry_opening: 1.0,
+            seal_opening: 1.0,
+            dry_closed: 1.0,
+            dry_slope: 0.0,
+            bristle_stiffness: f64::INFINITY,
+            bristle_damping: 0.0,
             quickest: roughness(step_s) / FASTEST_PER_S,
             law: OrificeLaw::ideal_nozzle(p.ratio_of_specific_heats),
             port_blend: Blend::new(NARROWEST_BLEND),
             blend: Blend::new(NARROWEST_BLEND),
             line_blend: Blend::new(NARROWEST_BLEND),
         };
+        terms.stop_damping = p.stop_damping_n_s_per_m > 0.0;
+        terms.forces |= terms.stop_damping;
         for effect in valve.effects().iter().filter(|effect| !effect.is_neutral()) {
             add_effect(&mut c, &mut terms, effect, p, orifice);
         }
+        if c.bristle_stiffness.is_infinite() {
+            c.bristle_stiffness = BRISTLE_STIFFNESS_N_PER_M;
+        }
+        c.bristle_damping = BRISTLE_DAMPING_N_S_PER_M * libm::sqrt(c.bristle_stiffness / BRISTLE_STIFFNESS_N_PER_M);
         for effect in valve.custom() {
             terms.custom = true;
             terms.friction |= effect.target() == crate::custom::CustomTarget::Friction;
@@ -358,10 +383,19 @@ fn add_effect(
             c.coulomb = values[0];
             c.static_excess = values[1] - values[0];
             c.inverse_stribeck = scale(values[2]);
+            // Frictions side by side share their bristles.
+            c.bristle_stiffness = c.bristle_stiffness.min(values[3]);
+            terms.uneven |= values[4] != 1.0 || values[5] != 0.0;
+            c.dry_opening = values[4];
+            c.dry_closed = 1.0 - 0.5 * values[5];
+            c.dry_slope = values[5] / p.stroke_m;
         }
         EffectKind::SealFriction => {
             terms.friction = true;
             c.seal = values[0];
+            c.bristle_stiffness = c.bristle_stiffness.min(values[1]);
+            terms.uneven |= values[2] != 1.0;
+            c.seal_opening = values[2];
         }
         EffectKind::ProgressiveSpring => {
             terms.forces = true;

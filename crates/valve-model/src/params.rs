@@ -123,12 +123,15 @@ parameters! {
     dead_volume_m3, DeadVolume, "actuator", "dead_volume", "m3", Positive;
     /// Viscous friction r, N s/m.
     viscous_friction_n_s_per_m, ViscousFriction, "actuator", "viscous_friction", "N s/m", NonNegative;
-    /// Spring stiffness k, N/m.
-    spring_stiffness_n_per_m, SpringStiffness, "spring", "stiffness", "N/m", Positive;
+    /// Spring stiffness k, N/m; 0 without a spring.
+    spring_stiffness_n_per_m, SpringStiffness, "spring", "stiffness", "N/m", NonNegative;
     /// Spring compression with the valve fully open x0, m.
     preload_compression_m, PreloadCompression, "spring", "preload_compression", "m", NonNegative;
     /// Stiffness of the stops k_c, N/m.
     contact_stiffness_n_per_m, ContactStiffness, "stops", "contact_stiffness", "N/m", Positive;
+    /// Damping of the stops, N s/m: acts on a piston inside a stop, which never holds it back. More than that of a
+    /// piston that comes to rest without a rebound, 2 sqrt(k_c m), acts as that.
+    stop_damping_n_s_per_m, StopDamping, "stops", "damping", "N s/m", NonNegative;
     /// Ratio of specific heats gamma.
     ratio_of_specific_heats, RatioOfSpecificHeats, "gas", "ratio_of_specific_heats", "", AboveOne;
     /// Specific gas constant R, J/(kg K).
@@ -149,6 +152,15 @@ parameters! {
     solenoid_orifice_area_m2, SolenoidOrificeArea, "pneumatics", "solenoid_orifice_area", "m2", Positive;
     /// Geometric orifice area of the cylinder port A_port, m².
     port_orifice_area_m2, PortOrificeArea, "pneumatics", "port_orifice_area", "m2", Positive;
+}
+
+impl ParameterId {
+    /// What stands in for a parameter that a valve file may leave out, SI; nothing where it must be given. A file
+    /// that leaves it out is as if there were no such parameter.
+    #[must_use]
+    pub fn default_value(self) -> Option<f64> {
+        (self == Self::StopDamping).then_some(0.0)
+    }
 }
 
 /// When the commands of one cycle are given, s from its start.

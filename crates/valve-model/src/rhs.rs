@@ -300,7 +300,7 @@ impl<'a, R: Real> System<'a, R> {
             inverse_mass = R::splat(1.0) / c.mass.max(damping * c.quickest);
         }
         if self.has::<GROUPS>(groups::FRICTION) {
-            let (friction, bristle) = self.friction(state, self.coulomb(chamber, custom.friction));
+            let (friction, bristle) = self.friction(state, chamber, custom.friction);
             net = net - friction;
             bristle_rate = bristle;
         }
@@ -404,33 +404,36 @@ impl<'a, R: Real> System<'a, R> {
     /// Coulomb, static and Stribeck friction. At rest the bristles hold up to g(0). The rate at which a
     /// sliding bristle settles is bounded, far above anything that a stroke shows.
     #[inline(always)]
-    fn friction(&self, state: &State<R>, coulomb: R) -> (R, R) {
+    fn friction(&self, state: &State<R>, chamber: R, custom: R) -> (R, R) {
         let c = &self.coefficients;
-        let g = self.sliding(state, coulomb);
+        let g = self.sliding(state, chamber, custom);
         let grip = c.bristle_stiffness * state.v.abs();
         let settling = grip * c.quickest;
         let rate = state.v.mul_add(g, -(grip * state.bristle)) / g.max(settling).max(R::splat(LEAST_FRICTION_N));
         (c.bristle_stiffness.mul_add(state.bristle, c.bristle_damping * rate), rate)
     }
 
-    /// The friction of steady sliding at the velocity at hand, N.
+    /// The friction of steady sliding, N: that of guides, of seals and of custom effects.
     #[inline(always)]
-    fn sliding(&self, state: &State<R>, coulomb: R) -> R {
+    fn sliding(&self, state: &State<R>, chamber: R, custom: R) -> R {
         let c = &self.coefficients;
+        let (zero, one) = (R::splat(0.0), R::splat(1.0));
+        let pressing = (chamber - c.ambient).max(zero);
+        // The share of the static friction's excess that is left at the velocity at hand (Stribeck).
+        let mut slow = zero;
         if self.terms.stribeck {
             let ratio = state.v * c.inverse_stribeck;
-            return c.static_excess.mul_add((ratio * ratio).exp_of_negative(), coulomb);
+            slow = (ratio * ratio).exp_of_negative();
         }
-        coulomb
-    }
-
-    /// The friction while moving fast, N: that of guides, of seals and of custom effects.
-    #[inline(always)]
-    fn coulomb(&self, chamber: R, custom: R) -> R {
-        let c = &self.coefficients;
-        let zero = R::splat(0.0);
-        let sealing = c.seal.mul_add((chamber - c.ambient).max(zero), c.coulomb);
-        sealing + custom.max(zero)
+        if self.terms.uneven {
+            let dry_way = zero.select_lt(state.v, c.dry_opening, one);
+            let seal_way = zero.select_lt(state.v, c.seal_opening, one);
+            let place = c.dry_slope.mul_add(state.x, c.dry_closed).max(zero);
+            let dry = c.static_excess.mul_add(slow, c.coulomb) * dry_way;
+            return dry.mul_add(place, c.seal * pressing * seal_way) + custom.max(zero);
+        }
+        let coulomb = c.seal.mul_add(pressing, c.coulomb) + custom.max(zero);
+        if self.terms.stribeck { c.static_excess.mul_add(slow, coulomb) } else { coulomb }
     }
 
     /// The friction of steady sliding at a state, N, by its size.
@@ -441,7 +444,7 @@ impl<'a, R: Real> System<'a, R> {
         } else {
             R::splat(0.0)
         };
-        self.sliding(state, self.coulomb(chamber.pa, custom))
+        self.sliding(state, chamber.pa, custom)
     }
 
     /// Cushions, seat adhesion and process force, N; and the damping of the cushions, N s/m.
@@ -461,7 +464,24 @@ impl<'a, R: Real> System<'a, R> {
             c.process * shut
         };
         let damping = closing + opening;
-        ((-damping).mul_add(state.v, process - adhesion), damping)
+        let mut force = (-damping).mul_add(state.v, process - adhesion);
+        if self.terms.stop_damping {
+            force = force + self.stop_damping(state);
+        }
+        (force, damping)
+    }
+
+    /// The damping of the stops, N: on a piston inside a stop, and with no more than the stop presses where it
+    /// would hold the piston back.
+    #[inline(always)]
+    fn stop_damping(&self, state: &State<R>) -> R {
+        let c = &self.coefficients;
+        let zero = R::splat(0.0);
+        let braking = -(c.stop_damping * state.v);
+        let (closed, open) = (c.contact * state.x, c.contact * (state.x - c.stroke));
+        let at_closed = state.x.select_lt(zero, braking.max(closed), zero);
+        let at_open = c.stroke.select_lt(state.x, braking.min(open), zero);
+        at_closed + at_open
     }
 
     /// Energy balances of pipe and chamber (Carneiro and Almeida 2006, eq. 3), as rates of temperature.

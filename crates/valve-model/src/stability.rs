@@ -84,7 +84,7 @@ impl Equations {
     }
 
     /// What bounds a step of at most `step_s`.
-    fn demands(&self, flows: &FlowRates, step_s: f64) -> [Demand; 11] {
+    fn demands(&self, flows: &FlowRates, step_s: f64) -> [Demand; 12] {
         let (c, volumes, terms) = (&self.coefficients, &self.volumes, self.terms);
         let swing = |stiffness: f64| libm::sqrt(stiffness * c.inverse_mass);
         let decay = |damping: f64| damping * c.inverse_mass;
@@ -103,7 +103,10 @@ impl Equations {
         let gas_spring = c.supply * c.piston_area * c.piston_area / volumes.dead;
         let cushion = cause(ParameterId::DeadVolume, volumes.dead, -0.5, "a larger moving mass");
         let effect = |key, value, unit, power| Cause { key, value, unit, power, instead: "none of it" };
-        let bristles = effect("effect.dry-friction.bristle_stiffness", c.bristle_stiffness, "N/m", 0.5);
+        let sealed = c.seal > 0.0 && c.coulomb == 0.0;
+        let key =
+            if sealed { "effect.seal-friction.bristle_stiffness" } else { "effect.dry-friction.bristle_stiffness" };
+        let bristles = effect(key, c.bristle_stiffness, "N/m", 0.5);
         let adhesion = effect("effect.seat-adhesion.reach", 1.0 / c.adhesion_inverse_reach, "m", -0.5);
         let line = effect("effect.supply-droop.line_volume", c.zrt / c.line_gain, "m3", -1.0);
         let other =
@@ -111,6 +114,7 @@ impl Equations {
         [
             other(true, decay(c.viscous), braked),
             other(true, swing(c.contact), stop),
+            other(terms.stop_damping, decay(c.viscous + c.stop_damping), stop),
             other(true, swing(gas_spring), cushion),
             other(terms.forces, swing(c.contact + c.adhesion * c.adhesion_inverse_reach), adhesion),
             other(terms.friction, swing(c.contact + c.bristle_stiffness), bristles),

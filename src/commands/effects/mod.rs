@@ -114,9 +114,10 @@ impl Shown {
     }
 
     fn sizes(&self) -> String {
-        let values = self.effect.values().iter().zip(self.effect.kind().parameters());
+        let values = self.effect.values().iter().zip(self.effect.kind().parameters()).enumerate();
         let texts: Vec<String> = values
-            .map(|(value, parameter)| {
+            .filter(|(index, _)| self.effect.is_told(*index))
+            .map(|(_, (value, parameter))| {
                 format!("{} = {} {}", parameter.name, format_number(rounded(*value)), parameter.si_unit)
                     .trim_end()
                     .to_owned()

@@ -1,6 +1,6 @@
 //! Back pressure: the exhaust ends above atmosphere.
 
-use super::{ActsOn, DefaultValue, EffectInfo, EffectParameter, FitRange};
+use super::{ActsOn, DefaultValue, EffectInfo, EffectParameter, FitRange, scales};
 
 pub(super) const INFO: EffectInfo = EffectInfo {
     id: "back-pressure",
@@ -16,9 +16,10 @@ pub(super) const INFO: EffectInfo = EffectInfo {
         si_unit: "Pa",
         meaning: "exhaust pressure above atmosphere, p_b (gauge)",
         default: DefaultValue::Required,
+        refinement: false,
         range: |valve| {
-            let span = valve.supply_pressure_pa - valve.ambient_pressure_pa;
-            FitRange { lower: 0.0, typical: 0.015 * span, upper: 0.4 * span }
+            let span = scales::gauge_pa(valve);
+            FitRange { lower: 0.0, typical: scales::modest_back_pressure_pa(valve, 0.015), upper: 0.4 * span }
         },
     }],
     neutral: 0.0,

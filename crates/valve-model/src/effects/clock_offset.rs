@@ -1,6 +1,6 @@
 //! Clock offset: measurement and command are stamped by different clocks.
 
-use super::{ActsOn, DefaultValue, EffectInfo, EffectParameter, fixed};
+use super::{ActsOn, DefaultValue, EffectInfo, EffectParameter, FitRange, scales};
 
 pub(super) const INFO: EffectInfo = EffectInfo {
     id: "clock-offset",
@@ -16,7 +16,11 @@ pub(super) const INFO: EffectInfo = EffectInfo {
         si_unit: "s",
         meaning: "what is added to the true time",
         default: DefaultValue::Required,
-        range: |_| fixed(-0.5, 0.015, 0.5),
+        refinement: false,
+        range: |valve| {
+            let range = scales::delay(valve, 0.015, 0.5);
+            FitRange { lower: -range.upper, ..range }
+        },
     }],
     neutral: 0.0,
 };

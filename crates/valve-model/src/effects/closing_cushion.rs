@@ -1,6 +1,6 @@
 //! Cushion at the closed end: damping that grows towards the stop.
 
-use super::{ActsOn, DefaultValue, EffectInfo, EffectParameter, FitRange};
+use super::{ActsOn, DefaultValue, EffectInfo, EffectParameter, FitRange, scales};
 
 pub(super) const INFO: EffectInfo = EffectInfo {
     id: "closing-cushion",
@@ -17,9 +17,10 @@ pub(super) const INFO: EffectInfo = EffectInfo {
             si_unit: "N s/m",
             meaning: "damping at the stop, c",
             default: DefaultValue::Required,
+            refinement: false,
             range: |valve| {
-                let scale = valve.viscous_friction_n_s_per_m.max(valve.moving_mass_kg * 100.0);
-                FitRange { lower: 0.0, typical: 3.0 * scale, upper: 300.0 * scale }
+                let scale = scales::force_n(valve) / scales::speed_m_per_s(valve);
+                FitRange { lower: 0.0, typical: 0.0165 * scale, upper: 1.65 * scale }
             },
         },
         EffectParameter {
@@ -27,6 +28,7 @@ pub(super) const INFO: EffectInfo = EffectInfo {
             si_unit: "m",
             meaning: "distance from the stop over which it acts, l",
             default: DefaultValue::Value(4e-3),
+            refinement: false,
             range: |valve| FitRange {
                 lower: 0.01 * valve.stroke_m,
                 typical: 0.16 * valve.stroke_m,

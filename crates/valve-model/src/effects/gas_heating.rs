@@ -1,7 +1,7 @@
 //! Gas heating: the gas warms when compressed and cools when it expands,
 //! and exchanges heat with the walls.
 
-use super::{ActsOn, DefaultValue, EffectInfo, EffectParameter, fixed};
+use super::{ActsOn, DefaultValue, EffectInfo, EffectParameter, FitRange, scales};
 
 pub(super) const INFO: EffectInfo = EffectInfo {
     id: "gas-heating",
@@ -17,7 +17,14 @@ pub(super) const INFO: EffectInfo = EffectInfo {
         si_unit: "W/K",
         meaning: "heat flow to the walls per kelvin, the same for pipe and chamber, h",
         default: DefaultValue::Required,
-        range: |_| fixed(1e-3, 0.5, 1e4),
+        refinement: false,
+        // Warms the gas of a whole stroke in about the time that the stroke takes; 500 times slower, 20,000 times faster.
+        range: |valve| {
+            let capacity =
+                scales::gas_kg(valve) * valve.specific_gas_constant_j_per_kg_k / (valve.ratio_of_specific_heats - 1.0);
+            let scale = 1.09 * capacity / scales::stroke_time_s(valve);
+            FitRange { lower: 0.002 * scale, typical: scale, upper: 2e4 * scale }
+        },
     }],
     neutral: f64::INFINITY,
 };

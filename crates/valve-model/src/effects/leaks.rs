@@ -13,6 +13,7 @@ const AREA: EffectParameter = EffectParameter {
     si_unit: "m2",
     meaning: "geometric area of the leak",
     default: DefaultValue::Required,
+    refinement: false,
     range,
 };
 

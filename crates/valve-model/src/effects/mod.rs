@@ -14,6 +14,7 @@ mod opening_cushion;
 mod orifice_law;
 mod process_force;
 mod progressive_spring;
+mod scales;
 mod seal_friction;
 mod seat_adhesion;
 mod sensor_lag;
@@ -23,8 +24,10 @@ mod vent_restriction;
 
 use crate::params::{ParameterError, Parameters};
 
+pub(crate) use dry_friction::BRISTLE_STIFFNESS_N_PER_M;
+
 /// The largest number of parameters that an effect has.
-pub const MAX_EFFECT_PARAMETERS: usize = 3;
+pub const MAX_EFFECT_PARAMETERS: usize = 6;
 
 macro_rules! catalogue {
     ($( $kind:ident => $info:expr; )*) => {
@@ -99,6 +102,9 @@ pub struct EffectParameter {
     pub meaning: &'static str,
     /// What stands in for it where it is left out.
     pub default: DefaultValue,
+    /// A refinement stays at its default unless somebody asks for it: a search does not move it, and a valve file
+    /// that does not mention it is as if there were no such parameter. Its typical value is its default.
+    pub refinement: bool,
     /// Where to look for it on a given valve.
     pub range: fn(&Parameters) -> FitRange,
 }
@@ -203,6 +209,14 @@ impl Effect {
         &self.values[..self.kind.parameters().len()]
     }
 
+    /// The value of each refinement that is not at its default is part of what the effect is; the others need not
+    /// be mentioned. Whether the parameter with this index must be.
+    #[must_use]
+    pub fn is_told(&self, index: usize) -> bool {
+        let parameter = &self.kind.parameters()[index];
+        !parameter.refinement || parameter.default != DefaultValue::Value(self.values[index])
+    }
+
     /// Whether it changes nothing.
     #[must_use]
     pub fn is_neutral(&self) -> bool {
@@ -245,27 +259,21 @@ impl Effect {
                 error(1, "at least the Coulomb force; leave it out for the same")
             }
             EffectKind::DryFriction if values[2] <= 0.0 => error(2, "more than 0"),
+            EffectKind::DryFriction if values[3] <= 0.0 => error(3, "more than 0"),
+            EffectKind::DryFriction if values[5].abs() > 2.0 => error(5, "between -2 and 2"),
+            EffectKind::DryFriction => (values[0] >= 0.0 && values[4] >= 0.0)
+                .then_some(())
+                .map_or_else(|| error(if values[0] < 0.0 { 0 } else { 4 }, "0 or more"), Ok),
             EffectKind::ClosingCushion | EffectKind::OpeningCushion | EffectKind::SeatAdhesion if values[1] <= 0.0 => {
                 error(1, "more than 0")
             }
-            EffectKind::SupplyDroop if values[1] <= 0.0 => error(1, "more than 0"),
+            EffectKind::SupplyDroop | EffectKind::SealFriction if values[1] <= 0.0 => error(1, "more than 0"),
             _ => match values.iter().position(|value| *value < 0.0) {
                 Some(index) => error(index, "0 or more"),
                 None => Ok(()),
             },
         }
     }
-}
-
-/// The spring force with the valve closed, N: the scale of every force on the piston.
-fn spring_force_n(parameters: &Parameters) -> f64 {
-    parameters.spring_stiffness_n_per_m * (parameters.stroke_m + parameters.preload_compression_m)
-}
-
-/// The choked flow through the solenoid at the valve's supply pressure, kg/s (diatomic gas): the scale of every flow.
-fn choked_flow_kg_per_s(parameters: &Parameters) -> f64 {
-    0.685 * parameters.flow_coefficient * parameters.solenoid_orifice_area_m2 * parameters.supply_pressure_pa
-        / libm::sqrt(parameters.specific_gas_constant_j_per_kg_k * parameters.temperature_k)
 }
 
 const fn fixed(lower: f64, typical: f64, upper: f64) -> FitRange {

@@ -17,6 +17,7 @@ pub(super) const INFO: EffectInfo = EffectInfo {
         si_unit: "",
         meaning: "pressure ratio below which the flow is choked, b",
         default: DefaultValue::Required,
+        refinement: false,
         range: |_| fixed(0.02, 0.35, 0.9),
     }],
     // There is no value at which the law turns into that of the ideal nozzle; leaving it out does.

@@ -1,6 +1,6 @@
 //! Process force: the line pressure pushes on the plug.
 
-use super::{ActsOn, DefaultValue, EffectInfo, EffectParameter, FitRange, fixed, spring_force_n};
+use super::{ActsOn, DefaultValue, EffectInfo, EffectParameter, FitRange, fixed, scales};
 
 pub(super) const INFO: EffectInfo = EffectInfo {
     id: "process-force",
@@ -17,10 +17,11 @@ pub(super) const INFO: EffectInfo = EffectInfo {
             si_unit: "N",
             meaning: "force on the closed plug, F_0",
             default: DefaultValue::Required,
+            refinement: false,
             range: |valve| FitRange {
-                lower: -spring_force_n(valve),
-                typical: 0.06 * spring_force_n(valve),
-                upper: spring_force_n(valve),
+                lower: -0.61 * scales::force_n(valve),
+                typical: scales::modest_force_n(valve, 0.0366),
+                upper: 0.61 * scales::force_n(valve),
             },
         },
         EffectParameter {
@@ -28,6 +29,7 @@ pub(super) const INFO: EffectInfo = EffectInfo {
             si_unit: "",
             meaning: "how fast it fades as the valve opens, n",
             default: DefaultValue::Value(1.0),
+            refinement: false,
             range: |_| fixed(0.3, 1.0, 8.0),
         },
     ],

@@ -16,6 +16,7 @@ pub(super) const INFO: EffectInfo = EffectInfo {
         si_unit: "",
         meaning: "relative gain of spring force over the stroke, beta",
         default: DefaultValue::Required,
+        refinement: false,
         range: |_| fixed(-0.5, 0.04, 1.0),
     }],
     neutral: 0.0,

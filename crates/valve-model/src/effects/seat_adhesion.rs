@@ -1,6 +1,6 @@
 //! Seat adhesion: the plug sticks to its seat.
 
-use super::{ActsOn, DefaultValue, EffectInfo, EffectParameter, FitRange, spring_force_n};
+use super::{ActsOn, DefaultValue, EffectInfo, EffectParameter, FitRange, scales};
 
 pub(super) const INFO: EffectInfo = EffectInfo {
     id: "seat-adhesion",
@@ -17,13 +17,19 @@ pub(super) const INFO: EffectInfo = EffectInfo {
             si_unit: "N",
             meaning: "force that holds the plug on its seat, F_b",
             default: DefaultValue::Required,
-            range: |valve| FitRange { lower: 0.0, typical: 0.05 * spring_force_n(valve), upper: spring_force_n(valve) },
+            refinement: false,
+            range: |valve| FitRange {
+                lower: 0.0,
+                typical: scales::modest_at_seat_n(valve, 0.0305),
+                upper: 0.61 * scales::force_n(valve),
+            },
         },
         EffectParameter {
             name: "reach",
             si_unit: "m",
             meaning: "distance from the seat over which it acts, d",
             default: DefaultValue::Value(0.3e-3),
+            refinement: false,
             range: |valve| FitRange {
                 lower: 0.002 * valve.stroke_m,
                 typical: 0.012 * valve.stroke_m,

@@ -1,6 +1,6 @@
 //! Sensor lag: a slow position sensor; no physics of the valve.
 
-use super::{ActsOn, DefaultValue, EffectInfo, EffectParameter, fixed};
+use super::{ActsOn, DefaultValue, EffectInfo, EffectParameter, scales};
 
 pub(super) const INFO: EffectInfo = EffectInfo {
     id: "sensor-lag",
@@ -16,7 +16,8 @@ pub(super) const INFO: EffectInfo = EffectInfo {
         si_unit: "s",
         meaning: "time constant of the sensor",
         default: DefaultValue::Required,
-        range: |_| fixed(0.0, 0.015, 0.5),
+        refinement: false,
+        range: |valve| scales::delay(valve, 0.015, 0.5),
     }],
     neutral: 0.0,
 };

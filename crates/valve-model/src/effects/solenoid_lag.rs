@@ -1,6 +1,6 @@
 //! Solenoid lag: the spool answers late and takes time to travel.
 
-use super::{ActsOn, DefaultValue, EffectInfo, EffectParameter, fixed};
+use super::{ActsOn, DefaultValue, EffectInfo, EffectParameter, scales};
 
 pub(super) const INFO: EffectInfo = EffectInfo {
     id: "solenoid-lag",
@@ -17,21 +17,24 @@ pub(super) const INFO: EffectInfo = EffectInfo {
             si_unit: "s",
             meaning: "dead time after the command to close",
             default: DefaultValue::Value(0.0),
-            range: |_| fixed(0.0, 0.02, 1.0),
+            refinement: false,
+            range: |valve| scales::delay(valve, 0.02, 1.0),
         },
         EffectParameter {
             name: "deenergise_delay",
             si_unit: "s",
             meaning: "dead time after the command to open",
             default: DefaultValue::Value(0.0),
-            range: |_| fixed(0.0, 0.02, 1.0),
+            refinement: false,
+            range: |valve| scales::delay(valve, 0.02, 1.0),
         },
         EffectParameter {
             name: "travel_time",
             si_unit: "s",
             meaning: "time of a full travel of the spool",
             default: DefaultValue::Value(0.0),
-            range: |_| fixed(0.0, 0.02, 1.0),
+            refinement: false,
+            range: |valve| scales::delay(valve, 0.02, 1.0),
         },
     ],
     neutral: 0.0,

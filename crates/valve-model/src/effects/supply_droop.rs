@@ -1,6 +1,6 @@
 //! Supply droop: the line before the solenoid resists the flow.
 
-use super::{ActsOn, DefaultValue, EffectInfo, EffectParameter, FitRange, choked_flow_kg_per_s, fixed};
+use super::{ActsOn, DefaultValue, EffectInfo, EffectParameter, FitRange, scales};
 
 pub(super) const INFO: EffectInfo = EffectInfo {
     id: "supply-droop",
@@ -17,8 +17,9 @@ pub(super) const INFO: EffectInfo = EffectInfo {
             si_unit: "Pa s/kg",
             meaning: "pressure drop per mass flow, R_d",
             default: DefaultValue::Required,
+            refinement: false,
             range: |valve| {
-                let scale = valve.supply_pressure_pa / choked_flow_kg_per_s(valve);
+                let scale = valve.supply_pressure_pa / scales::flow_kg_per_s(valve);
                 FitRange { lower: 0.0, typical: 0.04 * scale, upper: 2.0 * scale }
             },
         },
@@ -27,7 +28,11 @@ pub(super) const INFO: EffectInfo = EffectInfo {
             si_unit: "m3",
             meaning: "volume between resistance and solenoid, V",
             default: DefaultValue::Value(20e-6),
-            range: |_| fixed(1e-6, 20e-6, 2e-3),
+            refinement: false,
+            range: |valve| {
+                let scale = scales::volume_m3(valve);
+                FitRange { lower: 0.0067 * scale, typical: 0.134 * scale, upper: 13.4 * scale }
+            },
         },
     ],
     neutral: 0.0,

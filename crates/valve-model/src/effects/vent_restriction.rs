@@ -16,6 +16,7 @@ pub(super) const INFO: EffectInfo = EffectInfo {
         si_unit: "",
         meaning: "vent area over fill area",
         default: DefaultValue::Required,
+        refinement: false,
         range: |_| fixed(0.05, 0.92, 1.0),
     }],
     neutral: 1.0,

@@ -19,6 +19,7 @@ pub fn testbed() -> Parameters {
         spring_stiffness_n_per_m: 16e3,
         preload_compression_m: 36e-3,
         contact_stiffness_n_per_m: 1e6,
+        stop_damping_n_s_per_m: 0.0,
         ratio_of_specific_heats: 1.4,
         specific_gas_constant_j_per_kg_k: 296.8,
         compressibility: 1.0,
