@@ -1,20 +1,33 @@
 //! Which column holds which channel, and how its numbers become SI.
 
 use checked_toml::{QuantityKind, Section, TomlFileError};
+use column_source::{ColumnSource, Heading};
 use quantity::{Dimension, Reference, Unit, suggest};
 
-use crate::csv_text::CsvText;
 use crate::error::{DataError, DataProblem};
 use crate::warning::Doubt;
 
-/// The channels of a trace and what they measure.
-pub(crate) const CHANNELS: [(&str, Dimension); 6] = [
+/// A channel's name and what it measures.
+pub(crate) type Channel = (&'static str, Dimension);
+
+/// The channels of a trace.
+pub(crate) const CHANNELS: [Channel; 6] = [
     ("time", Dimension::Time),
     ("command", Dimension::Pure),
     ("position", Dimension::Length),
     ("chamber_pressure", Dimension::Pressure),
     ("pipe_pressure", Dimension::Pressure),
     ("supply_pressure", Dimension::Pressure),
+];
+
+/// The columns of stroke times.
+pub(crate) const TIMING_CHANNELS: [Channel; 6] = [
+    ("close_time", Dimension::Time),
+    ("open_time", Dimension::Time),
+    ("supply_pressure", Dimension::Pressure),
+    ("temperature", Dimension::Temperature),
+    ("leak_to_atmosphere", Dimension::Area),
+    ("leak_from_supply", Dimension::Area),
 ];
 
 /// What `[columns]` says of one channel.
@@ -48,12 +61,12 @@ impl Column {
     }
 }
 
-/// Reads `[columns]`.
-pub(crate) fn read_mappings(root: &Section<'_>) -> Result<Vec<Mapping>, TomlFileError> {
-    let Some(columns) = root.section("columns")? else { return Ok(Vec::new()) };
-    columns.allow_only(&CHANNELS.map(|(name, _)| name))?;
+/// Reads the table `columns` of `parent`.
+pub(crate) fn read_mappings(parent: &Section<'_>, channels: &[Channel]) -> Result<Vec<Mapping>, TomlFileError> {
+    let Some(columns) = parent.section("columns")? else { return Ok(Vec::new()) };
+    columns.allow_only(&channels.iter().map(|(name, _)| *name).collect::<Vec<_>>())?;
     let mut mappings = Vec::new();
-    for (channel, dimension) in CHANNELS {
+    for &(channel, dimension) in channels {
         if !columns.has(channel) {
             continue;
         }
@@ -75,6 +88,7 @@ pub(crate) fn read_mappings(root: &Section<'_>) -> Result<Vec<Mapping>, TomlFile
             }
             let kind = match dimension {
                 Dimension::Pressure => QuantityKind::PressureDifference,
+                Dimension::Temperature => QuantityKind::TemperatureDifference,
                 _ => QuantityKind::Si(dimension.si_unit()),
             };
             mapping.offset = table.quantity("offset", kind)?;
@@ -97,59 +111,83 @@ fn unit(table: &Section<'_>, text: &str, dimension: Dimension) -> Result<Unit, T
     }
 }
 
-/// The names a channel's column goes by when `[columns]` does not name it: the channel with a unit at its end.
-fn unit_in_name(header: &str, channel: &str, dimension: Dimension) -> Option<&'static str> {
-    let header = header.to_ascii_lowercase();
-    let rest = header.strip_prefix(channel)?;
-    if dimension == Dimension::Pure {
-        return rest.is_empty().then_some("");
+/// The unit behind the last underscore of a name, in any case: "position_mm", "T_DEGC".
+fn unit_at_end(name: &str, dimension: Dimension) -> Option<Unit> {
+    let (_, end) = name.rsplit_once('_')?;
+    let known = dimension.unit_ignoring_case(end);
+    // Bare psi and bar are none of the usual units, and must not be overlooked either.
+    let bare =
+        ["psi", "bar"].into_iter().find(|unit| dimension == Dimension::Pressure && unit.eq_ignore_ascii_case(end));
+    Unit::parse(known.or(bare)?).ok()
+}
+
+/// Whether a heading is a channel's own name, with its unit behind it: "position_mm", "Chamber pressure (kPa)".
+fn is_channel(heading: &Heading, channel: &str, dimension: Dimension) -> bool {
+    let name = heading.bare().to_ascii_lowercase().replace(' ', "_");
+    if name == channel {
+        return dimension == Dimension::Pure || heading.unit.is_some();
     }
-    dimension.unit_ignoring_case(rest.strip_prefix('_')?)
+    dimension != Dimension::Pure
+        && name.strip_prefix(channel).is_some_and(|rest| rest.rfind('_') == Some(0))
+        && unit_at_end(&name, dimension).is_some()
 }
 
 /// Finds a channel's column; `None` where the file has none.
 pub(crate) fn find(
-    csv: &CsvText<'_>,
-    channel: &str,
-    dimension: Dimension,
+    source: &dyn ColumnSource,
+    (channel, dimension): Channel,
     mapping: Option<&Mapping>,
     ambient_pressure_pa: f64,
 ) -> Result<Option<(Column, Option<Doubt>)>, DataError> {
     let empty = Mapping::default();
     let mapping = mapping.unwrap_or(&empty);
-    let (index, named_unit) = if let Some(name) = &mapping.name {
-        let found = csv.headers.iter().position(|header| header == name);
-        let index = found.ok_or_else(|| missing(csv, name, "the name given in [columns]"))?;
-        (index, unit_in_name(name, channel, dimension))
-    } else {
-        let mut found = csv
-            .headers
-            .iter()
-            .enumerate()
-            .filter_map(|(index, header)| unit_in_name(header, channel, dimension).map(|unit| (index, unit)));
-        let Some((index, unit)) = found.next() else { return Ok(None) };
-        if let Some((second, _)) = found.next() {
-            let (first, second) = (csv.headers[index].clone(), csv.headers[second].clone());
-            let problem = DataProblem::TwoColumns { channel: channel.to_owned(), first, second };
-            return Err(csv.error(csv.header_line(), problem));
-        }
-        (index, Some(unit))
+    let headings = source.headings();
+    let found: Vec<usize> = match &mapping.name {
+        None => (0..headings.len()).filter(|index| is_channel(&headings[*index], channel, dimension)).collect(),
+        Some(name) => named(headings, name),
     };
-    let named_unit = named_unit.and_then(|unit| Unit::parse(unit).ok());
+    let error = |problem| DataError::new(source.file(), source.header_line(), problem);
+    let index = match (found[..].first(), found.get(1)) {
+        (Some(index), None) => *index,
+        (Some(first), Some(second)) => {
+            let (first, second) = (headings[*first].name.clone(), headings[*second].name.clone());
+            return Err(error(DataProblem::TwoColumns { channel: channel.to_owned(), first, second }));
+        }
+        (None, _) => {
+            let Some(name) = &mapping.name else { return Ok(None) };
+            return Err(missing(source, name, "the name given in [columns]"));
+        }
+    };
+    let heading = &headings[index];
+    let own = heading.unit.clone().filter(|_| dimension != Dimension::Pure);
+    let own = own.or_else(|| unit_at_end(heading.bare(), dimension));
     // A channel that is named without any unit is in that of the usual column (position_mm and so on).
     let usual = || Unit::parse(usual_unit(dimension)).ok();
-    let Some(unit) = mapping.unit.clone().or(named_unit).or_else(usual) else { return Ok(None) };
+    let Some(unit) = mapping.unit.clone().or(own).or_else(usual) else { return Ok(None) };
+    let (column, written) = (heading.name.clone(), unit.text().to_owned());
+    if !unit.measures(dimension) {
+        return Err(error(DataProblem::WrongUnit { column, unit: written, expected: dimension.expectation() }));
+    }
+    if unit.reference() == Reference::Ambiguous {
+        return Err(error(DataProblem::AmbiguousUnit { column, unit: written, channel: channel.to_owned() }));
+    }
     let gauge = unit.reference() == Reference::Gauge;
     let scale = mapping.scale.unwrap_or(1.0);
     let zero = unit.to_si(0.0) + if gauge { ambient_pressure_pa } else { 0.0 };
-    let column =
-        Column { index, factor: scale * unit.difference_to_si(1.0), offset: zero + mapping.offset.unwrap_or(0.0) };
-    let doubt = gauge.then(|| Doubt::GaugeColumn {
-        column: csv.headers[index].clone(),
-        unit: unit.text().to_owned(),
-        ambient_kpa: ambient_pressure_pa / 1e3,
-    });
-    Ok(Some((column, doubt)))
+    let offset = zero + mapping.offset.unwrap_or(0.0);
+    let doubt = gauge.then_some(Doubt::GaugeColumn { column, unit: written, ambient_kpa: ambient_pressure_pa / 1e3 });
+    Ok(Some((Column { index, factor: scale * unit.difference_to_si(1.0), offset }, doubt)))
+}
+
+/// The columns of this name: as it is written, else without the unit behind it, else in any case.
+fn named(headings: &[Heading], name: &str) -> Vec<usize> {
+    let ways: [&dyn Fn(&Heading) -> bool; 3] =
+        [&|heading| heading.name == name, &|heading| heading.bare() == name, &|heading| {
+            heading.name.to_lowercase() == name.to_lowercase() || heading.bare().to_lowercase() == name.to_lowercase()
+        }];
+    let all =
+        |way: &dyn Fn(&Heading) -> bool| (0..headings.len()).filter(|index| way(&headings[*index])).collect::<Vec<_>>();
+    ways.into_iter().map(all).find(|found| !found.is_empty()).unwrap_or_default()
 }
 
 fn usual_unit(dimension: Dimension) -> &'static str {
@@ -161,20 +199,21 @@ fn usual_unit(dimension: Dimension) -> &'static str {
 }
 
 /// The refusal of a file that lacks a column.
-pub(crate) fn missing(csv: &CsvText<'_>, column: &str, expected: &str) -> DataError {
-    let hint = suggest::did_you_mean(column, csv.headers.iter().map(String::as_str));
+pub(crate) fn missing(source: &dyn ColumnSource, column: &str, expected: &str) -> DataError {
+    let hint = suggest::did_you_mean(column, source.headings().iter().map(|heading| heading.name.as_str()));
     let problem = DataProblem::MissingColumn {
         column: format!("\"{column}\"{hint}"),
         expected: expected.to_owned(),
-        found: csv.headers.iter().map(|header| format!("\"{header}\"")).collect::<Vec<_>>().join(", "),
+        found: source.headings().iter().map(|heading| format!("\"{}\"", heading.name)).collect::<Vec<_>>().join(", "),
     };
-    csv.error(csv.header_line(), problem)
+    DataError::new(source.file(), source.header_line(), problem)
 }
 
 /// Columns that are not read but look like one of these.
-pub(crate) fn look_alikes(csv: &CsvText<'_>, read: &[usize], known: &[&str]) -> Vec<Doubt> {
+pub(crate) fn look_alikes(source: &dyn ColumnSource, read: &[usize], known: &[&str]) -> Vec<Doubt> {
     let mut doubts = Vec::new();
-    for (index, header) in csv.headers.iter().enumerate() {
+    for (index, heading) in source.headings().iter().enumerate() {
+        let header = &heading.name;
         if !read.contains(&index)
             && let Some(known) = suggest::nearest(header, known.iter().copied())
         {

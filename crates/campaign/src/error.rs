@@ -1,6 +1,7 @@
 //! What makes a campaign unusable.
 
 use checked_toml::TomlFileError;
+use column_source::{RecordError, RecordProblem};
 
 /// A campaign that was refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -31,6 +32,12 @@ impl DataError {
     }
 }
 
+impl From<RecordError> for DataError {
+    fn from(error: RecordError) -> Self {
+        Self { file: error.file, line: error.line, problem: Box::new(error.problem.into()) }
+    }
+}
+
 /// What is wrong with a CSV file, and what would be right.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum DataProblem {
@@ -42,9 +49,9 @@ pub enum DataProblem {
         /// The line of the campaign file.
         named_in_line: usize,
     },
-    /// No header.
-    #[error("the file is empty; expected a header and at least one row")]
-    Empty,
+    /// Not a table of numbers.
+    #[error(transparent)]
+    Record(#[from] RecordProblem),
     /// A header and too few rows.
     #[error("has {rows} usable rows; expected at least {expected}")]
     TooFewRows {
@@ -52,17 +59,6 @@ pub enum DataProblem {
         rows: usize,
         /// How many are needed.
         expected: usize,
-    },
-    /// Bytes that are not text.
-    #[error("is not UTF-8 text; save the file as UTF-8 CSV")]
-    NotText,
-    /// A line no recorder writes.
-    #[error("a line of {bytes} bytes; expected lines of at most {most} bytes")]
-    LongLine {
-        /// Its length.
-        bytes: usize,
-        /// The longest that is read.
-        most: usize,
     },
     /// A column that must be there is not.
     #[error("has no column {column}; expected {expected}; found {found}")]
@@ -84,21 +80,28 @@ pub enum DataProblem {
         /// The other.
         second: String,
     },
-    /// A row of another length than the header.
-    #[error("has {found} fields; expected {expected} as in the header")]
-    RowLength {
-        /// Fields of the row.
-        found: usize,
-        /// Fields of the header.
-        expected: usize,
-    },
-    /// Text where a number should be.
-    #[error("column \"{column}\": \"{found}\" is not a number; expected a number, or nothing for a gap")]
-    NotANumber {
+    /// A unit of another kind of quantity.
+    #[error("column \"{column}\" is in {unit}; expected {expected}: was the right column named?")]
+    WrongUnit {
         /// The column.
         column: String,
-        /// What stands there.
-        found: String,
+        /// Its unit.
+        unit: String,
+        /// What would be right.
+        expected: String,
+    },
+    /// A unit of pressure that could be gauge or absolute.
+    #[error(
+        "column \"{column}\" is in {unit}, which does not say from where it counts; give it its unit in [columns], \
+         {channel} = {{ name = \"{column}\", unit = \"{unit}a\" }} (absolute) or \"{unit}g\" (gauge)"
+    )]
+    AmbiguousUnit {
+        /// The column.
+        column: String,
+        /// Its unit.
+        unit: String,
+        /// The channel.
+        channel: String,
     },
     /// A number that makes no sense in its column.
     #[error("column \"{column}\": {found}; expected {expected}")]

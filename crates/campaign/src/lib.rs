@@ -10,7 +10,6 @@
 
 mod columns;
 mod conditions;
-mod csv_text;
 mod error;
 mod noise;
 mod outliers;

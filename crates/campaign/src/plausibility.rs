@@ -33,9 +33,8 @@ pub(crate) fn check(
     let error = |line, problem| Err(DataError::new(file, line, problem));
     let first_line = read.lines.first().copied().unwrap_or(read.header_line);
     let mut warn = |line, doubt| warnings.push(Warning { file: file.to_owned(), line, doubt });
-    for doubt in &read.doubts {
-        let line = if let Doubt::Outliers { line, .. } = doubt { *line } else { read.header_line };
-        warn(line, doubt.clone());
+    for (line, doubt) in &read.doubts {
+        warn(*line, doubt.clone());
     }
     let Some((lowest_m, highest_m)) = range(&trace.position_m) else {
         let problem = DataProblem::NoReadings { column: read.position_column.clone(), channel: "position".into() };

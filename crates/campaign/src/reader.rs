@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use checked_toml::{Document, QuantityKind, Section, TomlFileError};
+use column_source::NoticeKind;
 
-use crate::columns::{self, Mapping};
+use crate::columns::{self, CHANNELS, Mapping, TIMING_CHANNELS};
 use crate::conditions::{self, CONDITION_KEYS};
 use crate::error::{CampaignError, DataError, DataProblem};
 use crate::trace::{self, CommandFrom, TraceFormat};
@@ -40,7 +41,7 @@ impl Campaign {
             file_name,
             valve,
             load,
-            mappings: columns::read_mappings(&root)?,
+            mappings: columns::read_mappings(&root, &CHANNELS)?,
             command_from: trace::read_command_from(&root, valve)?,
             inputs: read_inputs(&root)?,
         };
@@ -131,7 +132,19 @@ impl Reader<'_> {
         let format =
             TraceFormat { mappings: &self.mappings, command_from: self.command_from.as_ref(), valve: self.valve };
         let read = trace::read(&bytes, &shown, &format)?;
-        plausibility::check(&read, &shown, self.valve, &mut campaign.warnings)?;
+        let mut warnings = Vec::new();
+        plausibility::check(&read, &shown, self.valve, &mut warnings)?;
+        // Files of one recorder are written alike: that is said once.
+        let told = |warning: &Warning| {
+            let Doubt::Read(kind) = &warning.doubt else { return false };
+            let alike = |other: &Warning| match &other.doubt {
+                Doubt::Read(other) => std::mem::discriminant(other) == std::mem::discriminant(kind),
+                _ => false,
+            };
+            *kind != NoticeKind::CutRow && campaign.warnings.iter().any(alike)
+        };
+        warnings.retain(|warning| !told(warning));
+        campaign.warnings.append(&mut warnings);
         let trace = read.trace;
         for (wanted, present, column) in [
             (self.inputs.pipe_pressure, trace.pipe_pressure_pa.is_some(), "pipe_pressure_kpa"),
@@ -157,11 +170,12 @@ impl Reader<'_> {
     }
 
     fn timings(&self, section: &Section<'_>, campaign: &mut Campaign) -> Result<(), CampaignError> {
-        section.allow_only(&["file"])?;
+        section.allow_only(&["file", "columns"])?;
+        let mappings = columns::read_mappings(section, &TIMING_CHANNELS)?;
         let expected = "the path of a CSV file";
         let file = section.text("file", expected)?.ok_or_else(|| section.missing("file", expected))?;
         let (bytes, shown) = self.load(section, file)?;
-        campaign.timings = timings::read(&bytes, &shown, self.valve, &mut campaign.warnings)?;
+        campaign.timings = timings::read(&bytes, &shown, &mappings, self.valve, &mut campaign.warnings)?;
         campaign.warnings.extend(timing_doubts::find(&campaign.timings, &shown));
         campaign.timings_file = Some(shown);
         Ok(())

@@ -1,11 +1,9 @@
 //! Stroke times that were written down without a trace.
 
-use csv::ByteRecord;
-use quantity::Dimension;
+use column_source::{ColumnSource, Comments, TextSource};
 
-use crate::columns::{self, Column};
+use crate::columns::{self, Column, Mapping, TIMING_CHANNELS};
 use crate::conditions;
-use crate::csv_text::CsvText;
 use crate::error::{DataError, DataProblem};
 use crate::types::{RunConditions, TimingRow, ValveFacts};
 use crate::warning::{Doubt, Warning};
@@ -23,31 +21,29 @@ const KNOWN: [&str; 6] = [
 pub(crate) fn read(
     bytes: &[u8],
     file: &str,
+    mappings: &[Mapping],
     valve: &ValveFacts,
     warnings: &mut Vec<Warning>,
 ) -> Result<Vec<TimingRow>, DataError> {
-    let mut csv = CsvText::new(bytes, file)?;
-    let find = |channel: &str, dimension: Dimension| {
+    let mut source = TextSource::new(bytes, file, Comments::WhereNoNames)?;
+    let mut found = [None; TIMING_CHANNELS.len()];
+    for (channel, slot) in TIMING_CHANNELS.into_iter().zip(&mut found) {
+        let mapping = mappings.iter().find(|mapping| mapping.channel == channel.0);
         // A gauge supply pressure is the usual one here and needs no warning.
-        let found = columns::find(&csv, channel, dimension, None, valve.ambient_pressure_pa)?;
-        Ok::<_, DataError>(found.map(|(column, _)| column))
-    };
-    let time = |channel: &str, usual: &str| {
-        find(channel, Dimension::Time)?.ok_or_else(|| {
-            columns::missing(
-                &csv,
-                usual,
-                &format!("{usual} or {channel}_ms; an empty field where the valve did not get there"),
-            )
+        *slot = columns::find(&source, channel, mapping, valve.ambient_pressure_pa)?.map(|(column, _)| column);
+    }
+    let [close, open, supply, temperature, to_atmosphere, from_supply] = found;
+    let needed = |column: Option<Column>, channel: &str| {
+        column.ok_or_else(|| {
+            let usual = format!("{channel}_s");
+            let expected = format!(
+                "{usual}, {channel}_ms, or its name in [timings.columns]; an empty field where the valve did not get there"
+            );
+            columns::missing(&source, &usual, &expected)
         })
     };
-    let close = time("close_time", "close_time_s")?;
-    let open = time("open_time", "open_time_s")?;
-    let supply = find("supply_pressure", Dimension::Pressure)?;
-    let temperature = find("temperature", Dimension::Temperature)?;
-    let to_atmosphere = find("leak_to_atmosphere", Dimension::Area)?;
-    let from_supply = find("leak_from_supply", Dimension::Area)?;
-    let header_line = csv.header_line();
+    let (close, open) = (needed(close, "close_time")?, needed(open, "open_time")?);
+    let header_line = source.header_line();
     let mut warn = |doubt| warnings.push(Warning { file: file.to_owned(), line: header_line, doubt });
     if supply.is_none() {
         warn(Doubt::SupplyAssumed { assumed_kpa: valve.supply_pressure_pa / 1e3 });
@@ -55,20 +51,18 @@ pub(crate) fn read(
     if temperature.is_none() {
         warn(Doubt::TemperatureAssumed { assumed_k: valve.temperature_k });
     }
-    let read = [Some(close), Some(open), supply, temperature, to_atmosphere, from_supply];
-    let indices: Vec<usize> = read.iter().flatten().map(|column| column.index).collect();
-    columns::look_alikes(&csv, &indices, &KNOWN).into_iter().for_each(warn);
+    let indices: Vec<usize> = found.iter().flatten().map(|column| column.index).collect();
+    columns::look_alikes(&source, &indices, &KNOWN).into_iter().for_each(warn);
 
     let mut rows = Vec::new();
     let mut far: Vec<(usize, Doubt)> = Vec::new();
-    let mut row = ByteRecord::new();
-    while let Some(line) = csv.next_row(&mut row)? {
+    while let Some(line) = source.next_row()? {
+        let error = |problem| DataError::new(file, line, problem);
+        let name = |column: Column| source.headings()[column.index].name.clone();
         let or = |column: Option<Column>, missing: f64| match column {
             None => Ok(missing),
-            Some(column) => match csv.number(&row, column.index, line)? {
-                number if number.is_nan() => {
-                    Err(csv.error(line, DataProblem::EmptyCondition { column: csv.headers[column.index].clone() }))
-                }
+            Some(column) => match source.number(column.index)? {
+                number if number.is_nan() => Err(error(DataProblem::EmptyCondition { column: name(column) })),
                 number => Ok::<_, DataError>(column.to_si(number)),
             },
         };
@@ -80,7 +74,7 @@ pub(crate) fn read(
         };
         if let Some((key, found, expected)) = conditions::fault(&conditions, valve.ambient_pressure_pa) {
             let problem = DataProblem::ImpossibleCondition { key: key.to_owned(), found, expected };
-            return Err(csv.error(line, problem));
+            return Err(error(problem));
         }
         for doubt in conditions::far(&conditions, valve) {
             // Each kind once is enough.
@@ -89,21 +83,22 @@ pub(crate) fn read(
                 far.push((line, doubt));
             }
         }
-        let stroke_time = |column: Column| match column.to_si(csv.number(&row, column.index, line)?) {
+        let stroke_time = |column: Column| match column.to_si(source.number(column.index)?) {
             time_s if time_s.is_nan() => Ok(None),
             time_s if time_s >= 0.0 => Ok(Some(time_s)),
             time_s => {
-                let column = csv.headers[column.index].clone();
+                let column = name(column);
                 let expected = "a stroke time of 0 s or more, or nothing where the valve did not get there".into();
-                Err(csv.error(line, DataProblem::ImpossibleNumber { column, found: time_s, expected }))
+                Err(error(DataProblem::ImpossibleNumber { column, found: time_s, expected }))
             }
         };
         let (close_time_s, open_time_s) = (stroke_time(close)?, stroke_time(open)?);
         rows.push(TimingRow { line, conditions, close_time_s, open_time_s });
     }
     if rows.is_empty() {
-        return Err(csv.error(header_line, DataProblem::TooFewRows { rows: 0, expected: 1 }));
+        return Err(DataError::new(file, header_line, DataProblem::TooFewRows { rows: 0, expected: 1 }));
     }
-    warnings.extend(far.into_iter().map(|(line, doubt)| Warning { file: file.to_owned(), line, doubt }));
+    let notices = source.notices().iter().map(|notice| (notice.line, Doubt::Read(notice.kind.clone())));
+    warnings.extend(notices.chain(far).map(|(line, doubt)| Warning { file: file.to_owned(), line, doubt }));
     Ok(rows)
 }

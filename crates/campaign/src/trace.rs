@@ -1,11 +1,10 @@
 //! From a CSV text to a trace and its command edges.
 
 use checked_toml::{QuantityKind, Section, TomlFileError};
-use csv::ByteRecord;
+use column_source::{Clock, ColumnSource, Comments, TextSource};
 use quantity::Dimension;
 
 use crate::columns::{self, CHANNELS, Column, Mapping};
-use crate::csv_text::CsvText;
 use crate::error::{DataError, DataProblem};
 use crate::outliers;
 use crate::types::{CommandEdge, Outlier, Trace, ValveFacts};
@@ -40,7 +39,8 @@ pub(crate) struct ReadTrace {
     pub lines: Vec<usize>,
     pub header_line: usize,
     pub position_column: String,
-    pub doubts: Vec<Doubt>,
+    /// What looks wrong, with its line.
+    pub doubts: Vec<(usize, Doubt)>,
 }
 
 /// Reads `command_from`.
@@ -83,50 +83,76 @@ struct Columns {
     pressures: [Option<Column>; 3],
 }
 
-fn find_columns(csv: &CsvText<'_>, format: &TraceFormat<'_>) -> Result<(Columns, Vec<Doubt>), DataError> {
+fn find_columns(source: &dyn ColumnSource, format: &TraceFormat<'_>) -> Result<(Columns, Vec<Doubt>), DataError> {
     let mut doubts = Vec::new();
-    let mut find = |channel: &str| {
+    let mut find = |channel: &'static str| {
         let dimension = CHANNELS.iter().find(|(name, _)| *name == channel).map_or(Dimension::Pure, |(_, found)| *found);
         let mapping = format.mappings.iter().find(|mapping| mapping.channel == channel);
-        let found = columns::find(csv, channel, dimension, mapping, format.valve.ambient_pressure_pa)?;
+        let ambient_pa = format.valve.ambient_pressure_pa;
+        let found = columns::find(source, (channel, dimension), mapping, ambient_pa)?;
         Ok::<_, DataError>(found.map(|(column, doubt)| {
             doubts.extend(doubt);
             column
         }))
     };
     let hint = "or its name in [columns]";
-    let time = find("time")?.ok_or_else(|| columns::missing(csv, "time_s", &format!("time_s, time_ms, {hint}")))?;
+    let time = find("time")?.ok_or_else(|| columns::missing(source, "time_s", &format!("time_s, time_ms, {hint}")))?;
     let position = find("position")?
-        .ok_or_else(|| columns::missing(csv, "position_mm", &format!("position_mm, position_in, {hint}")))?;
+        .ok_or_else(|| columns::missing(source, "position_mm", &format!("position_mm, position_in, {hint}")))?;
     let command = match format.command_from {
         None => find("command")?.ok_or_else(|| {
             let hint =
                 "command (0 open, 1 close), its name in [columns], or command_from with a channel and a threshold";
-            columns::missing(csv, "command", hint)
+            columns::missing(source, "command", hint)
         })?,
-        Some(from) if CHANNELS.iter().any(|(name, _)| *name == from.channel) => {
-            find(&from.channel)?.ok_or_else(|| columns::missing(csv, &from.channel, "the channel of command_from"))?
-        }
         Some(from) => {
-            let mapping = Mapping::raw(&from.channel);
-            columns::find(csv, "command", Dimension::Pure, Some(&mapping), 0.0)?
-                .map(|(column, _)| column)
-                .ok_or_else(|| columns::missing(csv, &from.channel, "the channel of command_from"))?
+            let known = CHANNELS.iter().find(|(name, _)| *name == from.channel);
+            let found = if let Some((channel, _)) = known {
+                find(channel)?
+            } else {
+                let mapping = Mapping::raw(&from.channel);
+                columns::find(source, ("command", Dimension::Pure), Some(&mapping), 0.0)?.map(|(column, _)| column)
+            };
+            found.ok_or_else(|| columns::missing(source, &from.channel, "the channel of command_from"))?
         }
     };
     let pressures = [find("chamber_pressure")?, find("pipe_pressure")?, find("supply_pressure")?];
     let mut read = vec![time.index, position.index, command.index];
     read.extend(pressures.iter().flatten().map(|column| column.index));
     let known = ["chamber_pressure_kpa", "pipe_pressure_kpa", "supply_pressure_kpa"];
-    doubts.extend(columns::look_alikes(csv, &read, &known));
+    doubts.extend(columns::look_alikes(source, &read, &known));
     Ok((Columns { time, command, position, pressures }, doubts))
 }
 
 /// Reads a trace.
 pub(crate) fn read(bytes: &[u8], file: &str, format: &TraceFormat<'_>) -> Result<ReadTrace, DataError> {
-    let mut csv = CsvText::new(bytes, file)?;
-    let (columns, mut doubts) = find_columns(&csv, format)?;
-    let rows = bytes.len() / 12;
+    let mut source = TextSource::new(bytes, file, Comments::WhereNoNames)?;
+    read_source(&mut source, bytes.len() / 12, format)
+}
+
+/// The time of the row at hand, s: a number in the column's unit, or a timestamp.
+fn time_s(source: &dyn ColumnSource, column: Column, clock: &mut Clock, line: usize) -> Result<f64, DataError> {
+    let stamp = |clock: &mut Clock| clock.seconds(&source.field(column.index), line);
+    if clock.notice().is_some()
+        && let Some(time_s) = stamp(clock)
+    {
+        return Ok(time_s);
+    }
+    match source.number(column.index) {
+        Ok(number) => Ok(column.to_si(number)),
+        Err(error) => stamp(clock).ok_or_else(|| error.into()),
+    }
+}
+
+/// Reads a trace of any format; `rows` is about how many it has.
+pub(crate) fn read_source(
+    source: &mut dyn ColumnSource,
+    rows: usize,
+    format: &TraceFormat<'_>,
+) -> Result<ReadTrace, DataError> {
+    let header_line = source.header_line();
+    let (columns, doubts) = find_columns(source, format)?;
+    let mut doubts: Vec<(usize, Doubt)> = doubts.into_iter().map(|doubt| (header_line, doubt)).collect();
     let mut trace = Trace {
         time_s: Vec::with_capacity(rows),
         command_close: Vec::with_capacity(rows),
@@ -136,10 +162,10 @@ pub(crate) fn read(bytes: &[u8], file: &str, format: &TraceFormat<'_>) -> Result
     let mut pressures = columns.pressures.map(|column| column.map(|_| Vec::with_capacity(rows)));
     let mut lines = Vec::with_capacity(rows);
     let (mut without_time, mut without_command) = (0, 0);
-    let (mut first_s, mut command) = (0.0, false);
-    let mut row = ByteRecord::new();
-    while let Some(line) = csv.next_row(&mut row)? {
-        let time_s = columns.time.to_si(csv.number(&row, columns.time.index, line)?);
+    let (mut first_s, mut command, mut clock) = (0.0, false, Clock::default());
+    while let Some(line) = source.next_row()? {
+        let error = |problem| DataError::new(source.file(), line, problem);
+        let time_s = time_s(source, columns.time, &mut clock, line)?;
         if time_s.is_nan() {
             without_time += 1;
             continue;
@@ -151,45 +177,46 @@ pub(crate) fn read(bytes: &[u8], file: &str, format: &TraceFormat<'_>) -> Result
         if let Some(&before_s) = trace.time_s.last()
             && since_first_s <= before_s
         {
-            let problem = DataProblem::TimeNotIncreasing { found_s: time_s, before_s: before_s + first_s };
-            return Err(csv.error(line, problem));
+            return Err(error(DataProblem::TimeNotIncreasing { found_s: time_s, before_s: before_s + first_s }));
         }
-        let signal = columns.command.to_si(csv.number(&row, columns.command.index, line)?);
+        let signal = columns.command.to_si(source.number(columns.command.index)?);
         if signal.is_nan() {
             without_command += 1;
         } else {
             command = next_command(signal, command, trace.time_s.is_empty(), format.command_from)
-                .ok_or_else(|| csv.error(line, DataProblem::CommandValue { found: signal }))?;
+                .ok_or_else(|| error(DataProblem::CommandValue { found: signal }))?;
         }
         trace.time_s.push(since_first_s);
         trace.command_close.push(command);
-        trace.position_m.push(columns.position.to_si(csv.number(&row, columns.position.index, line)?));
+        trace.position_m.push(columns.position.to_si(source.number(columns.position.index)?));
         for (column, values) in columns.pressures.iter().zip(&mut pressures) {
             if let (Some(column), Some(values)) = (column, values) {
-                values.push(column.to_si(csv.number(&row, column.index, line)?));
+                values.push(column.to_si(source.number(column.index)?));
             }
         }
         lines.push(line);
     }
     if trace.time_s.len() < 2 {
         let problem = DataProblem::TooFewRows { rows: trace.time_s.len(), expected: 2 };
-        return Err(csv.error(csv.header_line(), problem));
+        return Err(DataError::new(source.file(), header_line, problem));
     }
     if without_time > 0 {
-        doubts.push(Doubt::RowsWithoutTime { rows: without_time });
+        doubts.push((header_line, Doubt::RowsWithoutTime { rows: without_time }));
     }
     if without_command > 0 {
-        doubts.push(Doubt::RowsWithoutCommand { rows: without_command });
+        doubts.push((header_line, Doubt::RowsWithoutCommand { rows: without_command }));
     }
+    let notices = source.notices().iter().chain(clock.notice());
+    doubts.extend(notices.map(|notice| (notice.line, Doubt::Read(notice.kind.clone()))));
     let [chamber, pipe, supply] = pressures;
     (trace.chamber_pressure_pa, trace.pipe_pressure_pa, trace.supply_pressure_pa) = (chamber, pipe, supply);
     doubts.extend(take_outliers(&mut trace, &lines));
-    let position_column = csv.headers[columns.position.index].clone();
-    Ok(ReadTrace { trace, lines, header_line: csv.header_line(), position_column, doubts })
+    let position_column = source.headings()[columns.position.index].name.clone();
+    Ok(ReadTrace { trace, lines, header_line, position_column, doubts })
 }
 
 /// Takes readings that no motion can have made out of every channel.
-fn take_outliers(trace: &mut Trace, lines: &[usize]) -> Vec<Doubt> {
+fn take_outliers(trace: &mut Trace, lines: &[usize]) -> Vec<(usize, Doubt)> {
     let edges_s: Vec<f64> = edges(trace).iter().map(|edge| edge.time_s).collect();
     let Trace { time_s, position_m, chamber_pressure_pa, pipe_pressure_pa, supply_pressure_pa, outliers, .. } = trace;
     let channels = [
@@ -203,7 +230,7 @@ fn take_outliers(trace: &mut Trace, lines: &[usize]) -> Vec<Doubt> {
         let Some(values) = values else { continue };
         let found = outliers::find(time_s, values, &edges_s);
         if found.too_many > 0 {
-            doubts.push(Doubt::Jumpy { channel, count: found.too_many, of: values.len() });
+            doubts.push((lines[0], Doubt::Jumpy { channel, count: found.too_many, of: values.len() }));
         }
         let Some(&first) = found.rows.first() else { continue };
         let mut named: Vec<String> = Vec::new();
@@ -215,7 +242,7 @@ fn take_outliers(trace: &mut Trace, lines: &[usize]) -> Vec<Doubt> {
             named.push(format!("and {} more", found.rows.len() - MOST_NAMED));
         }
         let (count, named) = (found.rows.len(), named.join(", "));
-        doubts.push(Doubt::Outliers { channel, line: lines[first], count, named });
+        doubts.push((lines[first], Doubt::Outliers { channel, count, named }));
         for row in found.rows {
             outliers.push(Outlier { channel, row, line: lines[row], time_s: time_s[row], value: values[row] });
             values[row] = f64::NAN;

@@ -1,5 +1,7 @@
 //! What looks wrong in a campaign but can be used.
 
+use column_source::NoticeKind;
+
 /// A warning with its place.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Warning {
@@ -97,8 +99,6 @@ pub enum Doubt {
     Outliers {
         /// The channel.
         channel: &'static str,
-        /// The line of the first one.
-        line: usize,
         /// How many.
         count: usize,
         /// The first ones, with value, time and line.
@@ -206,9 +206,9 @@ pub enum Doubt {
         /// The usual step, s.
         step_s: f64,
     },
-    /// The last row is not whole.
-    #[error("the last row is cut off; it was left out")]
-    CutRow,
+    /// How a file had to be read.
+    #[error(transparent)]
+    Read(#[from] NoticeKind),
     /// Stroke times that look like milliseconds.
     #[error("{stroke} times of {time_s} s: are they milliseconds? Then call the column ..._ms")]
     LooksLikeMilliseconds {

@@ -1,0 +1,69 @@
+//! What makes a file no table of numbers.
+
+/// A refusal with its place.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{file}:{line}: {problem}")]
+pub struct RecordError {
+    /// The file.
+    pub file: String,
+    /// The line, counted from 1.
+    pub line: usize,
+    /// What is wrong.
+    pub problem: RecordProblem,
+}
+
+/// What is wrong, and what would be right.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum RecordProblem {
+    /// No header.
+    #[error("the file is empty; expected a header and at least one row")]
+    Empty,
+    /// Bytes that are not text.
+    #[error("is not text (neither UTF-8, UTF-16 nor Windows-1252); save the file as CSV, best in UTF-8")]
+    NotText,
+    /// A compressed file that cannot be unpacked.
+    #[error("cannot be unpacked: {reason}")]
+    NotUnpacked {
+        /// The reason.
+        reason: String,
+    },
+    /// A compressed file in a program without the means to unpack it.
+    #[error("is compressed, and this program was built without gzip; unpack it first")]
+    Compressed,
+    /// A line no recorder writes.
+    #[error("a line of {bytes} bytes; expected lines of at most {most} bytes")]
+    LongLine {
+        /// Its length.
+        bytes: usize,
+        /// The longest that is read.
+        most: usize,
+    },
+    /// A row of another length than the header.
+    #[error("has {found} fields; expected {expected} as in the header")]
+    RowLength {
+        /// Fields of the row.
+        found: usize,
+        /// Fields of the header.
+        expected: usize,
+    },
+    /// Text where a number should be.
+    #[error("column \"{column}\": \"{found}\" is not a number; expected a number, or nothing for a gap")]
+    NotANumber {
+        /// The column.
+        column: String,
+        /// What stands there.
+        found: String,
+    },
+    /// A number that fits two ways of writing.
+    #[error(
+        "column \"{column}\": \"{found}\" mixes separators; expected a decimal {expected} as in the rest of the file"
+    )]
+    MixedSeparators {
+        /// The column.
+        column: String,
+        /// What stands there.
+        found: String,
+        /// "point" or "comma".
+        expected: &'static str,
+    },
+}

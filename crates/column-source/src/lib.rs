@@ -1,0 +1,26 @@
+//! Columns of numbers as recorders and spreadsheets write them.
+//!
+//! A [`ColumnSource`] gives headings and then row by row numbers and texts, whatever the format behind it. The one for
+//! text, [`TextSource`], finds out for itself how a file is written: bytes (gzip, UTF-8, UTF-16, Windows-1252),
+//! separators (comma, semicolon, tab), lines before the header, a row of units under it, decimal commas, thousands
+//! separators, comments, a last row that was cut off. Every such guess that is not the plain case is a [`Notice`].
+//! Times may be numbers or timestamps ([`Clock`]).
+//!
+//! It knows no valve, and what a column means is the caller's business.
+
+mod decode;
+mod error;
+mod heading;
+mod layout;
+mod notice;
+mod number;
+mod source;
+mod text;
+mod timestamp;
+
+pub use error::{RecordError, RecordProblem};
+pub use heading::Heading;
+pub use notice::{Notice, NoticeKind};
+pub use source::ColumnSource;
+pub use text::{Comments, TextSource};
+pub use timestamp::Clock;

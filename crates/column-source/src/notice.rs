@@ -1,0 +1,58 @@
+//! What was guessed.
+
+/// A guess with its place.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Notice {
+    /// The line, counted from 1.
+    pub line: usize,
+    /// What was guessed.
+    pub kind: NoticeKind,
+}
+
+/// What was guessed, in words.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum NoticeKind {
+    /// Another encoding than UTF-8.
+    #[error("read as {encoding}")]
+    Encoding {
+        /// Its name.
+        encoding: &'static str,
+    },
+    /// Lines above the header.
+    #[error("{lines} lines before the header were skipped")]
+    Preamble {
+        /// How many.
+        lines: usize,
+    },
+    /// A row of units.
+    #[error("the row under the header was taken as units: {units}")]
+    UnitsRow {
+        /// The units that were understood, with their columns.
+        units: String,
+    },
+    /// Decimal commas.
+    #[error("numbers such as \"{example}\" were read with a decimal comma")]
+    DecimalComma {
+        /// The first of them.
+        example: String,
+    },
+    /// Thousands separators.
+    #[error("\"{separator}\" in numbers such as \"{example}\" was taken as a thousands separator")]
+    Thousands {
+        /// The separator.
+        separator: char,
+        /// The first of them.
+        example: String,
+    },
+    /// The last row was cut off.
+    #[error("the last row is cut off; it was left out")]
+    CutRow,
+    /// Times are timestamps.
+    #[error("the time is a timestamp such as \"{example}\", read as {format}")]
+    Timestamps {
+        /// The first of them.
+        example: String,
+        /// How it was read.
+        format: &'static str,
+    },
+}

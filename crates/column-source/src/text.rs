@@ -1,0 +1,237 @@
+//! Text with separators: CSV and its relatives.
+
+use std::borrow::Cow;
+use std::io::Cursor;
+use std::sync::Arc;
+
+use csv::ByteRecord;
+
+use crate::heading::understood;
+use crate::layout::{self, Layout};
+use crate::number::{NumberStyle, is_gap, plain_decimal};
+use crate::{ColumnSource, Heading, Notice, NoticeKind, RecordError, RecordProblem, decode};
+
+/// The longest line that is read, bytes.
+const LONGEST_LINE: usize = 65_536;
+
+/// Where a # begins a comment.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Comments {
+    /// Before the header, and after it unless the first column holds names.
+    WhereNoNames,
+    /// Before the header alone.
+    BeforeHeader,
+}
+
+/// A text file whose header has been read.
+#[derive(Debug)]
+pub struct TextSource {
+    file: String,
+    text: Arc<[u8]>,
+    layout: Layout,
+    style: NumberStyle,
+    headings: Vec<Heading>,
+    reader: csv::Reader<Cursor<Arc<[u8]>>>,
+    row: ByteRecord,
+    line: usize,
+    comments: bool,
+    notices: Vec<Notice>,
+}
+
+impl TextSource {
+    /// Finds out how a file is written, and reads its header. `file` is what messages call it.
+    pub fn new(bytes: &[u8], file: &str, comments: Comments) -> Result<Self, RecordError> {
+        let error = |line, problem| RecordError { file: file.to_owned(), line, problem };
+        let (mut text, mut notices) = decode::text(bytes).map_err(|(line, problem)| error(line, problem))?;
+        for (index, line) in text.split(|byte| *byte == b'\n').enumerate() {
+            if line.len() > LONGEST_LINE {
+                let problem = RecordProblem::LongLine { bytes: line.len(), most: LONGEST_LINE };
+                return Err(error(index + 1, problem));
+            }
+        }
+        let layout = layout::find(&text).ok_or_else(|| error(1, RecordProblem::Empty))?;
+        if layout.preamble > 0 {
+            let kind = NoticeKind::Preamble { lines: layout.preamble };
+            notices.push(Notice { line: layout.header_line, kind });
+        }
+        if let Some((start, line)) = layout.cut {
+            text.truncate(start);
+            notices.push(Notice { line, kind: NoticeKind::CutRow });
+        }
+        let comments = comments == Comments::WhereNoNames && !layout.names_first;
+        let text: Arc<[u8]> = text.into();
+        let mut cursor = Cursor::new(Arc::clone(&text));
+        cursor.set_position(layout.header_start as u64);
+        let reader = csv::ReaderBuilder::new()
+            .has_headers(false)
+            .flexible(true)
+            .delimiter(layout.delimiter)
+            .comment(comments.then_some(b'#'))
+            .from_reader(cursor);
+        let mut source = Self {
+            file: file.to_owned(),
+            style: NumberStyle::PLAIN,
+            headings: Vec::new(),
+            row: ByteRecord::new(),
+            line: layout.header_line,
+            text,
+            layout,
+            reader,
+            comments,
+            notices,
+        };
+        source.read_headings();
+        source.find_style();
+        Ok(source)
+    }
+
+    fn read_headings(&mut self) {
+        self.read();
+        self.headings = (0..self.row.len()).map(|column| Heading::new(&self.field(column))).collect();
+        let Some(units_line) = self.layout.units_line else { return };
+        self.read();
+        let mut said = Vec::new();
+        for column in 0..self.headings.len().min(self.row.len()) {
+            let unit = understood(&self.field(column)).filter(|unit| !unit.text().is_empty());
+            if let Some(unit) = unit {
+                said.push(format!("{} in {}", self.headings[column].name, unit.text()));
+                self.headings[column].unit = Some(unit);
+            }
+        }
+        let kind = NoticeKind::UnitsRow { units: said.join(", ") };
+        self.notices.push(Notice { line: units_line, kind });
+    }
+
+    /// How numbers are written, from the whole file: a separator can be rare.
+    fn find_style(&mut self) {
+        let rows = &self.text[self.layout.header_start..];
+        let comma_parts = self.layout.delimiter == b',';
+        let unusual = |byte: &u8| *byte == b'\'' || *byte >= 0x80 || (if comma_parts { b'"' } else { b',' }) == *byte;
+        // A space inside a number cannot be told from one beside it without looking closer.
+        if !rows.iter().any(unusual)
+            && !rows.windows(3).any(|three| three[1] == b' ' && three[0].is_ascii_digit() && three[2].is_ascii_digit())
+        {
+            return;
+        }
+        let Ok(text) = std::str::from_utf8(rows) else { return };
+        let mut lines = text.lines().enumerate().skip(1 + usize::from(self.layout.units_line.is_some()));
+        let first_line = lines.clone().next().map_or(0, |(index, _)| index);
+        let mut fields: Vec<&str> = Vec::new();
+        for (_, line) in &mut lines {
+            if !line.starts_with('#') {
+                let parts = layout::fields(line.as_bytes(), self.layout.delimiter);
+                fields.extend(parts.into_iter().filter_map(|field| std::str::from_utf8(layout::bare(field)).ok()));
+            }
+        }
+        let (style, decimal, thousands) = NumberStyle::of(fields.into_iter(), comma_parts);
+        let line = self.layout.header_line + first_line;
+        if let Some(example) = decimal.filter(|_| style.decimal == b',') {
+            let kind = NoticeKind::DecimalComma { example: example.to_owned() };
+            self.notices.push(Notice { line, kind });
+        }
+        if let (Some(example), Some(separator)) = (thousands, style.thousands) {
+            let kind = NoticeKind::Thousands { separator, example: example.to_owned() };
+            self.notices.push(Notice { line, kind });
+        }
+        self.style = style;
+    }
+
+    /// Reads the next record, whatever it is; false at the end.
+    fn read(&mut self) -> bool {
+        // Reading from memory cannot fail, and byte records accept any row.
+        let found = self.reader.read_byte_record(&mut self.row).unwrap_or(false);
+        if found {
+            self.line = self.line_of_row();
+        }
+        found
+    }
+
+    /// The line at which the row begins. The reader places a row before the comments and empty lines that it skips.
+    fn line_of_row(&self) -> usize {
+        let Some(position) = self.row.position() else { return self.layout.header_line };
+        // Files are far shorter than the largest index.
+        let index = |number: u64| usize::try_from(number).unwrap_or(usize::MAX);
+        let mut line = self.layout.header_line + index(position.line()) - 1;
+        let mut start = self.layout.header_start + index(position.byte());
+        while let Some(byte) = self.text.get(start) {
+            if !(matches!(byte, b'\n' | b'\r') || *byte == b'#' && self.comments) {
+                break;
+            }
+            let Some(length) = self.text[start..].iter().position(|byte| *byte == b'\n') else { break };
+            line += 1;
+            start += length + 1;
+        }
+        line
+    }
+
+    fn bytes(&self, column: usize) -> &[u8] {
+        self.row.get(column).unwrap_or_default().trim_ascii()
+    }
+}
+
+impl ColumnSource for TextSource {
+    fn file(&self) -> &str {
+        &self.file
+    }
+
+    fn headings(&self) -> &[Heading] {
+        &self.headings
+    }
+
+    fn header_line(&self) -> usize {
+        self.layout.header_line
+    }
+
+    fn next_row(&mut self) -> Result<Option<usize>, RecordError> {
+        loop {
+            if !self.read() {
+                return Ok(None);
+            }
+            // A line of spaces is no row.
+            let blank = self.row.len() == 1 && self.headings.len() > 1 && self.bytes(0).is_empty();
+            if !blank {
+                break;
+            }
+        }
+        let (found, expected) = (self.row.len(), self.headings.len());
+        // Some recorders end each row with a separator and the header without one.
+        let ended = found == expected + 1 && self.bytes(expected).is_empty();
+        if found != expected && !ended {
+            return Err(self.error(self.line, RecordProblem::RowLength { found, expected }));
+        }
+        Ok(Some(self.line))
+    }
+
+    fn number(&self, column: usize) -> Result<f64, RecordError> {
+        let field = self.bytes(column);
+        let plain = self.style == NumberStyle::PLAIN || !field.contains(&b'.');
+        if plain && let Some(number) = plain_decimal(field) {
+            return Ok(number);
+        }
+        if is_gap(field) {
+            return Ok(f64::NAN);
+        }
+        let text = String::from_utf8_lossy(field);
+        if let Some(number) = self.style.parse(&text) {
+            return Ok(number);
+        }
+        let column = self.headings.get(column).map_or_else(String::new, |heading| heading.name.clone());
+        let found: String = text.chars().take(40).collect();
+        let number_like = found.chars().all(|c| c.is_ascii_digit() || "+-.,".contains(c)) && found.contains([',', '.']);
+        let problem = if number_like && (found.contains(',') || self.style != NumberStyle::PLAIN) {
+            let expected = if self.style.decimal == b',' { "comma" } else { "point" };
+            RecordProblem::MixedSeparators { column, found, expected }
+        } else {
+            RecordProblem::NotANumber { column, found }
+        };
+        Err(self.error(self.line, problem))
+    }
+
+    fn field(&self, column: usize) -> Cow<'_, str> {
+        String::from_utf8_lossy(self.bytes(column))
+    }
+
+    fn notices(&self) -> &[Notice] {
+        &self.notices
+    }
+}

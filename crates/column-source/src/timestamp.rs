@@ -1,0 +1,146 @@
+//! Times written as timestamps.
+
+use jiff::civil::{DateTime, Time};
+use jiff::{Timestamp, tz::TimeZone};
+
+use crate::{Notice, NoticeKind};
+
+/// Turns timestamps of one column into seconds from the first of them.
+///
+/// The first field decides how all are written. A zone or an offset counts where it is written; without one, the
+/// clock is taken to run on through the night. Clock times without a date begin a new day where they jump back by
+/// more than half a day.
+#[derive(Debug, Clone, Default)]
+pub struct Clock {
+    format: Option<Format>,
+    first_ns: i128,
+    last_ns: i128,
+    days: i128,
+    notice: Option<Notice>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Format {
+    Zoned,
+    Iso,
+    Civil(&'static str, &'static str),
+    Clock(&'static str),
+}
+
+const DAY_NS: i128 = 86_400_000_000_000;
+
+/// How dates without zone are written, and what that is called.
+const CIVIL: [(&str, &str); 8] = [
+    ("%d.%m.%Y %H:%M:%S%.f", "day.month.year, without a zone"),
+    ("%Y/%m/%d %H:%M:%S%.f", "year/month/day, without a zone"),
+    ("%m/%d/%Y %I:%M:%S%.f %p", "month/day/year, without a zone"),
+    ("%m/%d/%Y %H:%M:%S%.f", "month/day/year, without a zone"),
+    ("%d/%m/%Y %H:%M:%S%.f", "day/month/year, without a zone"),
+    ("%d-%m-%Y %H:%M:%S%.f", "day-month-year, without a zone"),
+    ("%d.%m.%y %H:%M:%S%.f", "day.month.year, without a zone"),
+    ("%d-%b-%Y %H:%M:%S%.f", "day-month-year, without a zone"),
+];
+const CLOCK: [&str; 2] = ["%H:%M:%S%.f", "%I:%M:%S%.f %p"];
+
+impl Clock {
+    /// Seconds from the first timestamp, or `None` where the field is none (or written unlike the first).
+    pub fn seconds(&mut self, field: &str, line: usize) -> Option<f64> {
+        let text = field.trim().replace(',', ".");
+        let text = text.as_str();
+        let Some(format) = self.format else {
+            let (format, ns) = Self::recognised(text)?;
+            (self.format, self.first_ns, self.last_ns) = (Some(format), ns, ns);
+            let kind = NoticeKind::Timestamps { example: field.trim().to_owned(), format: format.name() };
+            self.notice = Some(Notice { line, kind });
+            return Some(0.0);
+        };
+        let mut ns = format.read(text)?;
+        if matches!(format, Format::Clock(_)) {
+            if ns + self.days * DAY_NS < self.last_ns - DAY_NS / 2 {
+                self.days += 1;
+            }
+            ns += self.days * DAY_NS;
+        }
+        self.last_ns = ns;
+        Some((ns - self.first_ns) as f64 / 1e9)
+    }
+
+    /// That times are timestamps, and how they were read; `None` before the first one.
+    #[must_use]
+    pub fn notice(&self) -> Option<&Notice> {
+        self.notice.as_ref()
+    }
+
+    fn recognised(text: &str) -> Option<(Format, i128)> {
+        let civil = CIVIL.into_iter().map(|(format, name)| Format::Civil(format, name));
+        let all = [Format::Zoned, Format::Iso].into_iter().chain(civil).chain(CLOCK.into_iter().map(Format::Clock));
+        all.into_iter().find_map(|format| Some((format, format.read(text)?)))
+    }
+}
+
+impl Format {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Zoned => "a time with its zone",
+            Self::Iso => "year-month-day, without a zone",
+            Self::Civil(_, name) => name,
+            Self::Clock(_) => "a time of the day",
+        }
+    }
+
+    fn read(self, text: &str) -> Option<i128> {
+        let civil = |at: DateTime| Some(at.to_zoned(TimeZone::UTC).ok()?.timestamp().as_nanosecond());
+        match self {
+            Self::Zoned => Some(text.parse::<Timestamp>().ok()?.as_nanosecond()),
+            // A bare date would be taken for midnight.
+            Self::Iso if text.contains(':') => civil(text.parse::<DateTime>().ok()?),
+            Self::Iso => None,
+            Self::Civil(format, _) => civil(DateTime::strptime(format, text).ok()?),
+            Self::Clock(format) => {
+                let at = Time::strptime(format, text).ok()?;
+                civil(DateTime::from_parts(jiff::civil::date(2000, 1, 1), at))
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn seconds(fields: &[&str]) -> Vec<Option<f64>> {
+        let mut clock = Clock::default();
+        fields.iter().enumerate().map(|(line, field)| clock.seconds(field, line + 2)).collect()
+    }
+
+    #[test]
+    fn timestamps_become_seconds_from_the_first() {
+        for fields in [
+            ["2026-03-01T12:00:00.500Z", "2026-03-01T13:00:01.750+01:00"],
+            ["2026-03-01 12:00:00.500", "2026-03-01 12:00:01.750"],
+            ["01.03.2026 12:00:00,500", "01.03.2026 12:00:01,750"],
+            ["3/1/2026 11:59:59.500 AM", "3/1/2026 12:00:00.750 PM"],
+            ["13/01/2026 12:00:00.5", "13/01/2026 12:00:01.75"],
+            ["2026/03/01 12:00:00.5", "2026/03/01 12:00:01.75"],
+            ["23:59:59.500", "00:00:00.750"],
+        ] {
+            assert_eq!(seconds(&fields), [Some(0.0), Some(1.25)], "{fields:?}");
+        }
+        // Over the night in which clocks are put back, the zone counts.
+        assert_eq!(seconds(&["2026-10-25T02:59:59+02:00", "2026-10-25T02:00:00+01:00"]), [Some(0.0), Some(1.0)]);
+    }
+
+    #[test]
+    fn what_is_no_timestamp_is_none() {
+        for field in ["", "fast", "2026-03-01", "12", "25:00:00"] {
+            assert_eq!(Clock::default().seconds(field, 2), None, "{field}");
+        }
+        assert_eq!(seconds(&["12:00:00", "2026-03-01 12:00:01"])[1], None);
+        let mut clock = Clock::default();
+        clock.seconds("01.03.2026 12:00:00,500", 4);
+        let said = clock.notice().unwrap();
+        let words =
+            "the time is a timestamp such as \"01.03.2026 12:00:00,500\", read as day.month.year, without a zone";
+        assert_eq!((said.line, said.kind.to_string().as_str()), (4, words));
+    }
+}
