@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail, ensure};
 use blind_benchmark::draw::{DrawSpec, draw};
-use blind_benchmark::world::{World, WorldSpec, draw_world};
+use blind_benchmark::world::{Class, Realisms, World, WorldSpec, draw_world};
 use blind_score::program::from_program;
 use blind_score::{Answer, Scored, Summary, Table, Wanted, answer};
 use clap::{Parser, ValueEnum};
@@ -50,6 +50,12 @@ struct Arguments {
     /// Index of the first campaign.
     #[arg(long, default_value_t = 0)]
     first: usize,
+    /// Laboratory and plant: just these realisms instead of drawn ones, such as gain=0.01,many-cycles or none.
+    #[arg(long, value_delimiter = ',', value_name = "NAME=SIZE,...")]
+    realisms: Option<Vec<String>>,
+    /// Laboratory and plant: just valves of this kind, one of common, needle, gate, slow, springless.
+    #[arg(long, value_parser = class)]
+    class: Option<Class>,
     /// Weights of: nothing hidden, one effect, two effects, one outside the catalogue.
     #[arg(long, value_delimiter = ',', value_name = "N,N,N,N", default_values_t = DrawSpec::default().weights)]
     mix: Vec<f64>,
@@ -86,6 +92,10 @@ enum Task {
     Drawn(WorldName, usize),
     /// A folder with its entry of the truth.
     Folder(PathBuf, Value),
+}
+
+fn class(word: &str) -> Result<Class, String> {
+    Class::of_word(word).ok_or_else(|| "one of common, needle, gate, slow, springless is right".to_owned())
 }
 
 impl Arguments {
@@ -156,7 +166,8 @@ impl Arguments {
             }
             Task::Drawn(world, index) => {
                 let world = if world == WorldName::Plant { World::Plant } else { World::Laboratory };
-                let spec = WorldSpec { weights: self.weights()?, ..WorldSpec::of(world) };
+                let realisms = self.realisms.as_deref().map(Realisms::from_words).transpose()?;
+                let spec = WorldSpec { world, weights: self.weights()?, class: self.class, realisms };
                 let drawn = draw_world(self.seed, index, &spec);
                 (drawn.write_to(parent)?, Wanted::from_json(&drawn.name, &drawn.truth))
             }

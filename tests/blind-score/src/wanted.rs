@@ -10,7 +10,8 @@ use serde_json::Value;
 pub enum Kind {
     /// Nothing.
     Nothing,
-    /// Effects too faint to be told for sure: naming them is right, and so is naming nothing.
+    /// Nothing that has to be named, but something that may be: effects too faint to be told for sure, or laws of
+    /// the valve that look like one.
     Faint,
     /// One effect.
     One,
@@ -101,7 +102,7 @@ impl Wanted {
             (_, true) if truth["outside_is_plain"] == true => Kind::Outside,
             (_, true) => Kind::Faint,
             (0, _) if !one_of.is_empty() => Kind::Two,
-            (0, _) if hides => Kind::Faint,
+            (0, _) if hides || !allowed.is_empty() => Kind::Faint,
             (0, _) => Kind::Nothing,
             (1, _) => Kind::One,
             _ => Kind::Two,

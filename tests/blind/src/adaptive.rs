@@ -10,6 +10,8 @@ use crate::rig::{Rates, Rig, State};
 const STATES: usize = 13;
 /// Shortest step that is still made smaller when its error is too large.
 const LEAST_STEP_S: f64 = 1e-8;
+/// Steps after which a valve is given up; the longest records take a tenth of that.
+const MOST_STEPS: usize = 2_000_000;
 /// Share of the method's own estimate of the next step that is taken.
 const CAUTION: f64 = 0.85;
 
@@ -216,7 +218,8 @@ impl Stepper<'_> {
             next[index] += k[3][index];
             error = error.max(k[3][index].abs() / self.tolerance(index, y));
         }
-        error.is_finite().then_some((next, error))
+        // A maximum passes over what is no number.
+        next.iter().all(|value| value.is_finite()).then_some((next, error))
     }
 }
 
@@ -276,10 +279,18 @@ impl Rig {
         list
     }
 
-    /// Goes on to the time `until_s` in steps as long as `accuracy` allows; `each` sees every one.
-    pub fn advance_adaptively(&mut self, until_s: f64, accuracy: Accuracy, mut each: impl FnMut(&Self, &Stretch)) {
+    /// Goes on to the time `until_s` in steps as long as `accuracy` allows; `each` sees every one. False where the
+    /// equations cannot be followed that far: a valve that nobody could build.
+    #[must_use]
+    pub fn advance_adaptively(
+        &mut self,
+        until_s: f64,
+        accuracy: Accuracy,
+        mut each: impl FnMut(&Self, &Stretch),
+    ) -> bool {
         let active = self.active();
         let mut length = 1e-5_f64.min(accuracy.longest_s);
+        let mut steps = 0;
         while self.time_s < until_s - 1e-12 {
             let stop = match self.travel.next_corner(self.time_s + 1e-12) {
                 Some(corner) if corner < until_s => corner,
@@ -308,8 +319,12 @@ impl Rig {
                         length = 0.25 * h;
                         continue;
                     }
-                    None => (y, 0.0),
+                    None => return false,
                 };
+                steps += 1;
+                if steps > MOST_STEPS {
+                    return false;
+                }
                 let grow = (CAUTION * error.max(1e-6).powf(-1.0 / 3.0)).clamp(0.2, 4.0);
                 length = (h * grow).min(accuracy.longest_s);
                 if error > 1.0 && h > LEAST_STEP_S {
@@ -327,6 +342,7 @@ impl Rig {
             self.state = unpack(&y);
             self.time_s = stop;
         }
+        true
     }
 }
 
@@ -346,11 +362,12 @@ mod tests {
         let set = Conditions { supply_psig: 75.0, leak_to_atmosphere_m2: 0.0, leak_from_supply_m2: 0.0 };
         let mut rig = Rig::new(&Valve::testbed(), hidden, &set, &edges, -0.01);
         let mut places = Vec::new();
-        rig.advance_adaptively(6.0, accuracy, |rig, stretch| {
+        let done = rig.advance_adaptively(6.0, accuracy, |rig, stretch| {
             while places.len() as f64 * 1e-3 <= stretch.to_s {
                 places.push(stretch.position(places.len() as f64 * 1e-3, rig.hidden.sensor_lag_s));
             }
         });
+        assert!(done && places.len() > 5990);
         places
     }
 

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use blind_benchmark::campaign::WriteError;
 use blind_benchmark::draw::{DrawSpec, POSITION_NOISES_M, draw};
 use blind_benchmark::hidden::Bristles;
-use blind_benchmark::world::{World, WorldSpec, draw_world, write_truths};
+use blind_benchmark::world::{Class, Realisms, World, WorldSpec, draw_world, write_truths};
 use clap::{Parser, ValueEnum};
 use rayon::prelude::*;
 
@@ -29,6 +29,12 @@ struct Arguments {
     /// Where the campaigns are recorded.
     #[arg(long, value_enum, default_value_t = WorldName::Tidy)]
     world: WorldName,
+    /// Laboratory and plant: just these realisms instead of drawn ones, such as gain=0.01,many-cycles or none.
+    #[arg(long, value_delimiter = ',', value_name = "NAME=SIZE,...")]
+    realisms: Option<Vec<String>>,
+    /// Laboratory and plant: just valves of this kind, one of common, needle, gate, slow, springless.
+    #[arg(long, value_parser = class)]
+    class: Option<Class>,
     /// Weights of: nothing hidden, one effect, two effects, one outside the catalogue.
     #[arg(long, value_delimiter = ',', value_name = "N,N,N,N", default_values_t = DrawSpec::default().weights)]
     mix: Vec<f64>,
@@ -97,7 +103,14 @@ fn main() -> ExitCode {
         WorldName::Plant => World::Plant,
     };
     if world != World::Tidy {
-        let spec = WorldSpec { weights, ..WorldSpec::of(world) };
+        let realisms = match arguments.realisms.as_deref().map(Realisms::from_words).transpose() {
+            Ok(realisms) => realisms,
+            Err(error) => {
+                eprintln!("error: --realisms: {error}");
+                return ExitCode::from(2);
+            }
+        };
+        let spec = WorldSpec { world, weights, class: arguments.class, realisms };
         let written: Result<Vec<_>, _> = indices
             .into_par_iter()
             .map(|index| {
@@ -129,6 +142,10 @@ fn main() -> ExitCode {
     let written: Result<Vec<PathBuf>, _> =
         indices.into_par_iter().map(|index| draw(arguments.seed, index, &spec).write_to(&arguments.generate)).collect();
     finished(written)
+}
+
+fn class(word: &str) -> Result<Class, String> {
+    Class::of_word(word).ok_or_else(|| "one of common, needle, gate, slow, springless is right".to_owned())
 }
 
 fn finished(written: Result<Vec<PathBuf>, WriteError>) -> ExitCode {

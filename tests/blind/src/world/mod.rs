@@ -62,8 +62,9 @@ pub fn draw_world(seed: u64, index: usize, spec: &WorldSpec) -> Recording {
         let class = spec.class.unwrap_or_else(|| Class::draw(&mut rng));
         let Some(subject) = valves::subject(class, &mut rng) else { continue };
         let place = secret::Place { seed, index, category, rank };
-        if let Some(secret) = secret::Secret::draw(&place, spec, &subject, &mut rng) {
-            return take::take(&place, spec.world, &subject, &secret, &mut rng);
+        let Some(secret) = secret::Secret::draw(&place, spec, &subject, &mut rng) else { continue };
+        if let Some(recording) = take::take(&place, spec.world, &subject, &secret, &mut rng) {
+            return recording;
         }
     }
     unreachable!("the attempts are endless")

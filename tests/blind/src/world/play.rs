@@ -47,6 +47,8 @@ pub(crate) struct Seen {
     pub pipe_pa: Vec<f64>,
     pub supply_pa: Vec<f64>,
     pub impacts: Vec<Impact>,
+    /// Whether the valve could not be followed to the end; the last values are repeated then.
+    pub is_broken: bool,
 }
 
 /// Time before the first edge and the first row in which the valve stands.
@@ -67,7 +69,7 @@ impl Play {
         loop {
             let until_s = stops.peek().map_or(end_s, |change| change.at_s);
             if until_s > rig.time_s {
-                rig.advance_adaptively(until_s, self.accuracy, |rig, stretch| {
+                let done = rig.advance_adaptively(until_s, self.accuracy, |rig, stretch| {
                     while let Some(&t) = position_at.get(seen.position_m.len()).filter(|&&t| t <= stretch.to_s) {
                         seen.position_m.push(stretch.position(t, rig.hidden.sensor_lag_s));
                     }
@@ -85,10 +87,17 @@ impl Play {
                         seen.impacts.push(Impact { at_s: stretch.to_s, speed_m_per_s: stretch.from.v.abs() });
                     }
                 });
+                if !done {
+                    seen.is_broken = true;
+                    break;
+                }
             }
             let Some(change) = stops.next() else { break };
             let (valve, hidden) = self.changed(change);
             rig.vary(&valve, &hidden, self.conditions.supply_psig * change.supply);
+        }
+        if seen.position_m.is_empty() {
+            seen.position_m.push(f64::NAN);
         }
         // Rounding may leave the very last row just beyond the end.
         for list in [&mut seen.chamber_pa, &mut seen.pipe_pa, &mut seen.supply_pa] {

@@ -34,6 +34,31 @@ impl World {
     }
 }
 
+/// Why words are no realisms.
+#[derive(Debug, thiserror::Error, PartialEq)]
+pub enum RealismError {
+    /// There is none of that name.
+    #[error("there is no realism {name:?}; there are: {}", names())]
+    Unknown {
+        /// What was asked for.
+        name: String,
+    },
+    /// Its size is no number above zero.
+    #[error("the size of {name} is {size:?}; a number above zero is right, such as {} to {} of a plant", usual.0, usual.1)]
+    Size {
+        /// Its name.
+        name: &'static str,
+        /// What was given.
+        size: String,
+        /// The range in a plant.
+        usual: (f64, f64),
+    },
+}
+
+fn names() -> String {
+    TABLE.iter().map(|entry| entry.name).collect::<Vec<_>>().join(", ")
+}
+
 /// When a realism can be at all.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Where {
@@ -157,6 +182,21 @@ impl Realisms {
         Self { sizes: BTreeMap::from([(name, size)]) }
     }
 
+    /// From words such as `gain=0.01`; the word `none` alone is no realism at all.
+    pub fn from_words(words: &[String]) -> Result<Self, RealismError> {
+        let mut chosen = Self::default();
+        for word in words.iter().filter(|word| *word != "none") {
+            let (name, size) = word.split_once('=').unwrap_or((word, "1"));
+            let entry = TABLE.iter().find(|entry| entry.name == name);
+            let Some(entry) = entry else { return Err(RealismError::Unknown { name: name.to_owned() }) };
+            match size.parse::<f64>() {
+                Ok(value) if value.is_finite() && value > 0.0 => chosen.sizes.insert(entry.name, value),
+                _ => return Err(RealismError::Size { name: entry.name, size: size.to_owned(), usual: entry.plant }),
+            };
+        }
+        Ok(chosen)
+    }
+
     /// The size of a realism, 0 where it is not there.
     pub fn size(&self, name: &str) -> f64 {
         debug_assert!(TABLE.iter().any(|entry| entry.name == name), "{name} is no realism");
@@ -171,5 +211,21 @@ impl Realisms {
     /// For the truth.
     pub(crate) fn to_json(&self) -> Value {
         json!(self.sizes)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_become_realisms_and_unknown_ones_are_refused() {
+        let words = |list: &[&str]| list.iter().map(|word| (*word).to_owned()).collect::<Vec<_>>();
+        let some = Realisms::from_words(&words(&["gain=0.01", "begins-moving"])).unwrap();
+        assert_eq!((some.size("gain"), some.size("begins-moving"), some.has("hum")), (0.01, 1.0, false));
+        assert_eq!(Realisms::from_words(&words(&["none"])), Ok(Realisms::default()));
+        let unknown = Realisms::from_words(&words(&["gian=0.01"])).unwrap_err().to_string();
+        assert!(unknown.contains("zero-by-run") && unknown.contains("gian"), "{unknown}");
+        assert!(Realisms::from_words(&words(&["gain=-1"])).unwrap_err().to_string().contains("0.004 to 0.02"));
     }
 }

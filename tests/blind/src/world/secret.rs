@@ -61,6 +61,18 @@ const LOOKS_LIKE: [(&str, f64, &[&str]); 9] = [
     ("nonlinearity", 3e-3, &["outside"]),
 ];
 
+/// Effects that imitate each other: half of the pairs are from one of these groups.
+const CONFUSED: [&[&str]; 8] = [
+    &["dry-friction", "seal-friction", "supply-droop", "clock-offset"],
+    &["solenoid-lag", "sensor-lag", "clock-offset"],
+    &["closing-cushion", "sensor-lag", "seat-adhesion", "process-force"],
+    &["opening-cushion", "sensor-lag", "progressive-spring"],
+    &["gas-heating", "orifice-law", "supply-droop"],
+    &["vent-restriction", "back-pressure", "leak-from-supply", "opening-cushion"],
+    &["leak-to-atmosphere", "leak-from-supply", "supply-droop"],
+    &["process-force", "progressive-spring", "seat-adhesion", "back-pressure"],
+];
+
 /// Smallest and largest noise of the position sensor, as shares of the stroke.
 fn noise_range(world: World) -> (f64, f64) {
     if world == World::Plant { (4e-4, 5e-3) } else { (2e-4, 2e-3) }
@@ -346,7 +358,11 @@ fn hidden_ids(place: &Place, class: Class, rng: &mut StdRng) -> Vec<&'static str
         Category::Two => {
             // Every pair may meet, also those that can hardly be told apart.
             let first = walk(place.seed, place.rank, &catalogue);
-            let others: Vec<_> = catalogue.into_iter().filter(|other| *other != first).collect();
+            let alike = |other: &&str| CONFUSED.iter().any(|group| group.contains(&first) && group.contains(other));
+            let mut others: Vec<_> = catalogue.into_iter().filter(|other| *other != first).collect();
+            if rng.random_bool(0.5) && others.iter().any(alike) {
+                others.retain(alike);
+            }
             vec![first, others[rng.random_range(0..others.len())]]
         }
     }

@@ -43,8 +43,14 @@ impl Setup<'_> {
     }
 }
 
-/// Records the campaign.
-pub(crate) fn take(place: &Place, world: World, subject: &Subject, secret: &Secret, rng: &mut StdRng) -> Recording {
+/// Records the campaign; none where a stroke cannot be followed.
+pub(crate) fn take(
+    place: &Place,
+    world: World,
+    subject: &Subject,
+    secret: &Secret,
+    rng: &mut StdRng,
+) -> Option<Recording> {
     let is_springless = subject.class == Class::Springless;
     let (conditions, _) = conditions(world, subject, rng);
     let realisms = &secret.realisms;
@@ -65,7 +71,7 @@ pub(crate) fn take(place: &Place, world: World, subject: &Subject, secret: &Secr
         has_command: !is_springless,
     };
     let sheets = sheets(realisms, subject, &conditions, rng);
-    let files = sheets.iter().map(|sheet| setup.file(sheet, rng)).collect();
+    let files = sheets.iter().map(|sheet| setup.file(sheet, rng)).collect::<Option<Vec<File>>>()?;
     // Springless cylinders need a tolerance to be of use at all.
     let says_tolerance = is_springless || rng.random_bool([0.95, 0.8][usize::from(world == World::Plant)]);
     let says_noise = rng.random_bool([0.5, 0.2][usize::from(world == World::Plant)]);
@@ -75,7 +81,7 @@ pub(crate) fn take(place: &Place, world: World, subject: &Subject, secret: &Secr
     let mut truth = secret.to_json(place, world, subject.class);
     truth["tolerance_stated"] = says_tolerance.into();
     truth["strokes"] = sheets.iter().map(|sheet| sheet.commanded.len()).sum::<usize>().into();
-    Recording {
+    Some(Recording {
         name: format!(
             "{}{:03}-{}",
             &world.word()[..1],
@@ -90,11 +96,11 @@ pub(crate) fn take(place: &Place, world: World, subject: &Subject, secret: &Secr
             .then(|| ((AMBIENT_PA + half_pa).round(), (0.2 * half_pa / 1e3).round().max(1.0) * 1e3)),
         files,
         truth,
-    }
+    })
 }
 
 impl Setup<'_> {
-    fn file(&self, sheet: &Sheet, rng: &mut StdRng) -> File {
+    fn file(&self, sheet: &Sheet, rng: &mut StdRng) -> Option<File> {
         let play = self.play(sheet, rng);
         let nominal_s = (0_u32..).map(|row| f64::from(row) * self.interval_s).take_while(|t| *t <= sheet.end_s);
         let jitter = self.realisms().size("jitter");
@@ -129,13 +135,14 @@ impl Setup<'_> {
             pressures_pa.push(("supply_pressure_kpa", self.instrument.read_pressure(&seen.supply_pa, rng)));
         }
         let given = |t: f64| sheet.commanded.iter().rev().find(|e| e.at_s <= t + 1e-9).is_some_and(|e| e.close);
-        File {
+        let file = File {
             conditions: sheet.conditions.clone(),
             command: self.has_command.then(|| kept_s.iter().map(|t| given(*t)).collect()),
             time_s: kept_s.iter().map(|t| t * self.clock_rate).collect(),
             position_m,
             pressures_pa,
-        }
+        };
+        (!seen.is_broken).then_some(file)
     }
 
     /// What really happens: pressures that are not what the gauge says, edges that come late, strokes that differ.

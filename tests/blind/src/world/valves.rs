@@ -36,6 +36,11 @@ impl Class {
         }
     }
 
+    /// The kind of that word.
+    pub fn of_word(word: &str) -> Option<Self> {
+        [Self::Common, Self::Needle, Self::Gate, Self::Slow, Self::Springless].into_iter().find(|c| c.word() == word)
+    }
+
     /// Draws a kind; most are common.
     pub(crate) fn draw(rng: &mut StdRng) -> Self {
         match rng.random_range(0..20) {
