@@ -1,10 +1,11 @@
-//! The figures of a benchmark, counted.
+//! The figures of tidy campaigns, counted by what was recorded.
 
 use std::fmt::{self, Display};
 
 use blind_benchmark::truth::{Category, Channels};
 
-use crate::Scored;
+use crate::table::median;
+use crate::{Kind, Scored};
 
 /// The scores of many campaigns.
 #[derive(Debug)]
@@ -75,7 +76,9 @@ const COLUMNS: [(&str, Channels); 3] = [
 impl Summary<'_> {
     fn of(&self, category: Option<Category>, channels: Channels) -> impl Iterator<Item = &Scored> {
         self.all.iter().filter(move |scored| {
-            category.is_none_or(|category| scored.truth.category == category) && scored.truth.channels == channels
+            scored.tidy.as_ref().is_some_and(|truth| {
+                category.is_none_or(|category| truth.category == category) && truth.channels == channels
+            })
         })
     }
 
@@ -89,9 +92,7 @@ impl Summary<'_> {
     }
 
     fn median(&self, channels: Channels, value: impl Fn(&Scored) -> Vec<f64>) -> String {
-        let mut values: Vec<f64> = self.of(None, channels).flat_map(value).collect();
-        values.sort_by(f64::total_cmp);
-        values.get(values.len() / 2).map_or("-".into(), |median| format!("{median:.3}"))
+        median(self.of(None, channels).flat_map(value).collect()).map_or("-".into(), |median| format!("{median:.3}"))
     }
 }
 
@@ -99,7 +100,7 @@ impl Summary<'_> {
 type Median<'a> = (&'a str, &'a str, &'a dyn Fn(&Scored) -> Vec<f64>);
 
 fn is_of_catalogue(scored: &Scored) -> bool {
-    matches!(scored.truth.category, Category::One | Category::Two)
+    matches!(scored.wanted.kind, Kind::One | Kind::Two)
 }
 
 impl Display for Summary<'_> {
@@ -118,11 +119,14 @@ impl Display for Summary<'_> {
             }
             writeln!(f)?;
         }
-        let held_out =
-            |scored: &Scored| scored.held_out.filter(|_| is_of_catalogue(scored)).into_iter().collect::<Vec<_>>();
+        let held_out = |scored: &Scored| {
+            scored.answer.held_out.filter(|_| is_of_catalogue(scored)).into_iter().collect::<Vec<_>>()
+        };
         let medians: [Median<'_>; 3] = [
             ("median error on left-out conditions, in noise", "1.05", &held_out),
-            ("median error of an effect's size, share", "", &|scored: &Scored| scored.size_errors.clone()),
+            ("median error of an effect's size, share", "", &|scored: &Scored| {
+                scored.sizes().iter().map(|size| size.error).collect()
+            }),
             ("median time, s", "", &|scored: &Scored| vec![scored.seconds]),
         ];
         for (what, wanted, value) in medians {

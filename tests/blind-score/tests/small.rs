@@ -3,8 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use blind_benchmark::draw::{DrawSpec, draw};
-use blind_benchmark::truth::Category;
-use blind_score::{Drawn, Scored, Summary, score};
+use blind_score::{Drawn, Kind, Scored, Summary, score};
 use model_lab::explain::{Progress, Verdict, Watch, explain};
 
 /// One campaign with 0.1 mm of noise and no repeats.
@@ -23,8 +22,8 @@ fn one(seed: u64, weights: [f64; 4], pressures: bool) -> Scored {
 #[test]
 fn nothing_hidden_is_nothing_found() {
     let scored = one(11, [1.0, 0.0, 0.0, 0.0], false);
-    assert_eq!(scored.verdict, Verdict::Adequate, "{scored:?}");
-    assert!(scored.held_out.unwrap() < 1.05, "{scored:?}");
+    assert_eq!(scored.answer.verdict, "adequate", "{scored:?}");
+    assert!(scored.answer.held_out.unwrap() < 1.05, "{scored:?}");
 }
 
 #[test]
@@ -32,8 +31,8 @@ fn a_single_effect_is_named_with_its_size() {
     for (seed, pressures) in [(12, false), (13, true), (14, false)] {
         let scored = one(seed, [0.0, 1.0, 0.0, 0.0], pressures);
         assert!(scored.first_is_right() && scored.is_in_groups(), "{scored:?}");
-        assert!(scored.size_errors[0] < 0.1, "{scored:?}");
-        assert!(scored.held_out.unwrap() < 1.1, "{scored:?}");
+        assert!(scored.sizes()[0].error < 0.1, "{scored:?}");
+        assert!(scored.answer.held_out.unwrap() < 1.1, "{scored:?}");
     }
 }
 
@@ -50,8 +49,8 @@ fn a_fit_that_is_stuck_is_freed_by_a_larger_one() {
     };
     let folder = tempfile::tempdir().unwrap();
     let scored = score(&draw(1, 0, &spec), folder.path()).unwrap();
-    assert!(scored.is_exact() && scored.size_errors[0] < 0.01, "{scored:?}");
-    assert!(scored.held_out.unwrap() < 1.02, "{scored:?}");
+    assert!(scored.is_exact() && scored.sizes()[0].error < 0.01, "{scored:?}");
+    assert!(scored.answer.held_out.unwrap() < 1.02, "{scored:?}");
 }
 
 #[test]
@@ -60,8 +59,8 @@ fn what_little_an_effect_leaves_is_no_physics_outside_the_catalogue() {
     let spec = DrawSpec { weights: [0.0, 1.0, 0.0, 0.0], ..DrawSpec::default() };
     let folder = tempfile::tempdir().unwrap();
     let scored = score(&draw(6001, 5, &spec), folder.path()).unwrap();
-    assert!(scored.is_exact() && scored.size_errors[0] < 0.05, "{scored:?}");
-    assert!(scored.lack > 15.0 && scored.held_out.unwrap() < 1.1, "{scored:?}");
+    assert!(scored.is_exact() && scored.sizes()[0].error < 0.05, "{scored:?}");
+    assert!(scored.answer.lack.unwrap() > 15.0 && scored.answer.held_out.unwrap() < 1.1, "{scored:?}");
 }
 
 #[test]
@@ -72,11 +71,11 @@ fn strokes_that_differ_though_none_was_repeated_are_no_physics() {
         score(&draw(17, index, &spec), folder.path()).unwrap()
     };
     let nothing = drawn(0, [1.0, 0.0, 0.0, 0.0]);
-    assert!(nothing.truth.scatter.is_some() && !nothing.truth.repeats);
-    assert_eq!(nothing.verdict, Verdict::Adequate, "{nothing:?}");
+    assert!(nothing.tidy.as_ref().is_some_and(|truth| truth.scatter.is_some() && !truth.repeats));
+    assert_eq!(nothing.answer.verdict, "adequate", "{nothing:?}");
     let one = drawn(0, [0.0, 1.0, 0.0, 0.0]);
     assert!(one.first_is_right() && one.is_in_groups(), "{one:?}");
-    assert!(one.held_out.unwrap() < 1.1, "{one:?}");
+    assert!(one.answer.held_out.unwrap() < 1.1, "{one:?}");
 }
 
 #[test]
@@ -87,7 +86,7 @@ fn an_effect_that_only_led_the_way_is_dropped() {
     drawn.runs = [0, 2, 4].map(|run| drawn.runs[run].clone()).to_vec();
     let folder = tempfile::tempdir().unwrap();
     let scored = score(&drawn, folder.path()).unwrap();
-    assert!(scored.is_exact() && scored.size_errors[0] < 0.05, "{scored:?}");
+    assert!(scored.is_exact() && scored.sizes()[0].error < 0.05, "{scored:?}");
 }
 
 #[test]
@@ -99,8 +98,8 @@ fn two_effects_are_both_named() {
 #[test]
 fn what_no_catalogue_holds_is_told() {
     let scored = one(16, [0.0, 0.0, 0.0, 1.0], true);
-    assert_eq!(scored.truth.category, Category::Outside);
-    assert_eq!(scored.verdict, Verdict::OutsideCatalogue, "{scored:?}");
+    assert_eq!(scored.wanted.kind, Kind::Outside);
+    assert_eq!(scored.answer.verdict, "outside-catalogue", "{scored:?}");
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Forces on the moving part that do not depend on its history.
 
 use crate::bristle::Grip;
-use crate::hidden::{Hidden, Outside};
+use crate::hidden::{Hidden, Laws, Outside};
 use crate::valve::{AMBIENT_PA, GRAVITY_M_PER_S2, Valve};
 
 /// Everything but dry friction and inertia, + opens.
@@ -11,7 +11,12 @@ pub(crate) fn driving_force(valve: &Valve, hidden: &Hidden, x: f64, v: f64, cham
     let spring = valve.spring_n_per_m * (squeezed + valve.preload_m) * (1.0 + hidden.hardening * squeezed / stroke);
     let gas = (chamber_pa - AMBIENT_PA) * valve.piston_area_m2;
     let weight = valve.orientation.opening_sign() * valve.mass_kg * GRAVITY_M_PER_S2;
-    let stops = -valve.contact_n_per_m * (x.min(0.0) + (x - stroke).max(0.0));
+    let mut stops = -valve.contact_n_per_m * (x.min(0.0) + (x - stroke).max(0.0));
+    if hidden.laws.stop_damping_s_per_m != 0.0 && stops != 0.0 {
+        // Speed into the stop; a stop pushes and never pulls.
+        let into = if x < 0.0 { -v } else { v };
+        stops *= (1.0 + hidden.laws.stop_damping_s_per_m * into).max(0.0);
+    }
     let mut force = spring - gas + weight + stops - valve.viscous_ns_per_m * v;
 
     for ((damping, length), distance) in [(hidden.closing_cushion, x), (hidden.opening_cushion, squeezed)] {
@@ -26,6 +31,9 @@ pub(crate) fn driving_force(valve: &Valve, hidden: &Hidden, x: f64, v: f64, cham
     let (process, exponent) = hidden.process_force;
     if process != 0.0 {
         force += process * (1.0 - x / stroke).max(0.0).powf(exponent);
+    }
+    if hidden.load_n != 0.0 {
+        force += hidden.load_n;
     }
     for effect in &hidden.outside {
         force += odd_force(effect, stroke, x, v);
@@ -51,7 +59,7 @@ fn odd_force(effect: &Outside, stroke: f64, x: f64, v: f64) -> f64 {
 
 /// What dry friction of every kind can hold at this place and pressure; `lean` is negative while
 /// the piston moves, or is pushed, to the closed side.
-pub(crate) fn grip(hidden: &Hidden, x: f64, lean: f64, chamber_pa: f64, rest_age: f64) -> Grip {
+pub(crate) fn grip(valve: &Valve, hidden: &Hidden, x: f64, lean: f64, chamber_pa: f64, rest_age: f64) -> Grip {
     let mut sum = Grip::default();
     if let Some(dry) = hidden.dry_friction {
         sum.sliding_n += dry.coulomb_n;
@@ -74,6 +82,13 @@ pub(crate) fn grip(hidden: &Hidden, x: f64, lean: f64, chamber_pa: f64, rest_age
     }
     sum.sliding_n += both;
     sum.holding_n += both;
+    let Laws { friction_asymmetry: asymmetry, friction_slope: slope, .. } = hidden.laws;
+    if asymmetry != 0.0 || slope != 0.0 {
+        let sided = if lean < 0.0 { 1.0 + asymmetry } else { 1.0 - asymmetry };
+        let factor = sided * (1.0 + slope * (x / valve.stroke_m - 0.5)).max(0.0);
+        sum.sliding_n *= factor;
+        sum.holding_n *= factor;
+    }
     sum
 }
 

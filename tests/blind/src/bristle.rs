@@ -15,6 +15,8 @@ use crate::hidden::Bristles;
 const COMPLIANT_N_PER_M: f64 = 2e5;
 /// Damping of compliant bristles.
 const COMPLIANT_NS_PER_M: f64 = 250.0;
+/// Damping of bristles of a given stiffness, over the square root of stiffness times mass.
+const DAMPING_SHARE: f64 = 0.45;
 /// Deflection at which stiff bristles reach the largest friction of a valve.
 const STIFF_DEFLECTION_M: f64 = 1e-6;
 /// Fraction of the sliding deflection below which stiff bristles are purely elastic.
@@ -46,6 +48,8 @@ impl Bristle {
     pub fn new(kind: Bristles, largest_n: f64, mass_kg: f64, stribeck_m_per_s: f64) -> Self {
         let (stiffness, damping) = match kind {
             Bristles::Compliant => (COMPLIANT_N_PER_M, COMPLIANT_NS_PER_M),
+            // Damped as the compliant ones are, against the critical value.
+            Bristles::Of(stiffness) => (stiffness, DAMPING_SHARE * (stiffness * mass_kg).sqrt()),
             Bristles::Stiff => {
                 let stiffness = largest_n.max(20.0) / STIFF_DEFLECTION_M;
                 (stiffness, (stiffness * mass_kg).sqrt())
@@ -77,6 +81,12 @@ impl Bristle {
         let elastic = ELASTIC_SHARE * sliding;
         let over = ((z.abs() - elastic) / (sliding - elastic)).clamp(0.0, 1.0);
         0.5 - 0.5 * (std::f64::consts::PI * over).cos()
+    }
+
+    /// Rate of change of the deflection `z`.
+    pub fn rate(&self, grip: Grip, z: f64, v: f64) -> f64 {
+        let sliding = self.sliding_deflection(grip, v);
+        v - self.yielding(z, v, sliding) * v.abs() * z / sliding
     }
 
     /// The friction force on the piston, opposing its motion.

@@ -163,10 +163,10 @@ fn trace_path(index: usize) -> String {
     format!("traces/run-{:02}.csv", index + 1)
 }
 
-fn create(folder: &Path) -> Result<(), WriteError> {
+pub(crate) fn create(folder: &Path) -> Result<(), WriteError> {
     std::fs::create_dir_all(folder).map_err(|source| WriteError { path: folder.to_owned(), source })
 }
 
-fn write(file: &Path, text: &str) -> Result<(), WriteError> {
+pub(crate) fn write(file: &Path, text: &str) -> Result<(), WriteError> {
     std::fs::write(file, text).map_err(|source| WriteError { path: file.to_owned(), source })
 }

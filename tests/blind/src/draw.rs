@@ -77,7 +77,7 @@ pub fn draw(seed: u64, index: usize, spec: &DrawSpec) -> Campaign {
 
 /// The category of an index and how many of that category came before it: at every index the one
 /// that lags most behind its weight.
-fn category_of(index: usize, weights: [f64; 4]) -> (Category, usize) {
+pub(crate) fn category_of(index: usize, weights: [f64; 4]) -> (Category, usize) {
     const ORDER: [Category; 4] = [Category::Nothing, Category::One, Category::Two, Category::Outside];
     let total: f64 = weights.iter().sum();
     let mut counts = [0_usize; 4];
@@ -91,7 +91,7 @@ fn category_of(index: usize, weights: [f64; 4]) -> (Category, usize) {
 }
 
 /// The entry `rank` of an endless walk through `ids`, every lap in an order of its own.
-fn walk(seed: u64, rank: usize, ids: &[&'static str]) -> &'static str {
+pub(crate) fn walk(seed: u64, rank: usize, ids: &[&'static str]) -> &'static str {
     let lap = (rank / ids.len()) as u64;
     let mut order = ids.to_vec();
     order.shuffle(&mut StdRng::seed_from_u64(seed ^ (lap << 40)));
@@ -200,7 +200,7 @@ fn secret(seed: u64, category: Category, rank: usize, believed: &Valve, mut draf
 }
 
 /// The part of a campaign's name that tells what is hidden.
-fn label(effects: &[Drawn], outside: &[Drawn]) -> String {
+pub(crate) fn label(effects: &[Drawn], outside: &[Drawn]) -> String {
     match (effects, outside) {
         ([], []) => "nothing".to_owned(),
         ([], [odd, ..]) => format!("outside-{}", odd.id),
@@ -208,6 +208,6 @@ fn label(effects: &[Drawn], outside: &[Drawn]) -> String {
     }
 }
 
-fn three_decimals(value: f64) -> f64 {
+pub(crate) fn three_decimals(value: f64) -> f64 {
     (value * 1e3).round() / 1e3
 }

@@ -41,15 +41,39 @@ pub struct Hidden {
     pub clock_offset_s: f64,
     /// Things no catalogue holds.
     pub outside: Vec<Outside>,
+    /// How this valve's laws differ from those everybody writes down.
+    pub laws: Laws,
+    /// A constant force on the moving part, + opens.
+    pub load_n: f64,
+}
+
+/// Laws that are nearly those everybody writes down; the default is exactly those.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Laws {
+    /// Dry friction is 1 + this times as large while closing, 1 - this while opening.
+    pub friction_asymmetry: f64,
+    /// Dry friction is 1 + this (x/L - 1/2) times as large at the place x.
+    pub friction_slope: f64,
+    /// Damping of the stops per their force, s/m (K. H. Hunt, F. R. E. Crossley, "Coefficient of restitution
+    /// interpreted as damping in vibroimpact", J. Appl. Mech. 42, 1975).
+    pub stop_damping_s_per_m: f64,
+    /// Share of Perry's dependence of the discharge coefficient on the pressure ratio.
+    pub perry_share: f64,
+    /// Heat capacity of the walls of chamber and of pipe, J/K; none: they keep their temperature.
+    pub wall_heat_j_per_k: Option<f64>,
+    /// Exhaust through a silencer: geometric area of its pores in m2 and volume in m3.
+    pub silencer: Option<(f64, f64)>,
 }
 
 /// How dry friction gives before it slides.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Bristles {
     /// As elastomer seals do: 0.2 MN/m, some tenths of a millimetre.
     Compliant,
     /// As metal does: about a micrometre.
     Stiff,
+    /// Of a stiffness in N/m.
+    Of(f64),
 }
 
 /// Dry friction that does not depend on the place.
@@ -176,6 +200,8 @@ impl Default for Hidden {
             sensor_lag_s: 0.0,
             clock_offset_s: 0.0,
             outside: Vec::new(),
+            laws: Laws::default(),
+            load_n: 0.0,
         }
     }
 }

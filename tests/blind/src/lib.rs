@@ -5,6 +5,7 @@
 //! model cannot hide in its own mirror. Friction is a carpet of bristles, gas temperatures and the
 //! pressure of the supply line are states, the solenoid's spool moves.
 
+mod adaptive;
 mod body;
 mod bristle;
 mod conditions;
@@ -21,6 +22,7 @@ pub mod record;
 pub mod strange;
 pub mod truth;
 pub mod valve;
+pub mod world;
 
 pub use campaign::Campaign;
 pub use draw::{DrawSpec, draw};

@@ -3,8 +3,10 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use blind_benchmark::campaign::WriteError;
 use blind_benchmark::draw::{DrawSpec, POSITION_NOISES_M, draw};
 use blind_benchmark::hidden::Bristles;
+use blind_benchmark::world::{Class, Realisms, World, WorldSpec, draw_world, write_truths};
 use clap::{Parser, ValueEnum};
 use rayon::prelude::*;
 
@@ -24,6 +26,15 @@ struct Arguments {
     /// Index of the first campaign.
     #[arg(long, default_value_t = 0)]
     first: usize,
+    /// Where the campaigns are recorded.
+    #[arg(long, value_enum, default_value_t = WorldName::Tidy)]
+    world: WorldName,
+    /// Laboratory and plant: just these realisms instead of drawn ones, such as gain=0.01,many-cycles or none.
+    #[arg(long, value_delimiter = ',', value_name = "NAME=SIZE,...")]
+    realisms: Option<Vec<String>>,
+    /// Laboratory and plant: just valves of this kind, one of common, needle, gate, slow, springless.
+    #[arg(long, value_parser = class)]
+    class: Option<Class>,
     /// Weights of: nothing hidden, one effect, two effects, one outside the catalogue.
     #[arg(long, value_delimiter = ',', value_name = "N,N,N,N", default_values_t = DrawSpec::default().weights)]
     mix: Vec<f64>,
@@ -51,6 +62,16 @@ struct Arguments {
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
+enum WorldName {
+    /// An exact model but for what is hidden, and white noise of a stated size; all other options are for this one.
+    Tidy,
+    /// A few small realisms of instruments, conditions, records and laws at once.
+    Laboratory,
+    /// Many and larger realisms at once.
+    Plant,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
 enum Friction {
     Compliant,
     Stiff,
@@ -75,6 +96,35 @@ fn main() -> ExitCode {
         eprintln!("error: --noise is one sigma in mm and above zero, for instance one of {usual:?}");
         return ExitCode::from(2);
     }
+    let indices = arguments.first..arguments.first + arguments.cases;
+    let world = match arguments.world {
+        WorldName::Tidy => World::Tidy,
+        WorldName::Laboratory => World::Laboratory,
+        WorldName::Plant => World::Plant,
+    };
+    if world != World::Tidy {
+        let realisms = match arguments.realisms.as_deref().map(Realisms::from_words).transpose() {
+            Ok(realisms) => realisms,
+            Err(error) => {
+                eprintln!("error: --realisms: {error}");
+                return ExitCode::from(2);
+            }
+        };
+        let spec = WorldSpec { world, weights, class: arguments.class, realisms };
+        let written: Result<Vec<_>, _> = indices
+            .into_par_iter()
+            .map(|index| {
+                let recording = draw_world(arguments.seed, index, &spec);
+                let folder = recording.write_to(&arguments.generate)?;
+                Ok((folder, (recording.name, recording.truth)))
+            })
+            .collect();
+        return finished(written.and_then(|all| {
+            let (folders, truths): (Vec<_>, Vec<_>) = all.into_iter().unzip();
+            write_truths(&truths, &arguments.generate)?;
+            Ok(folders)
+        }));
+    }
     let spec = DrawSpec {
         weights,
         pressures: arguments.pressures,
@@ -89,10 +139,16 @@ fn main() -> ExitCode {
         },
         ..DrawSpec::default()
     };
-    let written: Result<Vec<PathBuf>, _> = (arguments.first..arguments.first + arguments.cases)
-        .into_par_iter()
-        .map(|index| draw(arguments.seed, index, &spec).write_to(&arguments.generate))
-        .collect();
+    let written: Result<Vec<PathBuf>, _> =
+        indices.into_par_iter().map(|index| draw(arguments.seed, index, &spec).write_to(&arguments.generate)).collect();
+    finished(written)
+}
+
+fn class(word: &str) -> Result<Class, String> {
+    Class::of_word(word).ok_or_else(|| "one of common, needle, gate, slow, springless is right".to_owned())
+}
+
+fn finished(written: Result<Vec<PathBuf>, WriteError>) -> ExitCode {
     match written {
         Ok(folders) => {
             for folder in folders {

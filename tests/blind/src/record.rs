@@ -89,7 +89,7 @@ pub fn stroke_times(
 /// The first time up to `until_s` at which `level` is not above zero. The rig goes on to `until_s`
 /// only where it is needed there.
 fn first_crossing(
-    rig: &mut Rig<'_>,
+    rig: &mut Rig,
     mut before: (f64, State),
     until_s: f64,
     go_on: bool,

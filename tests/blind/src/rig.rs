@@ -2,7 +2,7 @@
 //!
 //! Explicit midpoint steps of at most 20 microseconds, cut at the corners of the spool's travel;
 //! the bristles of dry friction relax exactly within a step, so that they may be far stiffer than
-//! the step.
+//! the step. Slow and stiff valves go through [`crate::adaptive`] instead.
 
 use crate::body;
 use crate::bristle::Bristle;
@@ -25,44 +25,77 @@ pub struct Conditions {
     pub leak_from_supply_m2: f64,
 }
 
+/// What is around a valve beyond what was set for it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Surroundings {
+    /// Temperature of walls, supply and atmosphere.
+    pub temperature_k: f64,
+    /// How the supply pressure gives way.
+    pub sag: Option<Sag>,
+}
+
+impl Default for Surroundings {
+    fn default() -> Self {
+        Self { temperature_k: TEMPERATURE_K, sag: None }
+    }
+}
+
+/// A supply that sags while valves fill and recovers while they vent.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sag {
+    /// Share of the gauge pressure that is lost in the end.
+    pub depth: f64,
+    /// Time constant of sagging and of recovering.
+    pub time_s: f64,
+}
+
 /// Everything that moves or changes.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct State {
     pub x: f64,
     pub v: f64,
-    bristle: f64,
-    chamber_kg: f64,
-    pipe_kg: f64,
-    chamber_k: f64,
-    pipe_k: f64,
-    line_pa: f64,
+    pub bristle: f64,
+    pub chamber_kg: f64,
+    pub pipe_kg: f64,
+    pub chamber_k: f64,
+    pub pipe_k: f64,
+    pub chamber_wall_k: f64,
+    pub pipe_wall_k: f64,
+    pub line_pa: f64,
+    pub silencer_pa: f64,
     /// What the position sensor shows.
     pub seen: f64,
     /// Logarithm of the time at rest, less what sliding wore off.
-    rest_age: f64,
+    pub rest_age: f64,
 }
 
-/// Rates of change of [`State`], the bristle left aside.
+/// Rates of change of [`State`], but for the position.
 #[derive(Debug, Clone, Copy, Default)]
-struct Rates {
-    v: f64,
-    chamber_kg: f64,
-    pipe_kg: f64,
-    chamber_k: f64,
-    pipe_k: f64,
-    line_pa: f64,
-    seen: f64,
-    rest_age: f64,
+pub(crate) struct Rates {
+    pub v: f64,
+    pub bristle: f64,
+    pub chamber_kg: f64,
+    pub pipe_kg: f64,
+    pub chamber_k: f64,
+    pub pipe_k: f64,
+    pub chamber_wall_k: f64,
+    pub pipe_wall_k: f64,
+    pub line_pa: f64,
+    pub silencer_pa: f64,
+    pub seen: f64,
+    pub rest_age: f64,
 }
 
 /// A valve under test.
 #[derive(Debug, Clone)]
-pub(crate) struct Rig<'a> {
-    valve: &'a Valve,
-    hidden: &'a Hidden,
-    travel: Travel,
+pub(crate) struct Rig {
+    pub valve: Valve,
+    pub hidden: Hidden,
+    around: Surroundings,
+    edges: Vec<Edge>,
+    pub travel: Travel,
     outflow: Outflow,
-    bristle: Option<Bristle>,
+    pub bristle: Option<Bristle>,
     supply_pa: f64,
     leak_out_m2: f64,
     leak_in_m2: f64,
@@ -71,15 +104,30 @@ pub(crate) struct Rig<'a> {
     pub time_s: f64,
 }
 
-impl<'a> Rig<'a> {
+impl Rig {
     /// A valve at rest in the open, vented state at the time `start_s`, before the first edge.
-    pub fn new(valve: &'a Valve, hidden: &'a Hidden, conditions: &Conditions, edges: &[Edge], start_s: f64) -> Self {
+    pub fn new(valve: &Valve, hidden: &Hidden, conditions: &Conditions, edges: &[Edge], start_s: f64) -> Self {
+        Self::around(valve, hidden, conditions, Surroundings::default(), edges, start_s)
+    }
+
+    /// The same among given surroundings.
+    pub fn around(
+        valve: &Valve,
+        hidden: &Hidden,
+        conditions: &Conditions,
+        around: Surroundings,
+        edges: &[Edge],
+        start_s: f64,
+    ) -> Self {
         let supply_pa = conditions.supply_psig * PSI_PA + AMBIENT_PA;
+        let temperature_k = around.temperature_k;
         let mut rig = Self {
-            valve,
-            hidden,
+            valve: valve.clone(),
+            hidden: hidden.clone(),
+            around,
+            edges: edges.to_vec(),
             travel: Travel::new(edges, hidden.solenoid),
-            outflow: Outflow::new(GAMMA, GAS_CONSTANT, hidden.critical_ratio),
+            outflow: Outflow::new(GAMMA, GAS_CONSTANT, hidden.critical_ratio, hidden.laws.perry_share),
             bristle: None,
             supply_pa,
             leak_out_m2: conditions.leak_to_atmosphere_m2 + hidden.leak_to_atmosphere_m2,
@@ -91,9 +139,12 @@ impl<'a> Rig<'a> {
                 bristle: 0.0,
                 chamber_kg: 0.0,
                 pipe_kg: 0.0,
-                chamber_k: TEMPERATURE_K,
-                pipe_k: TEMPERATURE_K,
+                chamber_k: temperature_k,
+                pipe_k: temperature_k,
+                chamber_wall_k: temperature_k,
+                pipe_wall_k: temperature_k,
                 line_pa: supply_pa,
+                silencer_pa: AMBIENT_PA + hidden.back_pressure_pa,
                 seen: 0.0,
                 rest_age: 0.0,
             },
@@ -110,12 +161,21 @@ impl<'a> Rig<'a> {
         self.step_s = step_s;
     }
 
+    /// From here on the valve, what it hides and the gauge pressure of its supply are others, as they are from
+    /// one stroke to the next. The gas stays where it is.
+    pub fn vary(&mut self, valve: &Valve, hidden: &Hidden, supply_psig: f64) {
+        self.valve = valve.clone();
+        self.hidden = hidden.clone();
+        self.supply_pa = supply_psig * PSI_PA + AMBIENT_PA;
+    }
+
     /// Absolute pressures of chamber and pipe.
     pub fn pressures_pa(&self) -> (f64, f64) {
         self.pressures(&self.state)
     }
 
-    fn pressures(&self, s: &State) -> (f64, f64) {
+    /// Absolute pressures of chamber and pipe in a state.
+    pub fn pressures(&self, s: &State) -> (f64, f64) {
         let volume = self.valve.dead_volume_m3 + self.valve.piston_area_m2 * (self.valve.stroke_m - s.x);
         (
             s.chamber_kg * GAS_CONSTANT * s.chamber_k / volume,
@@ -129,7 +189,7 @@ impl<'a> Rig<'a> {
         let mut largest: f64 = 0.0;
         for part in 0..=200 {
             let x = self.valve.stroke_m * f64::from(part) / 200.0;
-            let grip = body::grip(self.hidden, x, -1.0, full + AMBIENT_PA, 7.0);
+            let grip = body::grip(&self.valve, &self.hidden, x, -1.0, full + AMBIENT_PA, 7.0);
             largest = largest.max(grip.holding_n);
         }
         let stribeck = self.hidden.dry_friction.map_or(0.01, |dry| dry.stribeck_m_per_s);
@@ -142,10 +202,10 @@ impl<'a> Rig<'a> {
         let (mut low, mut high) = (AMBIENT_PA, self.supply_pa);
         for _ in 0..200 {
             let middle = 0.5 * (low + high);
-            let pipe = warm(middle);
-            let vent = self.flow(self.valve.solenoid_area_m2 * self.hidden.vent_factor, pipe, warm(outside_pa));
-            let out = self.flow(self.leak_out_m2, pipe, warm(AMBIENT_PA));
-            let into = self.flow(self.leak_in_m2, warm(self.supply_pa), pipe);
+            let pipe = self.warm(middle);
+            let vent = self.flow(self.valve.solenoid_area_m2 * self.hidden.vent_factor, pipe, self.warm(outside_pa));
+            let out = self.flow(self.leak_out_m2, pipe, self.warm(AMBIENT_PA));
+            let into = self.flow(self.leak_in_m2, self.warm(self.supply_pa), pipe);
             if into - vent - out > 0.0 {
                 low = middle;
             } else {
@@ -157,24 +217,29 @@ impl<'a> Rig<'a> {
         let (mut low, mut high) = (self.valve.stroke_m - reach, self.valve.stroke_m + reach);
         for _ in 0..200 {
             let middle = 0.5 * (low + high);
-            if body::driving_force(self.valve, self.hidden, middle, 0.0, pressure) > 0.0 {
+            if body::driving_force(&self.valve, &self.hidden, middle, 0.0, pressure) > 0.0 {
                 low = middle;
             } else {
                 high = middle;
             }
         }
+        let gas_k = self.around.temperature_k;
         let s = &mut self.state;
         s.x = 0.5 * (low + high);
         s.seen = s.x;
         let volume = self.valve.dead_volume_m3 + self.valve.piston_area_m2 * (self.valve.stroke_m - s.x);
-        s.chamber_kg = pressure * volume / (GAS_CONSTANT * TEMPERATURE_K);
-        s.pipe_kg = pressure * self.valve.pipe_volume_m3 / (GAS_CONSTANT * TEMPERATURE_K);
+        s.chamber_kg = pressure * volume / (GAS_CONSTANT * gas_k);
+        s.pipe_kg = pressure * self.valve.pipe_volume_m3 / (GAS_CONSTANT * gas_k);
         // The valve has stood for a minute before its first stroke.
         for effect in &self.hidden.outside {
             if let Outside::DwellFriction { onset_s, .. } = effect {
                 s.rest_age = (60.0 / onset_s).ln_1p();
             }
         }
+    }
+
+    fn warm(&self, pressure_pa: f64) -> Gas {
+        Gas { pressure_pa, temperature_k: self.around.temperature_k }
     }
 
     fn flow(&self, geometric_m2: f64, a: Gas, b: Gas) -> f64 {
@@ -185,8 +250,19 @@ impl<'a> Rig<'a> {
     }
 
     /// The supply before the line's resistance.
-    fn source_pa(&self, t: f64) -> f64 {
+    pub fn source_pa(&self, t: f64) -> f64 {
         let mut pressure = self.supply_pa;
+        if let Some(Sag { depth, time_s }) = self.around.sag {
+            // How far it sagged: towards 1 after each edge that fills, towards 0 after each that vents.
+            let (mut sagged, mut goal, mut from) = (0.0, 0.0, f64::NEG_INFINITY);
+            for edge in self.edges.iter().take_while(|edge| edge.at_s <= t) {
+                sagged = goal + (sagged - goal) * (-(edge.at_s - from) / time_s).exp();
+                goal = if edge.close { 1.0 } else { 0.0 };
+                from = edge.at_s;
+            }
+            sagged = goal + (sagged - goal) * (-(t - from) / time_s).exp();
+            pressure -= depth * sagged * (self.supply_pa - AMBIENT_PA);
+        }
         for effect in &self.hidden.outside {
             if let Outside::SupplyRipple { amplitude_pa, frequency_hz, phase_rad } = *effect {
                 pressure += amplitude_pa * (std::f64::consts::TAU * frequency_hz * t + phase_rad).sin();
@@ -195,18 +271,31 @@ impl<'a> Rig<'a> {
         pressure
     }
 
-    fn rates(&self, t: f64, spool: f64, s: &State) -> Rates {
-        let (valve, hidden) = (self.valve, self.hidden);
+    /// Whether the rates depend on the time itself between two corners.
+    pub fn is_timed(&self) -> bool {
+        let swings = |effect: &Outside| matches!(effect, Outside::SupplyRipple { .. });
+        self.around.sag.is_some() || self.hidden.outside.iter().any(swings)
+    }
+
+    /// Rates of change at the time `t` with the spool at `spool`.
+    pub fn rates(&self, t: f64, spool: f64, s: &State) -> Rates {
+        let (valve, hidden) = (&self.valve, &self.hidden);
+        let around_k = self.around.temperature_k;
         let (chamber_pa, pipe_pa) = self.pressures(s);
         let chamber = Gas { pressure_pa: chamber_pa, temperature_k: s.chamber_k };
         let pipe = Gas { pressure_pa: pipe_pa, temperature_k: s.pipe_k };
         let source_pa = self.source_pa(t);
-        let supply = warm(if hidden.supply_droop.is_some() { s.line_pa } else { source_pa });
-        let air = warm(AMBIENT_PA);
+        let supply = self.warm(if hidden.supply_droop.is_some() { s.line_pa } else { source_pa });
+        let air = self.warm(AMBIENT_PA);
+        let exhaust = self.warm(if hidden.laws.silencer.is_some() {
+            s.silencer_pa
+        } else {
+            AMBIENT_PA + hidden.back_pressure_pa
+        });
 
         let fill = self.flow(spool * valve.solenoid_area_m2, supply, pipe);
         let vent_m2 = (1.0 - spool) * valve.solenoid_area_m2 * hidden.vent_factor;
-        let vent = self.flow(vent_m2, pipe, warm(AMBIENT_PA + hidden.back_pressure_pa));
+        let vent = self.flow(vent_m2, pipe, exhaust);
         let leak_out = self.flow(self.leak_out_m2, pipe, air);
         let leak_in = self.flow(self.leak_in_m2, supply, pipe);
         let port = self.flow(valve.port_area_m2, pipe, chamber);
@@ -218,30 +307,39 @@ impl<'a> Rig<'a> {
         let mut force = body::driving_force(valve, hidden, s.x, s.v, chamber_pa);
         if let Some(bristle) = &self.bristle {
             let lean = s.bristle + 1e-5 * s.v;
-            let grip = body::grip(hidden, s.x, lean, chamber_pa, s.rest_age);
+            let grip = body::grip(valve, hidden, s.x, lean, chamber_pa, s.rest_age);
             force += bristle.force(grip, s.bristle, s.v);
+            rates.bristle = bristle.rate(grip, s.bristle, s.v);
         }
         rates.v = force / valve.mass_kg;
         if let Some(conductance) = hidden.wall_conductance_w_per_k {
             // Enthalpy that comes in, per c_p: flow times the temperature of where it comes from.
             let carried = |flow: f64, from: f64, to: f64| flow * if flow >= 0.0 { from } else { to };
             let through_port = carried(port, s.pipe_k, s.chamber_k);
-            let pipe_in = carried(fill, TEMPERATURE_K, s.pipe_k) + carried(leak_in, TEMPERATURE_K, s.pipe_k)
-                - carried(vent, s.pipe_k, TEMPERATURE_K)
-                - carried(leak_out, s.pipe_k, TEMPERATURE_K)
+            let pipe_in = carried(fill, around_k, s.pipe_k) + carried(leak_in, around_k, s.pipe_k)
+                - carried(vent, s.pipe_k, around_k)
+                - carried(leak_out, s.pipe_k, around_k)
                 - through_port;
-            let chamber_in = through_port - carried(escape, s.chamber_k, TEMPERATURE_K);
+            let chamber_in = through_port - carried(escape, s.chamber_k, around_k);
             let (cv, cp) = (GAS_CONSTANT / (GAMMA - 1.0), GAS_CONSTANT * GAMMA / (GAMMA - 1.0));
             let work = chamber_pa * -valve.piston_area_m2 * s.v;
             rates.chamber_k = (cp * chamber_in - work - rates.chamber_kg * cv * s.chamber_k
-                + conductance * (TEMPERATURE_K - s.chamber_k))
+                + conductance * (s.chamber_wall_k - s.chamber_k))
                 / (s.chamber_kg * cv);
-            rates.pipe_k = (cp * pipe_in - rates.pipe_kg * cv * s.pipe_k + conductance * (TEMPERATURE_K - s.pipe_k))
+            rates.pipe_k = (cp * pipe_in - rates.pipe_kg * cv * s.pipe_k + conductance * (s.pipe_wall_k - s.pipe_k))
                 / (s.pipe_kg * cv);
+            if let Some(heat) = hidden.laws.wall_heat_j_per_k {
+                rates.chamber_wall_k = conductance * (s.chamber_k - s.chamber_wall_k) / heat;
+                rates.pipe_wall_k = conductance * (s.pipe_k - s.pipe_wall_k) / heat;
+            }
+        }
+        if let Some((pores_m2, volume)) = hidden.laws.silencer {
+            let out = self.flow(pores_m2, exhaust, self.warm(AMBIENT_PA + hidden.back_pressure_pa));
+            rates.silencer_pa = (vent - out) * GAS_CONSTANT * around_k / volume;
         }
         if let Some((resistance, volume)) = hidden.supply_droop {
             let inflow = (source_pa - s.line_pa) / resistance;
-            rates.line_pa = (inflow - fill - leak_in) * GAS_CONSTANT * TEMPERATURE_K / volume;
+            rates.line_pa = (inflow - fill - leak_in) * GAS_CONSTANT * around_k / volume;
         }
         if hidden.sensor_lag_s > 0.0 {
             rates.seen = (s.x - s.seen) / hidden.sensor_lag_s;
@@ -263,7 +361,10 @@ impl<'a> Rig<'a> {
         next.pipe_kg += h * rates.pipe_kg;
         next.chamber_k += h * rates.chamber_k;
         next.pipe_k += h * rates.pipe_k;
+        next.chamber_wall_k += h * rates.chamber_wall_k;
+        next.pipe_wall_k += h * rates.pipe_wall_k;
         next.line_pa += h * rates.line_pa;
+        next.silencer_pa += h * rates.silencer_pa;
         next.rest_age += h * rates.rest_age;
         if self.hidden.sensor_lag_s > 0.0 {
             next.seen += h * rates.seen;
@@ -276,7 +377,7 @@ impl<'a> Rig<'a> {
     fn relaxed(&self, at: &State, from: f64, v: f64, h: f64) -> f64 {
         self.bristle.as_ref().map_or(0.0, |bristle| {
             let (chamber_pa, _) = self.pressures(at);
-            let grip = body::grip(self.hidden, at.x, from + 1e-5 * v, chamber_pa, at.rest_age);
+            let grip = body::grip(&self.valve, &self.hidden, at.x, from + 1e-5 * v, chamber_pa, at.rest_age);
             bristle.relax(grip, from, v, h)
         })
     }
@@ -319,10 +420,6 @@ impl<'a> Rig<'a> {
             self.time_s = stop;
         }
     }
-}
-
-fn warm(pressure_pa: f64) -> Gas {
-    Gas { pressure_pa, temperature_k: TEMPERATURE_K }
 }
 
 #[cfg(test)]

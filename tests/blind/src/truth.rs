@@ -122,8 +122,9 @@ impl Truth {
             "parameters_times": factors,
             "believed_valve": if self.testbed_valve { "testbed" } else { "drawn" },
             "bristles": match self.bristles {
-                Bristles::Compliant => "compliant",
-                Bristles::Stiff => "stiff",
+                Bristles::Compliant => json!("compliant"),
+                Bristles::Stiff => json!("stiff"),
+                Bristles::Of(stiffness) => json!(stiffness),
             },
             "channels": channels,
             "repeats": self.repeats,
