@@ -30,10 +30,10 @@ pub fn run(args: &BuildTablesArgs) -> anyhow::Result<Answer> {
     match args.format {
         Format::Text => {
             let text = summary(&built.bundle);
-            let areas = built.simulated_areas;
+            let areas = built.simulated;
             output::print_text(&format!("{text}\n{areas} leak areas simulated in {}\n", seconds(took)))?;
         }
-        Format::Json => output::print_json(&document(&built.bundle, built.simulated_areas))?,
+        Format::Json => output::print_json(&document(&built.bundle, built.simulated))?,
     }
     if let Some(plot) = plot {
         let figures = Fault::ALL.map(|fault| tables::figure(&built.bundle, fault));
@@ -106,7 +106,7 @@ pub fn summary_rows(bundle: &TableBundle) -> Vec<Vec<String>> {
         vec![
             tables::fault_name(fault).to_owned(),
             bundle.table(fault).points().len().to_string(),
-            format!("{:.4}", mm2_from_m2(bundle.table(fault).range_m2().1)),
+            format!("{:.4}", mm2_from_m2(bundle.table(fault).range().1)),
             format!("{:.6}", mm2_from_m2(bundle.limit_area_m2(fault))),
             tables::failing_stroke(bundle, fault).map_or_else(String::new, |stroke| stroke.to_string()),
             format!("{:.3}", 1e3 * info.interpolation_error.up_to_limit_s),
@@ -144,7 +144,7 @@ fn document(bundle: &TableBundle, simulated_areas: usize) -> Document<'_> {
                 Fault::Supply => "supply",
             },
             points: bundle.table(fault).points().len(),
-            largest_leak_area_mm2: mm2_from_m2(bundle.table(fault).range_m2().1),
+            largest_leak_area_mm2: mm2_from_m2(bundle.table(fault).range().1),
             leak_area_at_limit_mm2: mm2_from_m2(bundle.limit_area_m2(fault)),
             failing_stroke: tables::failing_stroke(bundle, fault).map(|stroke| stroke.to_string()),
             interpolation_error_up_to_limit_s: error.up_to_limit_s,

@@ -23,7 +23,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let start = Instant::now();
     let built = build(&model, &Options::default(), &|_| {})?;
-    println!("{:?} for {} leak areas", start.elapsed(), built.simulated_areas);
+    println!("{:?} for {} leak areas", start.elapsed(), built.simulated);
     for fault in Fault::ALL {
         println!(
             "{fault}: {} points, {:?}",

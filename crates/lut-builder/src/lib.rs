@@ -1,21 +1,21 @@
-//! Sweeps the leak area through the model and builds leak tables.
+//! Sweeps what wears through the model and builds its tables.
 //!
-//! For each kind of leak the builder simulates the valve's cycle, repeated until periodic, at chosen
-//! leak areas. It finds
+//! For each [`Wear`] (the two leaks, and on request friction, the spring, clogged paths or whatever else is
+//! described) the builder simulates the valve's cycle, repeated until periodic, at chosen
+//! severities. It finds
 //!
-//! 1. the range: from no leak to the area at which the valve no longer gets there within the cycle
-//!    ([`StrokeInfo::stall_area_m2`](leak_table::StrokeInfo)),
-//! 2. the areas at which a stroke time crosses its limit, by sectioning on the simulation itself,
+//! 1. the range: from a sound valve to the severity at which it no longer gets there within the cycle
+//!    ([`StrokeInfo::stall_severity`](leak_table::StrokeInfo)),
+//! 2. the severities at which a stroke time crosses its limit, by sectioning on the simulation itself,
 //! 3. the points of the table: more of them where the curve bends, until every simulation between two
 //!    points is met by the interpolation within the [`Options`].
 //!
-//! The areas simulated follow from the model alone and the lanes of the integrator do not depend on
+//! The severities simulated follow from the model alone and the lanes of the integrator do not depend on
 //! each other, so that the same input gives the same bytes whatever the number of threads.
 //!
-//! Units: inside this crate areas are whole numbers of 1e-9 mm2, the last digit of a table's file;
-//! at its edges they are m2. Times are s.
+//! Units: inside this crate severities are whole numbers of 1e-9 of their file's unit (1e-9 mm2 for a
+//! leak), the last digit of a table's file; at its edges they are SI. Times are s.
 
-mod area;
 mod error;
 mod limit;
 mod model;
@@ -23,30 +23,35 @@ mod progress;
 mod range;
 mod refine;
 mod sweep;
+mod ticks;
+mod wear;
+mod wears;
 
 pub use error::{BuildError, Notice};
 pub use model::{Options, TableModel, model_hash};
 pub use progress::{Progress, Stage};
+pub use wear::{Wear, Worn};
 
-use leak_table::{BundleInfo, CycleSchedule, Fault, FaultInfo, LeakTable, Limits, TableBundle};
+use leak_table::{BundleInfo, BundlePart, Conditions, CycleSchedule, FaultInfo, Limits, SeverityTable, TableBundle};
+use rayon::prelude::*;
 
 use crate::sweep::Sweep;
 
 /// What the builder made.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Built {
-    /// Both tables with their manifest, which holds the measured interpolation error.
+    /// The tables with their manifest, which holds the measured interpolation error.
     pub bundle: TableBundle,
     /// What the user should know about them.
     pub notices: Vec<Notice>,
-    /// How many leak areas were simulated for both tables.
-    pub simulated_areas: usize,
+    /// How many severities were simulated for all tables.
+    pub simulated: usize,
 }
 
-/// Builds the tables of both faults.
+/// Builds the tables of both leaks.
 ///
 /// Runs on the current rayon pool. `progress` is called from its threads after every batch of
-/// simulations, for both faults in turn or mixed.
+/// simulations, for all degradations in turn or mixed.
 ///
 /// # Errors
 /// If the healthy valve does not stroke within its cycle or its limits, a leak never takes it to a
@@ -56,12 +61,39 @@ pub fn build(
     options: &Options,
     progress: &(dyn Fn(Progress) + Sync),
 ) -> Result<Built, BuildError> {
+    build_wears(model, &Wear::leaks(), options, progress)
+}
+
+/// Builds the tables of whatever wears, the two leaks first.
+///
+/// As [`build`]. What else than a leak can have no table is left out, with a notice.
+pub fn build_wears(
+    model: &TableModel<'_>,
+    wears: &[Wear],
+    options: &Options,
+    progress: &(dyn Fn(Progress) + Sync),
+) -> Result<Built, BuildError> {
     options.check()?;
     model.schedule.check()?;
     model.limits.check()?;
-    let table = |fault| table(Sweep::new(model, options, fault, progress));
-    let (atmosphere, supply) = rayon::join(|| table(Fault::Atmosphere), || table(Fault::Supply));
-    let (atmosphere, supply) = (atmosphere?, supply?);
+    let table = |wear| table(Sweep::new(model, options, wear, progress));
+    let tables: Vec<Result<FaultTable, BuildError>> = wears.par_iter().enumerate().map(table).collect();
+    let mut parts = Vec::new();
+    let mut notices = Vec::new();
+    let mut simulated = 0;
+    for (place, (table, wear)) in tables.into_iter().zip(wears).enumerate() {
+        let table = match table {
+            Err(error) if place >= LEAKS => {
+                notices.push(Notice::Omitted { fault: wear.degradation.id.to_string(), reason: error.to_string() });
+                continue;
+            }
+            table => table?,
+        };
+        parts.push(BundlePart { table: table.table, info: table.info, over_conditions: None });
+        notices.extend(table.notices);
+        simulated += table.simulated;
+    }
+    let parameters = model.valve.parameters();
     let info = BundleInfo {
         valve: model.name.to_owned(),
         model_hash: model_hash(model.canonical_text, &model.limits),
@@ -71,21 +103,23 @@ pub fn build(
             end_s: model.schedule.end_s,
         },
         limits: Limits { close_within_s: model.limits.close_within_s, open_within_s: model.limits.open_within_s },
-        atmosphere: atmosphere.info,
-        supply: supply.info,
+        reference: Some(Conditions {
+            supply_pressure_pa: parameters.supply_pressure_pa,
+            temperature_k: parameters.temperature_k,
+        }),
     };
-    let bundle = TableBundle::new(info, &atmosphere.table, &supply.table)?;
-    let simulated_areas = atmosphere.simulated_areas + supply.simulated_areas;
-    let notices = atmosphere.notices.into_iter().chain(supply.notices).collect();
-    Ok(Built { bundle, notices, simulated_areas })
+    Ok(Built { bundle: TableBundle::new(info, &parts)?, notices, simulated })
 }
 
-/// The table of one fault and what is known about it.
+/// The first two, which a bundle must have.
+const LEAKS: usize = 2;
+
+/// The table of one degradation and what is known about it.
 struct FaultTable {
-    table: LeakTable,
+    table: SeverityTable,
     info: FaultInfo,
     notices: Vec<Notice>,
-    simulated_areas: usize,
+    simulated: usize,
 }
 
 /// Range, limits, points.

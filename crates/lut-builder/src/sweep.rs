@@ -1,19 +1,20 @@
-//! Simulated leak areas of one fault, each simulated once, in parallel batches of lanes.
+//! Simulated severities of one degradation, each simulated once, in parallel batches of lanes.
 
 use std::collections::BTreeMap;
 
-use leak_table::{Fault, LeakPoint, Stroke};
+use leak_table::{Degradation, SeverityPoint, Stroke};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
-use valve_model::Conditions;
 use valve_model::cycle::{CycleTimes, cycles};
 use valve_model::dispatch::LANES;
+use valve_model::{Conditions, Valve};
 
-use crate::area::{self, Area};
 use crate::error::BuildError;
 use crate::model::{Options, TableModel};
 use crate::progress::{Progress, Stage};
+use crate::ticks::{self, Ticks};
+use crate::wear::Wear;
 
 /// Times that wander by no more than this from cycle to cycle are periodic for all purposes, s.
 const WANDERING_S: f64 = 5e-3;
@@ -21,13 +22,15 @@ const WANDERING_S: f64 = 5e-3;
 /// Cycles over which times that wander are averaged.
 const WANDERING_CYCLES: usize = 10;
 
-/// The stroke times simulated so far, by leak area.
+/// The stroke times simulated so far, by severity.
 pub(crate) struct Sweep<'a> {
     pub(crate) model: &'a TableModel<'a>,
     pub(crate) options: &'a Options,
-    pub(crate) fault: Fault,
-    samples: BTreeMap<Area, LeakPoint>,
-    simulated_areas: usize,
+    pub(crate) wear: &'a Wear,
+    /// Its place among those that are built.
+    place: usize,
+    samples: BTreeMap<Ticks, SeverityPoint>,
+    simulated: usize,
     share: f64,
     progress: &'a (dyn Fn(Progress) + Sync),
     /// Bits of the widest wandering seen, s; positive numbers order as their bits do.
@@ -38,83 +41,105 @@ impl<'a> Sweep<'a> {
     pub(crate) fn new(
         model: &'a TableModel<'a>,
         options: &'a Options,
-        fault: Fault,
+        (place, wear): (usize, &'a Wear),
         progress: &'a (dyn Fn(Progress) + Sync),
     ) -> Self {
         Self {
             model,
             options,
-            fault,
+            wear,
+            place,
             samples: BTreeMap::new(),
-            simulated_areas: 0,
+            simulated: 0,
             share: 0.0,
             progress,
             wandering: AtomicU64::new(0),
         }
     }
 
-    /// The samples, by area.
-    pub(crate) fn samples(&self) -> &BTreeMap<Area, LeakPoint> {
+    /// The samples, by severity.
+    pub(crate) fn samples(&self) -> &BTreeMap<Ticks, SeverityPoint> {
         &self.samples
     }
 
-    /// The sample at an area that was simulated.
-    pub(crate) fn at(&self, area: Area) -> &LeakPoint {
-        &self.samples[&area]
+    /// The sample at a severity that was simulated.
+    pub(crate) fn at(&self, ticks: Ticks) -> &SeverityPoint {
+        &self.samples[&ticks]
     }
 
-    /// By how much the times of one area wander from cycle to cycle, at worst, s. No table can be more
+    /// By how much the times of one severity wander from cycle to cycle, at worst, s. No table can be more
     /// accurate than that.
     pub(crate) fn wandering_s(&self) -> f64 {
         f64::from_bits(self.wandering.load(Ordering::Relaxed))
     }
 
-    /// How many areas were simulated.
-    pub(crate) fn simulated_areas(&self) -> usize {
-        self.simulated_areas
+    /// How many severities were simulated.
+    pub(crate) fn simulated(&self) -> usize {
+        self.simulated
     }
 
-    /// Simulates the areas that have not been simulated yet.
-    pub(crate) fn simulate(&mut self, areas: &[Area], stage: Stage, share: f64) -> Result<(), BuildError> {
-        let mut missing: Vec<Area> = areas.iter().copied().filter(|area| !self.samples.contains_key(area)).collect();
+    /// The id of what wears.
+    pub(crate) fn id(&self) -> String {
+        self.wear.degradation.id.to_string()
+    }
+
+    /// A severity in SI.
+    pub(crate) fn si(&self, ticks: Ticks) -> f64 {
+        ticks::si(&self.wear.degradation.severity, ticks)
+    }
+
+    /// The nearest ticks to a severity in SI.
+    pub(crate) fn nearest(&self, severity: f64) -> Ticks {
+        ticks::nearest(&self.wear.degradation.severity, severity)
+    }
+
+    /// A severity in words: "a leak ticks of 0.1 mm2".
+    pub(crate) fn named(&self, ticks: Ticks) -> String {
+        named(&self.wear.degradation, self.si(ticks))
+    }
+
+    /// Simulates the severities that have not been simulated yet.
+    pub(crate) fn simulate(&mut self, severities: &[Ticks], stage: Stage, share: f64) -> Result<(), BuildError> {
+        let mut missing: Vec<Ticks> =
+            severities.iter().copied().filter(|ticks| !self.samples.contains_key(ticks)).collect();
         missing.sort_unstable();
         missing.dedup();
-        let batches: Vec<Vec<LeakPoint>> =
+        let batches: Vec<Vec<SeverityPoint>> =
             missing.par_chunks(LANES).map(|batch| self.batch(batch)).collect::<Result<_, _>>()?;
-        self.simulated_areas += missing.len();
+        self.simulated += missing.len();
         self.samples.extend(missing.into_iter().zip(batches.into_iter().flatten()));
         self.share = self.share.max(share);
-        let (fault, simulated_areas, share) = (self.fault, self.simulated_areas, self.share);
-        (self.progress)(Progress { fault, stage, simulated_areas, share });
+        let (place, simulated, share) = (self.place, self.simulated, self.share);
+        (self.progress)(Progress { place, stage, simulated, share });
         Ok(())
     }
 
-    /// Forgets the samples beyond an area.
-    pub(crate) fn forget_beyond(&mut self, area: Area) {
-        self.samples.retain(|sampled, _| *sampled <= area);
+    /// Forgets the samples beyond a severity.
+    pub(crate) fn forget_beyond(&mut self, ticks: Ticks) {
+        self.samples.retain(|sampled, _| *sampled <= ticks);
     }
 
-    fn batch(&self, areas: &[Area]) -> Result<Vec<LeakPoint>, BuildError> {
+    fn batch(&self, severities: &[Ticks]) -> Result<Vec<SeverityPoint>, BuildError> {
         let valve = self.model.valve;
-        let runs: Vec<_> = areas.iter().map(|area| (valve, self.conditions(*area))).collect();
+        let conditions = Conditions::nominal(valve.parameters());
+        let worn = |ticks: &Ticks| {
+            let severity = self.si(*ticks);
+            self.wear.worn(valve, conditions, severity).map_err(|source| BuildError::Worn {
+                fault: self.id(),
+                at: self.named(*ticks),
+                source: Box::new(source),
+            })
+        };
+        let worn: Vec<(Valve, Conditions)> = severities.iter().map(worn).collect::<Result<_, _>>()?;
+        let runs: Vec<_> = worn.iter().map(|(valve, conditions)| (valve, *conditions)).collect();
         let simulated = cycles(&runs, &self.model.schedule, self.options.most_cycles, self.options.step_s);
-        areas.iter().zip(simulated).map(|(area, times)| self.periodic(*area, &times)).collect()
-    }
-
-    fn conditions(&self, area: Area) -> Conditions {
-        let mut conditions = Conditions::nominal(self.model.valve.parameters());
-        match self.fault {
-            Fault::Atmosphere => conditions.leak_to_atmosphere_m2 = area::m2(area),
-            Fault::Supply => conditions.leak_from_supply_m2 = area::m2(area),
-        }
-        conditions
+        severities.iter().zip(simulated).map(|(ticks, times)| self.periodic(*ticks, &times)).collect()
     }
 
     /// The last of the cycles, which must be like those before it. Sticking and slipping at the stops
     /// can keep the times of a valve with dry friction wandering by a millisecond or so for
     /// ever; their mean over the last cycles is then taken.
-    fn periodic(&self, area: Area, times: &[CycleTimes]) -> Result<LeakPoint, BuildError> {
-        let leak_area_m2 = area::m2(area);
+    fn periodic(&self, ticks: Ticks, times: &[CycleTimes]) -> Result<SeverityPoint, BuildError> {
         let mut last = times[times.len() - 1];
         if times.len() == self.options.most_cycles {
             let tail = &times[times.len().saturating_sub(WANDERING_CYCLES)..];
@@ -133,12 +158,12 @@ impl<'a> Sweep<'a> {
             let (open_settled, open_time_s) = settle(|cycle| cycle.open_time_s);
             if !(close_settled && open_settled) {
                 let cycles = times.len();
-                return Err(BuildError::NotPeriodic { fault: self.fault, area_m2: leak_area_m2, cycles });
+                return Err(BuildError::NotPeriodic { fault: self.id(), at: self.named(ticks), cycles });
             }
             last = CycleTimes { close_time_s, open_time_s };
         }
-        let point = LeakPoint {
-            leak_area_m2,
+        let point = SeverityPoint {
+            severity: self.si(ticks),
             close_time_s: last.close_time_s.map(stored),
             open_time_s: last.open_time_s.map(stored),
         };
@@ -146,7 +171,7 @@ impl<'a> Sweep<'a> {
             if let Some(found_s) = point.time_s(stroke)
                 && !(found_s.is_finite() && found_s >= 0.0)
             {
-                return Err(BuildError::NotFinite { fault: self.fault, stroke, area_m2: leak_area_m2, found_s });
+                return Err(BuildError::NotFinite { fault: self.id(), stroke, at: self.named(ticks), found_s });
             }
         }
         Ok(point)
@@ -170,7 +195,13 @@ impl<'a> Sweep<'a> {
     }
 }
 
+/// A severity (SI) in words.
+pub(crate) fn named(degradation: &Degradation, severity: f64) -> String {
+    let what = &degradation.severity;
+    format!("a {} of {}", what.quantity, what.text(severity))
+}
+
 /// A time as a table's file holds it: whole nanoseconds.
-fn stored(time_s: f64) -> f64 {
+pub(crate) fn stored(time_s: f64) -> f64 {
     (time_s * 1e9).round() / 1e9
 }
