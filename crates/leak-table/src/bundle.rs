@@ -11,7 +11,7 @@ use crate::csv_file;
 use crate::degradation::Degradation;
 use crate::error::TableError;
 use crate::fault::{Fault, Stroke};
-use crate::manifest::{ConditionInfo, CycleSchedule, FaultInfo, FileInfo, Limits, Manifest, ManifestEntry};
+use crate::manifest::{ConditionFile, CycleSchedule, FaultInfo, FileInfo, Limits, Manifest, ManifestEntry};
 use crate::manifest_file::{self, MANIFEST_FILE};
 use crate::table::SeverityTable;
 
@@ -81,8 +81,8 @@ impl TableBundle {
             let degradation = part.table.degradation().clone();
             let (table, file) = stored(&part.table)?;
             let conditions = part.over_conditions.as_ref().map(stored_over_conditions).transpose()?;
-            let (conditions, condition_info) = conditions.unzip();
-            entries.push(ManifestEntry { degradation, info: part.info, file, over_conditions: condition_info });
+            let (conditions, file_over_conditions) = conditions.unzip();
+            entries.push(ManifestEntry { degradation, info: part.info, file, over_conditions: file_over_conditions });
             tables.push(table);
             over_conditions.push(conditions);
         }
@@ -253,14 +253,17 @@ fn stored(table: &SeverityTable) -> Result<(SeverityTable, FileInfo), TableError
 }
 
 /// The same of a table over conditions.
-fn stored_over_conditions(table: &ConditionTable) -> Result<(ConditionTable, ConditionInfo), TableError> {
+fn stored_over_conditions(table: &ConditionTable) -> Result<(ConditionTable, ConditionFile), TableError> {
     let degradation = table.degradation();
     let name = format!("{}-conditions.csv", degradation.id);
-    let text = csv_file::conditions_to_csv(table);
-    let (error, checked) = (manifest_file::rounded_error(table.error()), table.checked());
-    let table = csv_file::conditions_from_csv(text.as_bytes(), name.as_ref(), degradation, error, checked)?;
+    let info = manifest_file::rounded_info(table.info());
+    let reread = |text: &str| csv_file::conditions_from_csv(text.as_bytes(), name.as_ref(), degradation, info);
+    // The first writing rounds the shares, which are those of the first node; the severities of the other nodes
+    // follow from them.
+    let text = csv_file::conditions_to_csv(&reread(&csv_file::conditions_to_csv(table))?);
+    let table = reread(&text)?;
     let file = file_info(name, &text, table.node_count() * table.shares().len());
-    Ok((table, ConditionInfo { file, interpolation_error: error, checked }))
+    Ok((table, ConditionFile { file, info }))
 }
 
 /// The bytes of a file if they are those that the manifest tells of.
@@ -293,11 +296,10 @@ fn read_table(dir: &Path, entry: &ManifestEntry) -> Result<SeverityTable, TableE
     Ok(table)
 }
 
-fn read_over_conditions(dir: &Path, entry: &ManifestEntry, info: &ConditionInfo) -> Result<ConditionTable, TableError> {
+fn read_over_conditions(dir: &Path, entry: &ManifestEntry, info: &ConditionFile) -> Result<ConditionTable, TableError> {
     let bytes = read_file(dir, &info.file)?;
     let path = dir.join(&info.file.name);
-    let (error, checked) = (info.interpolation_error, info.checked);
-    let table = csv_file::conditions_from_csv(&bytes, &path, &entry.degradation, error, checked)?;
+    let table = csv_file::conditions_from_csv(&bytes, &path, &entry.degradation, info.info)?;
     check_rows(dir, &info.file, table.node_count() * table.shares().len())?;
     Ok(table)
 }

@@ -11,7 +11,7 @@ use crate::degradation::Degradation;
 use crate::error::RowError;
 use crate::fault::{Direction, Stroke};
 use crate::lagrange::{Nodes, Weights};
-use crate::manifest::{InterpolationError, Limits};
+use crate::manifest::{ConditionInfo, Limits};
 use crate::stencil::Stencil;
 use crate::timing::{SeverityAt, TimingCurve};
 
@@ -58,6 +58,7 @@ pub struct Times {
 pub struct Slice {
     close: TimingCurve,
     open: TimingCurve,
+    stall: Option<f64>,
 }
 
 /// Stroke times of one degradation over its severity and the conditions of a cycle.
@@ -73,8 +74,7 @@ pub struct ConditionTable {
     /// Closing and opening time at each node and share.
     times_s: [Vec<f64>; 2],
     rising: [bool; 2],
-    error: InterpolationError,
-    checked: usize,
+    info: ConditionInfo,
 }
 
 /// A number and its derivatives by pressure and temperature.
@@ -82,8 +82,7 @@ type Dual = [f64; 3];
 
 impl ConditionTable {
     /// From the nodes of pressure (Pa) and temperature (K), the shares of the end (from 0 to 1), and the times
-    /// at each node, temperatures within pressures. `error` is how far it is from direct simulation at
-    /// `checked` places between the nodes.
+    /// at each node, temperatures within pressures.
     ///
     /// # Errors
     /// If the numbers do not fit together, a time is no positive number, or one that the degradation moves
@@ -94,8 +93,7 @@ impl ConditionTable {
         temperatures_k: Vec<f64>,
         shares: Vec<f64>,
         nodes: &[NodeTimes],
-        error: InterpolationError,
-        checked: usize,
+        info: ConditionInfo,
     ) -> Result<Self, RowError> {
         let counts = (pressures_pa.len(), temperatures_k.len(), nodes.len());
         let shape = || RowError::Grid { pressures: counts.0, temperatures: counts.1, nodes: counts.2 };
@@ -132,8 +130,7 @@ impl ConditionTable {
             ends: nodes.iter().map(|node| node.end).collect(),
             times_s,
             rising: [true; 2],
-            error,
-            checked,
+            info,
         };
         for stroke in Stroke::ALL {
             table.rising[stroke as usize] = table.check_nodes(stroke)?;
@@ -167,14 +164,9 @@ impl ConditionTable {
         &self.shares
     }
 
-    /// Largest difference from direct simulation, measured between the nodes.
-    pub fn error(&self) -> InterpolationError {
-        self.error
-    }
-
-    /// At how many places it was measured.
-    pub fn checked(&self) -> usize {
-        self.checked
+    /// What its builder knows about it.
+    pub fn info(&self) -> &ConditionInfo {
+        &self.info
     }
 
     /// The times at a node, in the order that [`new`](Self::new) took them.
@@ -231,7 +223,8 @@ impl ConditionTable {
             let severities = self.shares.iter().map(|share| share * end).collect();
             TimingCurve::new(severities, times, None, false).expect("shares rise, and times were just made monotone")
         };
-        Ok(Slice { close: curve(Stroke::Close), open: curve(Stroke::Open) })
+        let stall = self.info.stall_share.map(|share| share * end);
+        Ok(Slice { close: curve(Stroke::Close), open: curve(Stroke::Open), stall })
     }
 
     fn place(&self, conditions: &Conditions) -> Result<Place, ConditionsError> {
@@ -421,9 +414,30 @@ impl Slice {
         }
     }
 
-    /// The smallest severity at which a stroke takes longer than its limit; 0 if one does while the valve is
-    /// sound, none if none does before the table ends.
-    pub fn limit_severity(&self, limits: &Limits) -> Option<f64> {
+    /// The severity from which on a stroke is not finished within the cycle, where that is known.
+    pub fn stall_severity(&self) -> Option<f64> {
+        self.stall
+    }
+
+    /// The severity at which life ends: the smallest at which a stroke takes longer than its limit, 0 if one does
+    /// while the valve is sound. If none does inside the table, it is where the straight lines beyond the end
+    /// reach a limit or a stroke is no longer finished, whatever comes first.
+    pub fn limit_severity(&self, limits: &Limits) -> f64 {
+        self.crossing(limits).unwrap_or_else(|| {
+            let beyond = |stroke: Stroke| {
+                let curve = self.curve(stroke);
+                let rises = curve.direction() == Some(Direction::Rising);
+                rises
+                    .then(|| curve.extrapolated_severity(limits.within_s(stroke)))
+                    .filter(|severity| severity.is_finite())
+            };
+            let lines = Stroke::ALL.into_iter().filter_map(beyond);
+            lines.chain(self.stall).reduce(f64::min).unwrap_or_else(|| self.close.range().1)
+        })
+    }
+
+    /// The smallest severity inside the table at which a stroke takes longer than its limit.
+    pub fn crossing(&self, limits: &Limits) -> Option<f64> {
         let crossing = |stroke: Stroke| {
             let (curve, limit_s) = (self.curve(stroke), limits.within_s(stroke));
             let (sound_s, _) = curve.end_times_s();

@@ -4,6 +4,9 @@ use std::fmt;
 
 use thiserror::Error;
 
+/// Files round the ends of a range; conditions this share beyond them are still covered.
+const ROUNDING: f64 = 1e-9;
+
 /// Supply pressure and temperature of a cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Conditions {
@@ -125,7 +128,8 @@ impl ConditionRange {
     pub fn check(&self, conditions: &Conditions) -> Result<(), ConditionsError> {
         for condition in Condition::ALL {
             let (found, (from, to)) = (conditions.get(condition), self.get(condition));
-            if !(found >= from && found <= to) {
+            let slack = ROUNDING * to;
+            if !(found >= from - slack && found <= to + slack) {
                 return Err(ConditionsError::Outside { condition, found, from, to });
             }
         }

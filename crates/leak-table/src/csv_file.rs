@@ -6,7 +6,7 @@ use crate::condition_table::{ConditionTable, NodeTimes};
 use crate::degradation::Degradation;
 use crate::error::{RowError, TableError};
 use crate::fault::Stroke;
-use crate::manifest::InterpolationError;
+use crate::manifest::ConditionInfo;
 use crate::table::{SeverityPoint, SeverityTable};
 
 /// Decimals of a severity in its file's unit and of a time in s: a square nanometre and a nanosecond are
@@ -127,13 +127,12 @@ pub(crate) fn from_csv(bytes: &[u8], path: &Path, degradation: &Degradation) -> 
     SeverityTable::new(degradation, points).map_err(|source| rows.refused(source))
 }
 
-/// The table over conditions in bytes read from `path`; `error` and `checked` are what the manifest says of it.
+/// The table over conditions in bytes read from `path`; `info` is what the manifest says of it.
 pub(crate) fn conditions_from_csv(
     bytes: &[u8],
     path: &Path,
     degradation: &Degradation,
-    error: InterpolationError,
-    checked: usize,
+    info: ConditionInfo,
 ) -> Result<ConditionTable, TableError> {
     let rows = Rows::read(bytes, path, format!("{CONDITIONS}{}", header(degradation)))?;
     let numbers = |row: usize| -> Result<[f64; 5], TableError> {
@@ -156,7 +155,9 @@ pub(crate) fn conditions_from_csv(
     for (index, node) in nodes.iter().enumerate() {
         for (knot, numbers) in node.iter().enumerate() {
             let expected = shares.get(knot).map(|share| share * ends[index]);
-            let in_grid = expected.is_some_and(|expected| (numbers[2] - expected).abs() <= 2.0 / UNITS)
+            // Both the share and what is compared with it are rounded.
+            let rounding = (2.0 + 2.0 * ends[index] / ends[0]) / UNITS;
+            let in_grid = expected.is_some_and(|expected| (numbers[2] - expected).abs() <= rounding)
                 && node.len() == shares.len()
                 && Some(&numbers[1]) == temperatures.get(index % per_pressure.max(1));
             if !in_grid {
@@ -179,6 +180,6 @@ pub(crate) fn conditions_from_csv(
         open_time_s: node.iter().map(|row| row[4]).collect(),
     };
     let nodes: Vec<NodeTimes> = nodes.iter().zip(&ends).map(node).collect();
-    ConditionTable::new(degradation, pressures, temperatures, shares, &nodes, error, checked)
+    ConditionTable::new(degradation, pressures, temperatures, shares, &nodes, info)
         .map_err(|source| rows.refused(source))
 }

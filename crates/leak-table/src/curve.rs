@@ -205,7 +205,9 @@ impl Piece {
         let width = x[1] - x[0];
         let rise = y[1] - y[0];
         let (start, end) = (slope[0] * width, slope[1] * width);
-        let (g_start, g_end) = (rise / start, rise / end);
+        // At a level end there is no such slope; whatever stands in leads to the safe way.
+        let steepness = |slope: f64| if slope == 0.0 { 0.0 } else { rise / slope };
+        let (g_start, g_end) = (steepness(start), steepness(end));
         Self {
             width,
             rise,

@@ -39,7 +39,8 @@ pub use degradation::{Degradation, Moves, Severity};
 pub use error::{RowError, TableError};
 pub use fault::{Direction, Fault, Stroke};
 pub use manifest::{
-    ConditionInfo, CycleSchedule, FaultInfo, FileInfo, InterpolationError, Limits, Manifest, ManifestEntry, StrokeInfo,
+    ConditionFile, ConditionInfo, CycleSchedule, FaultInfo, FileInfo, InterpolationError, Limits, Manifest,
+    ManifestEntry, StrokeInfo,
 };
 pub use manifest_file::{FORMAT_VERSION, MANIFEST_FILE};
 pub use table::{SeverityPoint, SeverityTable};

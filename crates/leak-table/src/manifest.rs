@@ -127,15 +127,25 @@ pub struct FileInfo {
     pub rows: usize,
 }
 
-/// What the manifest says about a table over conditions.
-#[derive(Clone, Debug, PartialEq)]
+/// What is known about a table over conditions.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ConditionInfo {
-    /// Its file.
-    pub file: FileInfo,
-    /// How far it is from direct simulation.
+    /// How far it is from direct simulation, at worst.
     pub interpolation_error: InterpolationError,
     /// At how many places that was measured.
     pub checked: usize,
+    /// The severity at which a stroke is no longer finished within the cycle, as a share of the table's end
+    /// (1 or a little more) under all conditions alike; none if the end is no such severity.
+    pub stall_share: Option<f64>,
+}
+
+/// What the manifest says about a table over conditions.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ConditionFile {
+    /// Its file.
+    pub file: FileInfo,
+    /// What is known about it.
+    pub info: ConditionInfo,
 }
 
 /// What the manifest says about one degradation.
@@ -148,7 +158,7 @@ pub struct ManifestEntry {
     /// The table's file.
     pub file: FileInfo,
     /// About its table over conditions, if there is one.
-    pub over_conditions: Option<ConditionInfo>,
+    pub over_conditions: Option<ConditionFile>,
 }
 
 /// The manifest of a bundle.

@@ -15,7 +15,8 @@ use crate::degradation::{Degradation, Moves, Severity};
 use crate::error::TableError;
 use crate::fault::{Direction, Fault};
 use crate::manifest::{
-    ConditionInfo, CycleSchedule, FaultInfo, FileInfo, InterpolationError, Limits, Manifest, ManifestEntry, StrokeInfo,
+    ConditionFile, ConditionInfo, CycleSchedule, FaultInfo, FileInfo, InterpolationError, Limits, Manifest,
+    ManifestEntry, StrokeInfo,
 };
 
 /// The newest version of the manifest and of the tables' CSV.
@@ -141,6 +142,7 @@ struct RawOverConditions {
     rows: usize,
     interpolation_error: RawError,
     checked: usize,
+    stall_share: Option<f64>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -273,9 +275,18 @@ fn kpa(pressure_pa: f64) -> f64 {
 }
 
 /// A measured error as the manifest has it: a tenth of a microsecond is finer than any use of it.
-pub(crate) fn rounded_error(error: InterpolationError) -> InterpolationError {
+fn rounded_error(error: InterpolationError) -> InterpolationError {
     let round = |error_s: f64| (error_s * 1e7).round() / 1e7;
     InterpolationError { up_to_limit_s: round(error.up_to_limit_s), beyond_limit_s: round(error.beyond_limit_s) }
+}
+
+/// What is known about a table over conditions as the manifest has it.
+pub(crate) fn rounded_info(info: &ConditionInfo) -> ConditionInfo {
+    ConditionInfo {
+        interpolation_error: rounded_error(info.interpolation_error),
+        stall_share: info.stall_share.map(rounded),
+        ..*info
+    }
 }
 
 fn raw_error(error: InterpolationError) -> RawError {
@@ -345,14 +356,16 @@ fn raw_wear(entry: &ManifestEntry, (first, last): (f64, f64)) -> RawWear {
     }
 }
 
-fn raw_over_conditions(info: &ConditionInfo) -> RawOverConditions {
+fn raw_over_conditions(over: &ConditionFile) -> RawOverConditions {
+    let ConditionFile { file, info } = over;
     RawOverConditions {
-        file: info.file.name.clone(),
-        blake3: info.file.blake3.clone(),
-        bytes: info.file.bytes,
-        rows: info.file.rows,
+        file: file.name.clone(),
+        blake3: file.blake3.clone(),
+        bytes: file.bytes,
+        rows: file.rows,
         interpolation_error: raw_error(info.interpolation_error),
         checked: info.checked,
+        stall_share: info.stall_share.map(rounded),
     }
 }
 
@@ -370,7 +383,7 @@ fn leak_entry(raw: RawFault, degradation: &Degradation) -> ManifestEntry {
         },
         degradation: degradation.clone(),
         file: FileInfo { name: raw.file, blake3: raw.blake3, bytes: raw.bytes, rows: raw.rows },
-        over_conditions: raw.over_conditions.map(condition_info),
+        over_conditions: raw.over_conditions.map(condition_file),
     }
 }
 
@@ -399,14 +412,17 @@ fn wear_entry(raw: RawWear) -> ManifestEntry {
             prior: raw.prior,
         },
         file: FileInfo { name: raw.file, blake3: raw.blake3, bytes: raw.bytes, rows: raw.rows },
-        over_conditions: raw.over_conditions.map(condition_info),
+        over_conditions: raw.over_conditions.map(condition_file),
     }
 }
 
-fn condition_info(raw: RawOverConditions) -> ConditionInfo {
-    ConditionInfo {
-        interpolation_error: error_info(&raw.interpolation_error),
-        checked: raw.checked,
+fn condition_file(raw: RawOverConditions) -> ConditionFile {
+    ConditionFile {
+        info: ConditionInfo {
+            interpolation_error: error_info(&raw.interpolation_error),
+            checked: raw.checked,
+            stall_share: raw.stall_share,
+        },
         file: FileInfo { name: raw.file, blake3: raw.blake3, bytes: raw.bytes, rows: raw.rows },
     }
 }

@@ -171,6 +171,7 @@ mod tests {
         assert_eq!(close.severity_at(1.1), SeverityAt::Untold);
         assert!(matches!(close.severity_at(0.95), SeverityAt::Within(s) if s > 0.2 && s < 0.3));
         let level = SeverityTable::new(exhaust, rows([1.0; 4])).expect("stays");
+        assert_eq!(level, level.clone());
         assert_eq!(level.curve(Stroke::Close).direction(), None);
         assert_eq!(level.curve(Stroke::Close).severity_at(1.0), SeverityAt::Untold);
         SeverityTable::new(Fault::Atmosphere.degradation(), rows([1.0; 4])).expect_err("a leak moves both");

@@ -4,13 +4,17 @@
 use std::f64::consts::PI;
 
 use leak_table::{
-    Condition, ConditionRange, ConditionTable, Conditions, ConditionsError, Degradation, InterpolationError, Limits,
-    NodeTimes, RowError, SeverityAt, Stroke,
+    Condition, ConditionInfo, ConditionRange, ConditionTable, Conditions, ConditionsError, Degradation,
+    InterpolationError, Limits, NodeTimes, RowError, SeverityAt, Stroke,
 };
 
 const PRESSURES_PA: (f64, f64) = (550e3, 690e3);
 const TEMPERATURES_K: (f64, f64) = (270.0, 310.0);
-const ERROR: InterpolationError = InterpolationError { up_to_limit_s: 1e-4, beyond_limit_s: 2e-4 };
+const INFO: ConditionInfo = ConditionInfo {
+    interpolation_error: InterpolationError { up_to_limit_s: 1e-4, beyond_limit_s: 2e-4 },
+    checked: 48,
+    stall_share: Some(1.02),
+};
 
 fn chebyshev((from, to): (f64, f64), count: usize) -> Vec<f64> {
     let angle = |j: usize| PI * j as f64 / (count - 1) as f64;
@@ -44,7 +48,7 @@ fn table(degradation: &Degradation, pressures: usize, temperatures: usize) -> Co
             nodes.push(NodeTimes { end, close_time_s: times(Stroke::Close), open_time_s: times(Stroke::Open) });
         }
     }
-    ConditionTable::new(degradation, pressures_pa, temperatures_k, shares, &nodes, ERROR, 0).expect("a smooth function")
+    ConditionTable::new(degradation, pressures_pa, temperatures_k, shares, &nodes, INFO).expect("a smooth function")
 }
 
 fn leak() -> &'static Degradation {
@@ -147,12 +151,17 @@ fn the_limit_follows_the_conditions() {
     let limits = Limits { close_within_s: 2.5, open_within_s: 9.0 };
     for (conditions, _) in places() {
         let slice = table.slice(&conditions).expect("inside");
-        let severity = slice.limit_severity(&limits).expect("inside the table");
+        let severity = slice.limit_severity(&limits);
         assert!((times_s(severity, &conditions)[0] - 2.5).abs() < 1e-3);
         let late = Limits { close_within_s: 0.5, open_within_s: 9.0 };
-        assert_eq!(slice.limit_severity(&late), Some(0.0));
+        assert_eq!(slice.limit_severity(&late), 0.0);
         let never = Limits { close_within_s: 50.0, open_within_s: 50.0 };
-        assert_eq!(slice.limit_severity(&never), None);
+        assert_eq!(slice.crossing(&never), None);
+        let end = table.end(&conditions).expect("inside");
+        assert!((slice.limit_severity(&never) - 1.02 * end).abs() < 1e-15, "the stall comes first");
+        let just_beyond = Limits { close_within_s: 1.001 * times_s(end, &conditions)[0], open_within_s: 9.0 };
+        let severity = slice.limit_severity(&just_beyond);
+        assert!(severity > end && severity < 1.002 * end, "{severity} {end}");
     }
 }
 
@@ -173,7 +182,7 @@ fn grids_that_are_none_and_times_that_turn_are_refused() {
     let node = |close: [f64; 3]| NodeTimes { end: 1e-6, close_time_s: close.into(), open_time_s: vec![3.0, 2.0, 1.0] };
     let shares = || vec![0.0, 0.5, 1.0];
     let new = |pressures: Vec<f64>, shares: Vec<f64>, nodes: &[NodeTimes]| {
-        ConditionTable::new(leak(), pressures, vec![290.0], shares, nodes, ERROR, 0)
+        ConditionTable::new(leak(), pressures, vec![290.0], shares, nodes, INFO)
     };
     let good = [node([1.0, 2.0, 3.0]), node([2.0, 3.0, 4.0])];
     new(vec![5e5, 6e5], shares(), &good).expect("a grid");
@@ -198,8 +207,7 @@ fn a_time_that_stays_stays_under_all_conditions() {
     };
     let nodes = [node(0.0), node(0.0), node(0.05)];
     let shares = vec![0.0, 0.4, 0.8, 1.0];
-    let table =
-        ConditionTable::new(exhaust, vec![5e5, 6e5, 7e5], vec![290.0], shares, &nodes, ERROR, 0).expect("a grid");
+    let table = ConditionTable::new(exhaust, vec![5e5, 6e5, 7e5], vec![290.0], shares, &nodes, INFO).expect("a grid");
     for i in 0..=100 {
         let conditions = Conditions { supply_pressure_pa: 5e5 + 2e3 * f64::from(i), temperature_k: 290.0 };
         let mut before = f64::INFINITY;

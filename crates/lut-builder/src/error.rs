@@ -1,6 +1,6 @@
 //! Why a table cannot be built, and what to know about one that was.
 
-use leak_table::{Stroke, TableError};
+use leak_table::{ConditionsError, RowError, Stroke, TableError};
 use thiserror::Error;
 use valve_model::ParameterError;
 
@@ -124,6 +124,49 @@ pub enum BuildError {
         /// What is impossible.
         source: Box<ParameterError>,
     },
+    /// The sound valve does not stroke under conditions that were asked for.
+    #[error(
+        "at a supply pressure of {supply_pressure_pa} Pa absolute and {temperature_k} K the {stroke} stroke of the sound valve is not finished within the cycle, expected conditions under which it strokes; give a range without them"
+    )]
+    SoundNotFinished {
+        /// The stroke.
+        stroke: Stroke,
+        /// The supply pressure, Pa absolute.
+        supply_pressure_pa: f64,
+        /// The temperature, K.
+        temperature_k: f64,
+    },
+    /// A table over conditions ends before a limit.
+    #[error(
+        "fault \"{fault}\": at a supply pressure of {supply_pressure_pa} Pa absolute and {temperature_k} K no limit is crossed in the table over conditions, expected one everywhere; give a smaller range of conditions"
+    )]
+    LimitOutsideConditions {
+        /// The id of what wears.
+        fault: String,
+        /// The supply pressure, Pa absolute.
+        supply_pressure_pa: f64,
+        /// The temperature, K.
+        temperature_k: f64,
+    },
+    /// A table over conditions cannot be made as accurate as asked.
+    #[error(
+        "fault \"{fault}\": found stroke times that are no smooth function of pressure and temperature, expected one that a table can follow; give a smaller range of conditions"
+    )]
+    NotSmooth {
+        /// The id of what wears.
+        fault: String,
+    },
+    /// The times over conditions do not make a table.
+    #[error("fault \"{fault}\": {source}")]
+    Grid {
+        /// The id of what wears.
+        fault: String,
+        /// What is wrong.
+        source: Box<RowError>,
+    },
+    /// The range of conditions is none.
+    #[error(transparent)]
+    Conditions(#[from] ConditionsError),
     /// The curve needs too many points.
     #[error(
         "fault \"{fault}\": found a curve that needs more than {most} points, expected fewer; allow a larger error"

@@ -16,12 +16,16 @@
 //! Units: inside this crate severities are whole numbers of 1e-9 of their file's unit (1e-9 mm2 for a
 //! leak), the last digit of a table's file; at its edges they are SI. Times are s.
 
+mod ends;
 mod error;
+mod levelled;
 mod limit;
 mod model;
+mod over_conditions;
 mod progress;
 mod range;
 mod refine;
+mod simulation;
 mod sweep;
 mod ticks;
 mod wear;
@@ -32,9 +36,13 @@ pub use model::{Options, TableModel, model_hash};
 pub use progress::{Progress, Stage};
 pub use wear::{Wear, Worn};
 
-use leak_table::{BundleInfo, BundlePart, Conditions, CycleSchedule, FaultInfo, Limits, SeverityTable, TableBundle};
+use leak_table::{
+    BundleInfo, BundlePart, ConditionRange, ConditionTable, Conditions, CycleSchedule, FaultInfo, Limits,
+    SeverityTable, TableBundle,
+};
 use rayon::prelude::*;
 
+use crate::simulation::Simulation;
 use crate::sweep::Sweep;
 
 /// What the builder made.
@@ -61,27 +69,49 @@ pub fn build(
     options: &Options,
     progress: &(dyn Fn(Progress) + Sync),
 ) -> Result<Built, BuildError> {
-    build_wears(model, &Wear::leaks(), options, progress)
+    build_request(model, &Request::default(), options, progress)
 }
 
-/// Builds the tables of whatever wears, the two leaks first.
+/// What is to be built.
+#[derive(Debug, Clone)]
+pub struct Request {
+    /// What wears, the two leaks first.
+    pub wears: Vec<Wear>,
+    /// Over which conditions beyond the valve's own, if any. Where a range has no width its condition is not varied.
+    pub conditions: Option<ConditionRange>,
+}
+
+impl Default for Request {
+    /// The two leaks at the valve's own conditions.
+    fn default() -> Self {
+        Self { wears: Wear::leaks(), conditions: None }
+    }
+}
+
+/// Builds the tables of whatever wears, and over conditions if that is asked for.
 ///
 /// As [`build`]. What else than a leak can have no table is left out, with a notice.
-pub fn build_wears(
+pub fn build_request(
     model: &TableModel<'_>,
-    wears: &[Wear],
+    request: &Request,
     options: &Options,
     progress: &(dyn Fn(Progress) + Sync),
 ) -> Result<Built, BuildError> {
     options.check()?;
     model.schedule.check()?;
     model.limits.check()?;
-    let table = |wear| table(Sweep::new(model, options, wear, progress));
-    let tables: Vec<Result<FaultTable, BuildError>> = wears.par_iter().enumerate().map(table).collect();
+    if let Some(range) = &request.conditions {
+        range.check_ends()?;
+    }
+    let table = |(place, wear)| {
+        let sweep = Sweep::new(Simulation::new(model, options, wear), place, progress);
+        table(sweep, request.conditions.as_ref())
+    };
+    let tables: Vec<Result<FaultTable, BuildError>> = request.wears.par_iter().enumerate().map(table).collect();
     let mut parts = Vec::new();
     let mut notices = Vec::new();
     let mut simulated = 0;
-    for (place, (table, wear)) in tables.into_iter().zip(wears).enumerate() {
+    for (place, (table, wear)) in tables.into_iter().zip(&request.wears).enumerate() {
         let table = match table {
             Err(error) if place >= LEAKS => {
                 notices.push(Notice::Omitted { fault: wear.degradation.id.to_string(), reason: error.to_string() });
@@ -89,7 +119,7 @@ pub fn build_wears(
             }
             table => table?,
         };
-        parts.push(BundlePart { table: table.table, info: table.info, over_conditions: None });
+        parts.push(BundlePart { table: table.table, info: table.info, over_conditions: table.over_conditions });
         notices.extend(table.notices);
         simulated += table.simulated;
     }
@@ -118,14 +148,22 @@ const LEAKS: usize = 2;
 struct FaultTable {
     table: SeverityTable,
     info: FaultInfo,
+    over_conditions: Option<ConditionTable>,
     notices: Vec<Notice>,
     simulated: usize,
 }
 
-/// Range, limits, points.
-fn table(mut sweep: Sweep<'_>) -> Result<FaultTable, BuildError> {
+/// Range, limits, points; then the same over conditions.
+fn table(mut sweep: Sweep<'_>, conditions: Option<&ConditionRange>) -> Result<FaultTable, BuildError> {
     let mut notices = Vec::new();
     let range = range::find(&mut sweep)?;
     let limits = limit::find(&mut sweep, &range, &mut notices)?;
-    refine::refine(sweep, range, limits, notices)
+    let (mut table, mut sweep) = refine::refine(sweep, range, limits, notices)?;
+    if let Some(range) = conditions {
+        let over_conditions = over_conditions::build(&sweep.simulation, &table.table, range)?;
+        table.over_conditions = Some(over_conditions.table);
+        table.simulated += over_conditions.simulated;
+    }
+    sweep.simulate(&[], Stage::Points, 1.0)?;
+    Ok(table)
 }

@@ -35,8 +35,8 @@ pub(crate) fn find(sweep: &mut Sweep<'_>, range: &Range, notices: &mut Vec<Notic
     if limits.first().is_none() {
         let last = sweep.at(range.last);
         return Err(BuildError::LimitNotReached {
-            fault: sweep.id(),
-            largest: sweep.named(range.last),
+            fault: sweep.simulation.id(),
+            largest: sweep.simulation.named(range.last),
             close_time_s: last.close_time_s.unwrap_or(f64::NAN),
             open_time_s: last.open_time_s.unwrap_or(f64::NAN),
         });
@@ -60,7 +60,7 @@ fn crossing(
         let stalls = range.stall.is_some_and(|stall| sweep.at(stall).time_s(stroke).is_none());
         let window_s = sweep.window_s(stroke);
         if stalls && limit_s >= window_s {
-            notices.push(Notice::LimitBeyondCycle { fault: sweep.id(), stroke, limit_s, window_s });
+            notices.push(Notice::LimitBeyondCycle { fault: sweep.simulation.id(), stroke, limit_s, window_s });
         }
         return Ok(stalls.then_some(range.last));
     }
@@ -86,6 +86,6 @@ fn interpolated(sweep: &Sweep<'_>, low: Ticks, high: Ticks, stroke: Stroke, time
     let samples = sweep.samples().range(low..=high);
     let (x, y): (Vec<f64>, Vec<f64>) =
         samples.filter_map(|(_, p)| p.time_s(stroke).map(|time_s| (p.severity, time_s))).unzip();
-    let ticks = MonotoneCubic::new(x, y).map(|curve| sweep.nearest(curve.inverse(time_s)));
+    let ticks = MonotoneCubic::new(x, y).map(|curve| sweep.simulation.nearest(curve.inverse(time_s)));
     ticks.unwrap_or(low.midpoint(high)).clamp(low, high)
 }

@@ -23,8 +23,8 @@ pub(crate) struct Range {
 
 /// Finds the range.
 pub(crate) fn find(sweep: &mut Sweep<'_>) -> Result<Range, BuildError> {
-    for reach in (sweep.wear.reach)(sweep.model.valve) {
-        let largest = sweep.nearest(reach).max(PARTS);
+    for reach in (sweep.simulation.wear.reach)(sweep.simulation.model.valve) {
+        let largest = sweep.simulation.nearest(reach).max(PARTS);
         let mut severities = ticks::between(0, largest, PARTS - 1);
         severities.extend([0, largest]);
         sweep.simulate(&severities, Stage::Range, 0.05)?;

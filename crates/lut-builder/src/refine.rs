@@ -11,10 +11,12 @@ use leak_table::{
 
 use crate::FaultTable;
 use crate::error::{BuildError, Notice};
+use crate::levelled::levelled;
 use crate::limit::LimitTicks;
 use crate::progress::Stage;
 use crate::range::Range;
-use crate::sweep::{Sweep, stored};
+use crate::simulation::stored;
+use crate::sweep::Sweep;
 use crate::ticks::Ticks;
 
 /// Points placed to start with are at least this share of the range apart.
@@ -61,7 +63,7 @@ pub(crate) fn refine(
     range: Range,
     limits: LimitTicks,
     notices: Vec<Notice>,
-) -> Result<FaultTable, BuildError> {
+) -> Result<(FaultTable, Sweep<'_>), BuildError> {
     let mut refinement = Refinement { sweep, range, limits, notices, knots: Vec::new() };
     refinement.place_first();
     loop {
@@ -80,14 +82,14 @@ pub(crate) fn refine(
             Ok(true) => {}
             Err(obstacle) => refinement.end_before(obstacle)?,
         }
-        if refinement.knots.len() > refinement.sweep.options.most_points {
-            let (fault, most) = (refinement.sweep.id(), refinement.sweep.options.most_points);
+        if refinement.knots.len() > refinement.sweep.simulation.options.most_points {
+            let (fault, most) = (refinement.sweep.simulation.id(), refinement.sweep.simulation.options.most_points);
             return Err(BuildError::TooManyPoints { fault, most });
         }
     }
 }
 
-impl Refinement<'_> {
+impl<'a> Refinement<'a> {
     /// The ends, the limits, and samples at hand that are well apart from them and from each other.
     fn place_first(&mut self) {
         let last = self.range.last;
@@ -109,7 +111,7 @@ impl Refinement<'_> {
 
     fn curve(&self, stroke: Stroke) -> Result<MonotoneCubic, Obstacle> {
         let time = |ticks: &Ticks| self.sweep.at(*ticks).time_s(stroke).unwrap_or(f64::NAN);
-        let x = self.knots.iter().map(|ticks| self.sweep.si(*ticks)).collect();
+        let x = self.knots.iter().map(|ticks| self.sweep.simulation.si(*ticks)).collect();
         let y = self.knots.iter().map(time).collect();
         let curve = if self.moves(stroke) {
             MonotoneCubic::new(x, y)
@@ -123,11 +125,11 @@ impl Refinement<'_> {
             };
             let (previous, at) = (self.knots[index - 1], self.knots[index]);
             let error = BuildError::NotMonotone {
-                fault: self.sweep.id(),
+                fault: self.sweep.simulation.id(),
                 stroke,
-                at: self.sweep.named(at),
+                at: self.sweep.simulation.named(at),
                 found_s: time(&at),
-                previous: self.sweep.named(previous),
+                previous: self.sweep.simulation.named(previous),
                 previous_s: time(&previous),
             };
             Obstacle { sound: previous, at, stroke, error: Box::new(error) }
@@ -136,12 +138,12 @@ impl Refinement<'_> {
 
     /// Whether the degradation moves a stroke's time, so that the time must tell the severity.
     fn moves(&self, stroke: Stroke) -> bool {
-        self.sweep.wear.degradation.moves.stroke(stroke).is_some()
+        self.sweep.simulation.wear.degradation.moves.stroke(stroke).is_some()
     }
 
     /// How far a time that need not move may go back and still count as staying.
     fn level_tolerance_s(&self) -> f64 {
-        MARGIN * self.sweep.options.tolerance_up_to_limit_s
+        MARGIN * self.sweep.simulation.options.tolerance_up_to_limit_s
     }
 
     /// Simulates what is missing to measure every gap; says whether anything was.
@@ -152,7 +154,7 @@ impl Refinement<'_> {
             if width < self.narrowest() {
                 continue;
             }
-            let at = |share: f64| low + self.sweep.nearest(share * width * self.sweep.si(1));
+            let at = |share: f64| low + self.sweep.simulation.nearest(share * width * self.sweep.simulation.si(1));
             for [from, middle, to] in ZONES {
                 if self.sweep.samples().range(at(from)..=at(to)).next().is_none() {
                     missing.push(at(middle));
@@ -187,7 +189,12 @@ impl Refinement<'_> {
             let width = gap[1] - gap[0];
             if (width as f64) < self.narrowest() {
                 let Miss { stroke, error_s, .. } = miss;
-                let error = BuildError::Jump { fault: self.sweep.id(), stroke, at: self.sweep.named(ticks), error_s };
+                let error = BuildError::Jump {
+                    fault: self.sweep.simulation.id(),
+                    stroke,
+                    at: self.sweep.simulation.named(ticks),
+                    error_s,
+                };
                 return Err(Obstacle { sound: gap[0], at: ticks, stroke, error: Box::new(error) });
             }
             // A point next to an old one would leave the gap as wide as it was.
@@ -203,10 +210,10 @@ impl Refinement<'_> {
 
     /// By how much the interpolation misses a sample, of the worse stroke.
     fn miss(&self, curves: &[MonotoneCubic; 2], ticks: Ticks, point: &SeverityPoint) -> Miss {
-        let options = self.sweep.options;
+        let options = self.sweep.simulation.options;
         let up_to_limit = self.limits.first().is_some_and(|limit| ticks <= limit);
         let tolerance_s = if up_to_limit { options.tolerance_up_to_limit_s } else { options.tolerance_beyond_s };
-        let tolerance_s = tolerance_s.max(2.0 * self.sweep.wandering_s());
+        let tolerance_s = tolerance_s.max(2.0 * self.sweep.simulation.wandering_s());
         let miss = |stroke: Stroke| {
             let time_s = point.time_s(stroke).unwrap_or(f64::NAN);
             let error_s = (curves[stroke as usize].value(point.severity) - time_s).abs();
@@ -229,22 +236,26 @@ impl Refinement<'_> {
         self.limits.close = self.limits.close.filter(|ticks| *ticks <= end);
         self.limits.open = self.limits.open.filter(|ticks| *ticks <= end);
         self.notices.retain(|notice| !matches!(notice, Notice::EndsEarly { .. }));
-        let (fault, stroke, at) = (self.sweep.id(), obstacle.stroke, self.sweep.named(end));
+        let (fault, stroke, at) = (self.sweep.simulation.id(), obstacle.stroke, self.sweep.simulation.named(end));
         self.notices.push(Notice::EndsEarly { fault, stroke, at });
         Ok(())
     }
 
     /// The table, with one row more where the valve stalls.
-    fn finish(mut self, curves: &[MonotoneCubic; 2]) -> Result<FaultTable, BuildError> {
+    fn finish(self, curves: &[MonotoneCubic; 2]) -> Result<(FaultTable, Sweep<'a>), BuildError> {
         let interpolation_error = self.measured_error(curves);
         let row = |(index, ticks): (usize, &Ticks)| {
             let [close, open] = curves;
             let time = |curve: &MonotoneCubic| Some(stored(curve.y()[index]));
-            SeverityPoint { severity: self.sweep.si(*ticks), close_time_s: time(close), open_time_s: time(open) }
+            SeverityPoint {
+                severity: self.sweep.simulation.si(*ticks),
+                close_time_s: time(close),
+                open_time_s: time(open),
+            }
         };
         let mut rows: Vec<SeverityPoint> = self.knots.iter().enumerate().map(row).collect();
         let stall = self.range.stall.map(|stall| *self.sweep.at(stall));
-        let degradation = &self.sweep.wear.degradation;
+        let degradation = &self.sweep.simulation.wear.degradation;
         let as_table = |rows: Vec<SeverityPoint>| SeverityTable::new(degradation, rows).map_err(row_error);
         let table = match stall {
             // The stroke that still finishes may have turned there; the row is then left out.
@@ -255,7 +266,7 @@ impl Refinement<'_> {
             _ => as_table(rows)?,
         };
         let info = |stroke: Stroke, limit: Option<Ticks>| StrokeInfo {
-            limit_severity: limit.map(|ticks| self.sweep.si(ticks)),
+            limit_severity: limit.map(|ticks| self.sweep.simulation.si(ticks)),
             stall_severity: stall.filter(|point| point.time_s(stroke).is_none()).map(|point| point.severity),
         };
         let info = FaultInfo {
@@ -263,8 +274,9 @@ impl Refinement<'_> {
             open: info(Stroke::Open, self.limits.open),
             interpolation_error,
         };
-        self.sweep.simulate(&[], Stage::Points, 1.0)?;
-        Ok(FaultTable { table, info, notices: self.notices, simulated: self.sweep.simulated() })
+        let simulated = self.sweep.simulated();
+        let table = FaultTable { table, info, over_conditions: None, notices: self.notices, simulated };
+        Ok((table, self.sweep))
     }
 
     /// The largest difference between interpolation and simulation at the samples.
@@ -281,27 +293,6 @@ impl Refinement<'_> {
         }
         error
     }
-}
-
-/// Times that go one way or stay, nearest to the given ones in the mean square (pool adjacent violators;
-/// Barlow et al., Statistical Inference under Order Restrictions, 1972). Times that would have to be changed by more
-/// than the tolerance are left as they are.
-fn levelled(times_s: &[f64], tolerance_s: f64) -> Vec<f64> {
-    let sign = if times_s[times_s.len() - 1] < times_s[0] { -1.0 } else { 1.0 };
-    let mut pools: Vec<(f64, usize)> = Vec::new();
-    for time_s in times_s {
-        pools.push((sign * time_s, 1));
-        while let [.., (before, many), (last, few)] = pools[..]
-            && before > last
-        {
-            pools.truncate(pools.len() - 2);
-            pools.push(((before * many as f64 + last * few as f64) / (many + few) as f64, many + few));
-        }
-    }
-    let levels: Vec<f64> =
-        pools.into_iter().flat_map(|(level, many)| std::iter::repeat_n(sign * level, many)).collect();
-    let near = levels.iter().zip(times_s).all(|(level, time_s)| (level - time_s).abs() <= tolerance_s);
-    if near { levels } else { times_s.to_vec() }
 }
 
 /// Rows that have passed the curves' own checks can only fail as a table would.
