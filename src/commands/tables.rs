@@ -2,8 +2,8 @@
 
 use std::sync::Mutex;
 
-use leak_table::{Fault, Stroke, TableBundle, TimeAt, mm2_from_m2};
-use lut_builder::{BuildError, Built, Options, Progress, TableModel};
+use leak_table::{BundleEntry, Fault, Stroke, TableBundle, TimeAt, mm2_from_m2};
+use lut_builder::{BuildError, Built, Options, Progress, Request, TableModel, build_request};
 use report::figures::{TableFigure, TablePoint};
 use valve_file::ValveFile;
 
@@ -19,6 +19,11 @@ pub fn hash_of(file: &ValveFile) -> String {
 
 /// Builds the tables of both kinds of leak.
 pub fn build(file: &ValveFile) -> Result<Built, BuildError> {
+    build_what(file, &Request::default())
+}
+
+/// Builds what is asked for.
+pub fn build_what(file: &ValveFile, request: &Request) -> Result<Built, BuildError> {
     let text = file.canonical_model();
     let model = TableModel {
         name: file.name(),
@@ -28,11 +33,11 @@ pub fn build(file: &ValveFile) -> Result<Built, BuildError> {
         limits: file.limits(),
     };
     let line = ProgressLine::new();
-    let shares = Mutex::new([0.0; 2]);
-    lut_builder::build(&model, &Options::default(), &|progress: Progress| {
+    let shares = Mutex::new(vec![0.0; request.wears.len()]);
+    build_request(&model, request, &Options::default(), &|progress: Progress| {
         let Ok(mut shares) = shares.lock() else { return };
         shares[progress.place] = progress.share;
-        line.show(f64::midpoint(shares[0], shares[1]), progress.stage.name());
+        line.show(shares.iter().sum::<f64>() / shares.len() as f64, progress.stage.name());
     })
 }
 
@@ -42,10 +47,9 @@ pub fn fault_name(fault: Fault) -> &'static str {
 }
 
 /// Which stroke ends the life first.
-pub fn failing_stroke(bundle: &TableBundle, fault: Fault) -> Option<Stroke> {
-    let info = bundle.manifest().fault(fault);
-    let limit = info.limit_severity()?;
-    Stroke::ALL.into_iter().find(|stroke| info.stroke(*stroke).limit_severity == Some(limit))
+pub fn failing_stroke(entry: &BundleEntry<'_>) -> Option<Stroke> {
+    let limit = Some(entry.limit_severity);
+    Stroke::ALL.into_iter().find(|stroke| entry.info.stroke(*stroke).limit_severity == limit)
 }
 
 /// The picture of a table.

@@ -156,30 +156,33 @@ impl TableBundle {
     /// Writes the bundle into a directory, replacing an older one in it as one: whoever reads it finds the
     /// older tables or these, whatever interrupts the writing.
     pub fn write(&self, dir: &Path) -> Result<(), TableError> {
-        let mut files = Vec::new();
-        for (index, entry) in self.manifest.entries.iter().enumerate() {
-            let text = csv_file::to_csv(&entry.degradation, self.tables[index].points());
-            files.push((entry.file.name.as_str(), text));
-            if let (Some(table), Some(info)) = (&self.over_conditions[index], &entry.over_conditions) {
-                files.push((info.file.name.as_str(), csv_file::conditions_to_csv(table)));
-            }
-        }
-        files.push((MANIFEST_FILE, manifest_file::to_json(&self.manifest, &ranges(&self.tables))));
-        let files: Vec<(&str, &[u8])> = files.iter().map(|(name, text)| (*name, text.as_bytes())).collect();
-        atomic::write_all(dir, &files)
+        let own = self.manifest.entries.iter().zip(&self.tables);
+        let over_conditions = self.over_conditions.iter().flatten().map(csv_file::conditions_to_csv);
+        let tables: Vec<String> = own
+            .map(|(entry, table)| csv_file::to_csv(&entry.degradation, table.points()))
+            .chain(over_conditions)
+            .collect();
+        let text = manifest_file::to_json(&self.manifest, &ranges(&self.tables));
+        atomic::write_set(dir, &self.manifest, &tables, &text)
     }
 
     /// Reads a bundle from a directory and checks it against its manifest.
+    ///
+    /// While somebody replaces the bundle, it is the older one or the new one.
     pub fn read(dir: &Path) -> Result<Self, TableError> {
-        let path = dir.join(MANIFEST_FILE);
-        let text = fs::read_to_string(&path).map_err(|source| {
-            if source.kind() == io::ErrorKind::NotFound {
-                TableError::ManifestMissing { dir: dir.to_path_buf() }
-            } else {
-                TableError::Io { path: path.clone(), source }
+        let mut text = manifest_text(dir)?;
+        loop {
+            let read = Self::read_tables(dir, &text);
+            let now = manifest_text(dir)?;
+            if read.is_ok() || now == text {
+                return read;
             }
-        })?;
-        let manifest = manifest_file::from_json(&text, &path)?;
+            text = now;
+        }
+    }
+
+    fn read_tables(dir: &Path, text: &str) -> Result<Self, TableError> {
+        let manifest = manifest_file::from_json(text, &dir.join(MANIFEST_FILE))?;
         check_entries(&manifest)?;
         let mut tables = Vec::new();
         let mut over_conditions = Vec::new();
@@ -266,20 +269,15 @@ fn stored_over_conditions(table: &ConditionTable) -> Result<(ConditionTable, Con
     Ok((table, ConditionFile { file, info }))
 }
 
-/// The bytes of a file if they are those that the manifest tells of.
-fn read_file(dir: &Path, file: &FileInfo) -> Result<Vec<u8>, TableError> {
-    let path = dir.join(&file.name);
-    let bytes = fs::read(&path).map_err(|source| TableError::Io { path: path.clone(), source })?;
-    let length = bytes.len() as u64;
-    if length < file.bytes {
-        return Err(TableError::Truncated { path, found: length, expected: file.bytes });
-    }
-    let found = blake3::hash(&bytes).to_hex();
-    if found.as_str() != file.blake3 {
-        let (found, expected) = (found.to_string(), file.blake3.clone());
-        return Err(TableError::Hash { path, found, expected });
-    }
-    Ok(bytes)
+fn manifest_text(dir: &Path) -> Result<String, TableError> {
+    let path = dir.join(MANIFEST_FILE);
+    fs::read_to_string(&path).map_err(|source| {
+        if source.kind() == io::ErrorKind::NotFound {
+            TableError::ManifestMissing { dir: dir.to_path_buf() }
+        } else {
+            TableError::Io { path, source }
+        }
+    })
 }
 
 fn check_rows(dir: &Path, file: &FileInfo, found: usize) -> Result<(), TableError> {
@@ -290,14 +288,14 @@ fn check_rows(dir: &Path, file: &FileInfo, found: usize) -> Result<(), TableErro
 }
 
 fn read_table(dir: &Path, entry: &ManifestEntry) -> Result<SeverityTable, TableError> {
-    let bytes = read_file(dir, &entry.file)?;
+    let bytes = atomic::read_file(dir, &entry.file)?;
     let table = csv_file::from_csv(&bytes, &dir.join(&entry.file.name), &entry.degradation)?;
     check_rows(dir, &entry.file, table.points().len())?;
     Ok(table)
 }
 
 fn read_over_conditions(dir: &Path, entry: &ManifestEntry, info: &ConditionFile) -> Result<ConditionTable, TableError> {
-    let bytes = read_file(dir, &info.file)?;
+    let bytes = atomic::read_file(dir, &info.file)?;
     let path = dir.join(&info.file.name);
     let table = csv_file::conditions_from_csv(&bytes, &path, &entry.degradation, info.info)?;
     check_rows(dir, &info.file, table.node_count() * table.shares().len())?;
