@@ -54,7 +54,7 @@ fn inversion(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("table inversion");
     group.throughput(Throughput::Elements(times.len() as u64));
     group.bench_function("time to leak", |b| {
-        b.iter(|| times.iter().map(|time| curve.extrapolated_area(black_box(*time))).sum::<f64>());
+        b.iter(|| times.iter().map(|time| curve.extrapolated_severity(black_box(*time))).sum::<f64>());
     });
     group.finish();
 }
@@ -126,7 +126,7 @@ fn table_and_optimiser(criterion: &mut Criterion) {
     let curve = tables.table(Fault::Atmosphere).curve(Stroke::Close);
     let valve = base_valve(testbed());
     let measured_s = close_time_s(&valve, LEAK_M2);
-    let table_error = (curve.extrapolated_area(measured_s) - LEAK_M2).abs();
+    let table_error = (curve.extrapolated_severity(measured_s) - LEAK_M2).abs();
     let ladder = (0..12).map(|k| 1e-4 * 0.1_f64.powi(k));
     let error_at = |tolerance: f64| (optimised(&valve, measured_s, tolerance).0 - LEAK_M2).abs();
     let tolerance = ladder.into_iter().find(|t| error_at(*t) <= table_error).unwrap_or(1e-16);
@@ -139,7 +139,7 @@ fn table_and_optimiser(criterion: &mut Criterion) {
     );
     let mut group = criterion.benchmark_group("leak from one closing time");
     group.sample_size(10);
-    group.bench_function("table", |b| b.iter(|| curve.extrapolated_area(black_box(measured_s))));
+    group.bench_function("table", |b| b.iter(|| curve.extrapolated_severity(black_box(measured_s))));
     group.bench_function("Nelder-Mead on the simulation", |b| b.iter(|| optimised(&valve, measured_s, tolerance)));
     group.finish();
 }

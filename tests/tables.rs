@@ -67,7 +67,7 @@ fn they_agree_with_the_simulation_between_their_points() {
     for fault in Fault::ALL {
         let table = bundle.table(fault);
         let limit_m2 = bundle.limit_area_m2(fault);
-        let stall_m2 = table.range_m2().1;
+        let stall_m2 = table.range().1;
         let areas: Vec<f64> = spread(96, 0.271).map(|u| u * stall_m2).collect();
         let runs: Vec<_> = areas.iter().map(|area| (file.valve(), leaking(file.valve(), fault, *area))).collect();
         for (area, times) in areas.iter().zip(periodic(&runs, &file.schedule(), DEFAULT_STEP_S)) {
@@ -89,8 +89,8 @@ fn limit_and_stall_are_where_the_simulation_has_them() {
     let bundle = TableBundle::read(&checked_in()).expect("readable");
     for (fault, stroke) in [(Fault::Atmosphere, Stroke::Close), (Fault::Supply, Stroke::Open)] {
         let info = bundle.manifest().fault(fault).stroke(stroke);
-        let limit_m2 = info.limit_area_m2.expect("this leak takes this stroke to its limit");
-        let stall_m2 = info.stall_area_m2.expect("this leak stalls this stroke");
+        let limit_m2 = info.limit_severity.expect("this leak takes this stroke to its limit");
+        let stall_m2 = info.stall_severity.expect("this leak stalls this stroke");
         let run = |area| (file.valve(), leaking(file.valve(), fault, area));
         let times = periodic(&[run(limit_m2), run(stall_m2 * 0.9999), run(stall_m2)], &file.schedule(), DEFAULT_STEP_S);
         let time = |index: usize| match stroke {

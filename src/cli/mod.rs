@@ -5,6 +5,7 @@ mod measurement;
 mod model;
 mod prognosis;
 mod quantities;
+mod tables;
 
 use std::path::PathBuf;
 
@@ -12,9 +13,8 @@ use clap::{Parser, Subcommand, ValueEnum};
 
 pub use measurement::{AdoptArgs, CalibrateArgs, CompareArgs, ExplainArgs};
 pub use model::{EffectsArgs, ReportArgs, RevertArgs, SimulateArgs};
-pub use prognosis::{
-    BuildTablesArgs, DemoArgs, EvaluateArgs, GrowthName, MethodName, PrognoseArgs, StartName, StreamFormat,
-};
+pub use prognosis::{DemoArgs, EvaluateArgs, GrowthName, MethodName, PrognoseArgs, StartName, StreamFormat};
+pub use tables::{BuildTablesArgs, QuantityRange};
 
 /// Physics-based prognosis of pneumatic valves from their stroke times
 ///

@@ -7,28 +7,6 @@ use clap::{Args, ValueEnum};
 use super::Format;
 use super::quantities::duration_s;
 
-/// Options of `build-tables`.
-#[derive(Debug, Args)]
-#[command(after_long_help = "\
-The directory gets a table for each kind of leak and a manifest that says what
-they were made from; `valve prognose` refuses what does not fit together.
-
-Example:
-  valve build-tables valve.toml --out tables --plot tables.svg")]
-pub struct BuildTablesArgs {
-    /// The valve file
-    pub valve: PathBuf,
-    /// Directory of the tables; made if it is missing, older tables in it are replaced
-    #[arg(long, value_name = "DIR")]
-    pub out: PathBuf,
-    /// Draw the tables to an .svg or .png file
-    #[arg(long, value_name = "FILE")]
-    pub plot: Option<PathBuf>,
-    /// How the result is printed
-    #[arg(long, value_enum, default_value_t = Format::Text)]
-    pub format: Format,
-}
-
 /// Options of `demo`.
 #[derive(Debug, Args)]
 #[command(after_long_help = "\

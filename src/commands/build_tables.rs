@@ -5,22 +5,27 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
-use leak_table::{Fault, TableBundle, mm2_from_m2};
+use leak_table::{
+    BundleEntry, Condition, ConditionRange, Degradation, Fault, MANIFEST_FILE, Severity, TableBundle, mm2_from_m2,
+};
+use lut_builder::{Request, Wear};
 use report::figures::TableFigure;
 use serde::Serialize;
+use valve_file::ValveFile;
 
 use super::{tables, valve_input};
-use crate::cli::{BuildTablesArgs, Format};
-use crate::failure::Answer;
+use crate::cli::{BuildTablesArgs, Format, QuantityRange};
+use crate::failure::{Answer, Hinted};
 use crate::output::{self, Align, PlotFile, TextTable};
 
 /// Builds, writes, says what was built.
 pub fn run(args: &BuildTablesArgs) -> anyhow::Result<Answer> {
     let file = valve_input::read(&args.valve)?;
+    let request = Request { wears: wears(&args.wear)?, conditions: conditions(args, &file)? };
     let plot = PlotFile::create(args.plot.as_deref())?;
-    let dir = TableDir::prepare(&args.out)?;
+    let dir = TableDir::prepare(&args.out, args.force, &request)?;
     let start = Instant::now();
-    let built = tables::build(&file).with_context(|| file.file_name().to_owned())?;
+    let built = tables::build_what(&file, &request).with_context(|| file.file_name().to_owned())?;
     let took = start.elapsed();
     for notice in &built.notices {
         output::note(&format!("note: {notice}"));
@@ -28,11 +33,14 @@ pub fn run(args: &BuildTablesArgs) -> anyhow::Result<Answer> {
     dir.write(&built.bundle)?;
     match args.format {
         Format::Text => {
-            let text = summary(&built.bundle);
-            let areas = built.simulated_areas;
-            output::print_text(&format!("{text}\n{areas} leak areas simulated in {}\n", seconds(took)))?;
+            let mut text = summary(&built.bundle);
+            if let Some(range) = built.bundle.condition_range() {
+                text = format!("{text}\n{}\n{}", over(&range), summary_over_conditions(&built.bundle));
+            }
+            let severities = built.simulated;
+            output::print_text(&format!("{text}\n{severities} severities simulated in {}\n", seconds(took)))?;
         }
-        Format::Json => output::print_json(&document(&built.bundle, built.simulated_areas))?,
+        Format::Json => output::print_json(&document(&built.bundle, built.simulated))?,
     }
     if let Some(plot) = plot {
         let figures = Fault::ALL.map(|fault| tables::figure(&built.bundle, fault));
@@ -40,6 +48,40 @@ pub fn run(args: &BuildTablesArgs) -> anyhow::Result<Answer> {
         plot.write(&TableFigure::side_by_side(title, "dashed: limits, and the area at which life ends", &figures))?;
     }
     Ok(Answer::Fine)
+}
+
+/// What the option names, the leaks first.
+fn wears(names: &[String]) -> anyhow::Result<Vec<Wear>> {
+    let all = Wear::catalogue();
+    for name in names {
+        if !["all", "leaks"].contains(&name.as_str()) && Degradation::from_id(name).is_none() {
+            let ids: Vec<&str> = all.iter().map(|wear| &*wear.degradation.id).collect();
+            anyhow::bail!("--wear: found {name:?}, expected all, leaks or some of {}", ids.join(", "));
+        }
+    }
+    let is_leak = |wear: &Wear| Fault::ALL.into_iter().any(|fault| fault.name() == wear.degradation.id);
+    let is_named = |wear: &Wear| names.iter().any(|name| name == "all" || *name == wear.degradation.id);
+    Ok(all.into_iter().filter(|wear| is_leak(wear) || is_named(wear)).collect())
+}
+
+/// The conditions to build over; one that is not given stays as the valve file has it.
+fn conditions(args: &BuildTablesArgs, file: &ValveFile) -> anyhow::Result<Option<ConditionRange>> {
+    if args.supply_range.is_none() && args.temperature_range.is_none() {
+        return Ok(None);
+    }
+    let parameters = file.valve().parameters();
+    let absolute = |range: &QuantityRange| -> anyhow::Result<(f64, f64)> {
+        let pa = |end: &quantity::Quantity| end.absolute_pa(parameters.ambient_pressure_pa).context("--supply-range");
+        Ok((pa(&range.from)?, pa(&range.to)?))
+    };
+    let own_pa = parameters.supply_pressure_pa;
+    let own_k = parameters.temperature_k;
+    let range = ConditionRange {
+        supply_pressure_pa: args.supply_range.as_ref().map_or(Ok((own_pa, own_pa)), absolute)?,
+        temperature_k: args.temperature_range.as_ref().map_or((own_k, own_k), |range| (range.from.si(), range.to.si())),
+    };
+    range.check_ends()?;
+    Ok(Some(range))
 }
 
 fn seconds(took: Duration) -> String {
@@ -54,7 +96,16 @@ struct TableDir<'a> {
 }
 
 impl<'a> TableDir<'a> {
-    fn prepare(path: &'a Path) -> anyhow::Result<Self> {
+    fn prepare(path: &'a Path, force: bool, request: &Request) -> anyhow::Result<Self> {
+        if !force {
+            let tables = request.wears.iter().map(|wear| format!("{}.csv", wear.degradation.id));
+            if let Some(name) = tables.chain([MANIFEST_FILE.to_owned()]).find(|name| path.join(name).exists()) {
+                return Err(Hinted::error(
+                    format!("{}: {name} exists already", path.display()),
+                    "choose another directory, or replace its tables with --force",
+                ));
+            }
+        }
         let made = !path.exists();
         fs::create_dir_all(path).with_context(|| format!("{}: cannot be made", path.display()))?;
         Ok(Self { path, made })
@@ -78,8 +129,9 @@ impl Drop for TableDir<'_> {
 
 /// What was built, in a table.
 pub fn summary(bundle: &TableBundle) -> String {
-    let left = [Align::Left, Align::Right, Align::Right, Align::Right, Align::Left, Align::Right, Align::Right];
-    let columns: Vec<(&str, Align)> = SUMMARY_COLUMNS.into_iter().zip(left).collect();
+    let heads = summary_columns(bundle);
+    let aligned = [Align::Left, Align::Right, Align::Right, Align::Right, Align::Left, Align::Right, Align::Right];
+    let columns: Vec<(&str, Align)> = heads.iter().map(String::as_str).zip(aligned).collect();
     let mut table = TextTable::new(&columns);
     for row in summary_rows(bundle) {
         table.row(row);
@@ -88,31 +140,95 @@ pub fn summary(bundle: &TableBundle) -> String {
 }
 
 /// Heads of the columns of [`summary_rows`].
-pub const SUMMARY_COLUMNS: [&str; 7] = [
-    "fault",
-    "points",
-    "largest leak (mm²)",
-    "life ends at (mm²)",
-    "by the stroke",
-    "error to there (ms)",
-    "beyond (ms)",
-];
+pub fn summary_columns(bundle: &TableBundle) -> [String; 7] {
+    let (largest, limit) =
+        if leaks_only(bundle) { ("largest leak (mm²)", "life ends at (mm²)") } else { ("largest", "life ends at") };
+    [
+        if leaks_only(bundle) { "fault" } else { "wear" },
+        "points",
+        largest,
+        limit,
+        "by the stroke",
+        "error to there (ms)",
+        "beyond (ms)",
+    ]
+    .map(str::to_owned)
+}
 
-/// A row for each fault.
+/// A row for each degradation.
 pub fn summary_rows(bundle: &TableBundle) -> Vec<Vec<String>> {
-    let row = |fault| {
-        let info = bundle.manifest().fault(fault);
+    let leaks_only = leaks_only(bundle);
+    let row = |entry: BundleEntry<'_>| {
+        let info = entry.info;
+        let severity = &entry.degradation.severity;
+        let number = |si: f64, decimals: usize| {
+            let number = format!("{:.decimals$}", severity.file_from_si(si));
+            if leaks_only { number } else { format!("{number} {}", shown_unit(severity)).trim_end().to_owned() }
+        };
         vec![
-            tables::fault_name(fault).to_owned(),
-            bundle.table(fault).points().len().to_string(),
-            format!("{:.4}", mm2_from_m2(bundle.table(fault).range_m2().1)),
-            format!("{:.6}", mm2_from_m2(bundle.limit_area_m2(fault))),
-            tables::failing_stroke(bundle, fault).map_or_else(String::new, |stroke| stroke.to_string()),
-            format!("{:.3}", 1e3 * info.interpolation_error.up_to_limit_s),
-            format!("{:.3}", 1e3 * info.interpolation_error.beyond_limit_s),
+            entry.degradation.name.to_string(),
+            entry.table.points().len().to_string(),
+            number(entry.table.range().1, 4),
+            number(entry.limit_severity, 6),
+            tables::failing_stroke(&entry).map_or_else(String::new, |stroke| stroke.to_string()),
+            milliseconds(info.interpolation_error.up_to_limit_s),
+            milliseconds(info.interpolation_error.beyond_limit_s),
         ]
     };
-    Fault::ALL.map(row).into()
+    bundle.entries().map(row).collect()
+}
+
+/// How accurate the tables over conditions are.
+fn summary_over_conditions(bundle: &TableBundle) -> String {
+    let columns = [
+        ("wear", Align::Left),
+        ("pressures", Align::Right),
+        ("temperatures", Align::Right),
+        ("severities", Align::Right),
+        ("error to the limit (ms)", Align::Right),
+        ("beyond (ms)", Align::Right),
+        ("measured at", Align::Right),
+    ];
+    let mut table = TextTable::new(&columns);
+    for entry in bundle.entries() {
+        let Some(over) = entry.over_conditions else { continue };
+        let info = over.info();
+        table.row(vec![
+            entry.degradation.name.to_string(),
+            over.pressures_pa().len().to_string(),
+            over.temperatures_k().len().to_string(),
+            over.shares().len().to_string(),
+            milliseconds(info.interpolation_error.up_to_limit_s),
+            milliseconds(info.interpolation_error.beyond_limit_s),
+            format!("{} places", info.checked),
+        ]);
+    }
+    table.render()
+}
+
+/// The conditions that tables cover, in words.
+fn over(range: &ConditionRange) -> String {
+    let (low, high) = range.supply_pressure_pa;
+    let (cold, warm) = range.temperature_k;
+    let pressure = format!("supply pressure {:.1} to {:.1} kPa absolute", low / 1e3, high / 1e3);
+    let temperature = format!("temperature {cold:.2} to {warm:.2} K");
+    match (range.varies(Condition::SupplyPressure), range.varies(Condition::Temperature)) {
+        (true, false) => format!("over {pressure}:"),
+        (false, true) => format!("over {temperature}:"),
+        _ => format!("over {pressure} and {temperature}:"),
+    }
+}
+
+fn leaks_only(bundle: &TableBundle) -> bool {
+    bundle.len() == Fault::ALL.len()
+}
+
+fn shown_unit(severity: &Severity) -> String {
+    severity.unit.replace("mm2", "mm²")
+}
+
+fn milliseconds(time_s: f64) -> String {
+    format!("{:.3}", 1e3 * time_s)
 }
 
 #[derive(Serialize)]
@@ -120,41 +236,90 @@ struct Document<'a> {
     valve: &'a str,
     model_hash: &'a str,
     simulated_areas: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    conditions: Option<ConditionsOut>,
     faults: Vec<FaultOut>,
 }
 
 #[derive(Serialize)]
+struct ConditionsOut {
+    supply_pressure_pa: (f64, f64),
+    temperature_k: (f64, f64),
+}
+
+#[derive(Serialize)]
 struct FaultOut {
-    fault: &'static str,
+    fault: String,
     points: usize,
-    largest_leak_area_mm2: f64,
-    leak_area_at_limit_mm2: f64,
+    #[serde(flatten)]
+    severities: SeveritiesOut,
     failing_stroke: Option<String>,
     interpolation_error_up_to_limit_s: f64,
     interpolation_error_beyond_limit_s: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    over_conditions: Option<OverConditionsOut>,
+}
+
+/// Leaks have names and units of their own; any other severity tells its unit.
+#[derive(Serialize)]
+#[serde(untagged)]
+enum SeveritiesOut {
+    Leak { largest_leak_area_mm2: f64, leak_area_at_limit_mm2: f64 },
+    Other { severity: String, unit: String, largest_severity: f64, severity_at_limit: f64 },
+}
+
+#[derive(Serialize)]
+struct OverConditionsOut {
+    pressures: usize,
+    temperatures: usize,
+    severities: usize,
+    error_up_to_limit_s: f64,
+    error_beyond_limit_s: f64,
+    measured_at: usize,
 }
 
 fn document(bundle: &TableBundle, simulated_areas: usize) -> Document<'_> {
-    let fault = |fault: Fault| {
-        let error = bundle.manifest().fault(fault).interpolation_error;
-        FaultOut {
-            fault: match fault {
-                Fault::Atmosphere => "atmosphere",
-                Fault::Supply => "supply",
-            },
-            points: bundle.table(fault).points().len(),
-            largest_leak_area_mm2: mm2_from_m2(bundle.table(fault).range_m2().1),
-            leak_area_at_limit_mm2: mm2_from_m2(bundle.limit_area_m2(fault)),
-            failing_stroke: tables::failing_stroke(bundle, fault).map(|stroke| stroke.to_string()),
-            interpolation_error_up_to_limit_s: error.up_to_limit_s,
-            interpolation_error_beyond_limit_s: error.beyond_limit_s,
-        }
-    };
     let manifest = bundle.manifest();
     Document {
         valve: &manifest.valve,
         model_hash: &manifest.model_hash,
         simulated_areas,
-        faults: Fault::ALL.map(fault).into(),
+        conditions: bundle.condition_range().map(|range| ConditionsOut {
+            supply_pressure_pa: range.supply_pressure_pa,
+            temperature_k: range.temperature_k,
+        }),
+        faults: bundle.entries().enumerate().map(|(place, entry)| fault_out(place, &entry)).collect(),
+    }
+}
+
+fn fault_out(place: usize, entry: &BundleEntry<'_>) -> FaultOut {
+    let error = entry.info.interpolation_error;
+    let severity = &entry.degradation.severity;
+    let (largest, limit) = (entry.table.range().1, entry.limit_severity);
+    let severities = if place < Fault::ALL.len() {
+        SeveritiesOut::Leak { largest_leak_area_mm2: mm2_from_m2(largest), leak_area_at_limit_mm2: mm2_from_m2(limit) }
+    } else {
+        SeveritiesOut::Other {
+            severity: severity.quantity.to_string(),
+            unit: severity.unit.to_string(),
+            largest_severity: severity.file_from_si(largest),
+            severity_at_limit: severity.file_from_si(limit),
+        }
+    };
+    FaultOut {
+        fault: entry.degradation.id.to_string(),
+        points: entry.table.points().len(),
+        severities,
+        failing_stroke: tables::failing_stroke(entry).map(|stroke| stroke.to_string()),
+        interpolation_error_up_to_limit_s: error.up_to_limit_s,
+        interpolation_error_beyond_limit_s: error.beyond_limit_s,
+        over_conditions: entry.over_conditions.map(|over| OverConditionsOut {
+            pressures: over.pressures_pa().len(),
+            temperatures: over.temperatures_k().len(),
+            severities: over.shares().len(),
+            error_up_to_limit_s: over.info().interpolation_error.up_to_limit_s,
+            error_beyond_limit_s: over.info().interpolation_error.beyond_limit_s,
+            measured_at: over.info().checked,
+        }),
     }
 }

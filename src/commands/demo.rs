@@ -53,7 +53,7 @@ pub fn run(args: &DemoArgs) -> anyhow::Result<Answer> {
     tell(&format!(
         "2. Tables from leak area to stroke times, for a pipe that leaks to the atmosphere and one\n   \
          that leaks from the supply ({} cycles simulated until periodic):\n\n{}\n",
-        built.simulated_areas,
+        built.simulated,
         indented(&build_tables::summary(&bundle))
     ))?;
 

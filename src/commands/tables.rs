@@ -2,8 +2,8 @@
 
 use std::sync::Mutex;
 
-use leak_table::{Fault, Stroke, TableBundle, TimeAt, mm2_from_m2};
-use lut_builder::{BuildError, Built, Options, Progress, TableModel};
+use leak_table::{BundleEntry, Fault, Stroke, TableBundle, TimeAt, mm2_from_m2};
+use lut_builder::{BuildError, Built, Options, Progress, Request, TableModel, build_request};
 use report::figures::{TableFigure, TablePoint};
 use valve_file::ValveFile;
 
@@ -19,6 +19,11 @@ pub fn hash_of(file: &ValveFile) -> String {
 
 /// Builds the tables of both kinds of leak.
 pub fn build(file: &ValveFile) -> Result<Built, BuildError> {
+    build_what(file, &Request::default())
+}
+
+/// Builds what is asked for.
+pub fn build_what(file: &ValveFile, request: &Request) -> Result<Built, BuildError> {
     let text = file.canonical_model();
     let model = TableModel {
         name: file.name(),
@@ -28,40 +33,36 @@ pub fn build(file: &ValveFile) -> Result<Built, BuildError> {
         limits: file.limits(),
     };
     let line = ProgressLine::new();
-    let shares = Mutex::new([0.0; 2]);
-    lut_builder::build(&model, &Options::default(), &|progress: Progress| {
+    let shares = Mutex::new(vec![0.0; request.wears.len()]);
+    build_request(&model, request, &Options::default(), &|progress: Progress| {
         let Ok(mut shares) = shares.lock() else { return };
-        shares[progress.fault as usize] = progress.share;
-        line.show(f64::midpoint(shares[0], shares[1]), progress.stage.name());
+        shares[progress.place] = progress.share;
+        line.show(shares.iter().sum::<f64>() / shares.len() as f64, progress.stage.name());
     })
 }
 
 /// The kind of leak in words.
 pub fn fault_name(fault: Fault) -> &'static str {
-    match fault {
-        Fault::Atmosphere => "leak to atmosphere",
-        Fault::Supply => "leak from the supply",
-    }
+    &fault.degradation().name
 }
 
 /// Which stroke ends the life first.
-pub fn failing_stroke(bundle: &TableBundle, fault: Fault) -> Option<Stroke> {
-    let info = bundle.manifest().fault(fault);
-    let area = info.limit_area_m2()?;
-    Stroke::ALL.into_iter().find(|stroke| info.stroke(*stroke).limit_area_m2 == Some(area))
+pub fn failing_stroke(entry: &BundleEntry<'_>) -> Option<Stroke> {
+    let limit = Some(entry.limit_severity);
+    Stroke::ALL.into_iter().find(|stroke| entry.info.stroke(*stroke).limit_severity == limit)
 }
 
 /// The picture of a table.
 pub fn figure(bundle: &TableBundle, fault: Fault) -> TableFigure {
     let limits = bundle.manifest().limits;
     let info = bundle.manifest().fault(fault);
-    let limit = |stroke: Stroke| info.stroke(stroke).limit_area_m2.map(|_| limits.within_s(stroke));
+    let limit = |stroke: Stroke| info.stroke(stroke).limit_severity.map(|_| limits.within_s(stroke));
     let points = bundle.table(fault).points().iter().map(|point| TablePoint {
-        leak_area_mm2: mm2_from_m2(point.leak_area_m2),
+        leak_area_mm2: mm2_from_m2(point.severity),
         close_time_s: point.close_time_s,
         open_time_s: point.open_time_s,
     });
-    let (first_m2, last_m2) = bundle.table(fault).range_m2();
+    let (first_m2, last_m2) = bundle.table(fault).range();
     let time = |stroke: Stroke, area_m2: f64| match bundle.table(fault).curve(stroke).time_at(area_m2) {
         TimeAt::Within(time_s) => Some(time_s),
         _ => None,
@@ -80,6 +81,6 @@ pub fn figure(bundle: &TableBundle, fault: Fault) -> TableFigure {
         points: points.collect(),
         close_limit_s: limit(Stroke::Close),
         open_limit_s: limit(Stroke::Open),
-        area_at_limit_mm2: info.limit_area_m2().map(mm2_from_m2),
+        area_at_limit_mm2: info.limit_severity().map(mm2_from_m2),
     }
 }

@@ -1,16 +1,19 @@
-//! The tables of both faults with their manifest, in memory and on disk.
+//! The tables of all degradations with their manifest, in memory and on disk.
 
 use std::fs;
 use std::io;
 use std::path::Path;
 
 use crate::atomic;
+use crate::condition_table::ConditionTable;
+use crate::conditions::{Condition, ConditionRange, Conditions};
 use crate::csv_file;
+use crate::degradation::Degradation;
 use crate::error::TableError;
 use crate::fault::{Fault, Stroke};
-use crate::manifest::{CycleSchedule, FaultInfo, FileInfo, Limits, Manifest};
+use crate::manifest::{ConditionFile, CycleSchedule, FaultInfo, FileInfo, Limits, Manifest, ManifestEntry};
 use crate::manifest_file::{self, MANIFEST_FILE};
-use crate::table::LeakTable;
+use crate::table::SeverityTable;
 
 /// What a builder knows about its tables besides their rows.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,45 +26,81 @@ pub struct BundleInfo {
     pub schedule: CycleSchedule,
     /// The limits.
     pub limits: Limits,
-    /// About the table of the leak to atmosphere.
-    pub atmosphere: FaultInfo,
-    /// About the table of the leak from the supply.
-    pub supply: FaultInfo,
+    /// The conditions of the tables over the severity alone; not kept by a bundle of leaks alone.
+    pub reference: Option<Conditions>,
 }
 
-/// The tables of both faults of one valve, with their manifest.
+/// What a builder made for one degradation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BundlePart {
+    /// The stroke times over the severity.
+    pub table: SeverityTable,
+    /// What is known about them.
+    pub info: FaultInfo,
+    /// The same over the conditions of a cycle; all parts of a bundle have one over the same range, or none has.
+    pub over_conditions: Option<ConditionTable>,
+}
+
+/// The tables of one valve, with their manifest: those of the two leaks first, then of whatever else wears.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TableBundle {
     manifest: Manifest,
-    tables: [LeakTable; 2],
+    tables: Vec<SeverityTable>,
+    over_conditions: Vec<Option<ConditionTable>>,
+}
+
+/// All that a bundle has of one degradation.
+#[derive(Clone, Copy, Debug)]
+pub struct BundleEntry<'a> {
+    /// What wears.
+    pub degradation: &'a Degradation,
+    /// The stroke times over the severity.
+    pub table: &'a SeverityTable,
+    /// What is known about them.
+    pub info: &'a FaultInfo,
+    /// The severity at which the valve's life ends: the smallest at which either stroke crosses its limit.
+    pub limit_severity: f64,
+    /// The stroke times over severity and conditions, if they were built.
+    pub over_conditions: Option<&'a ConditionTable>,
 }
 
 impl TableBundle {
-    /// Puts two tables and what is known about them together.
+    /// Puts tables and what is known about them together, the leaks to atmosphere and from the supply first.
     ///
-    /// Areas and times are rounded to nine decimals (of mm2 and s), so that a
+    /// Severities and times are rounded to nine decimals of their file's unit, so that a
     /// bundle is the same before writing and after reading.
     ///
     /// # Errors
-    /// If a table is given for the wrong fault, or a fault has no leak area
+    /// If a leak has no table or anything has two, or a degradation has no severity
     /// inside its table at which a limit is crossed.
-    pub fn new(info: BundleInfo, atmosphere: &LeakTable, supply: &LeakTable) -> Result<Self, TableError> {
-        let (atmosphere, atmosphere_file) = stored(Fault::Atmosphere, atmosphere)?;
-        let (supply, supply_file) = stored(Fault::Supply, supply)?;
+    pub fn new(info: BundleInfo, parts: &[BundlePart]) -> Result<Self, TableError> {
+        let mut entries = Vec::new();
+        let mut tables = Vec::new();
+        let mut over_conditions = Vec::new();
+        for part in parts {
+            let degradation = part.table.degradation().clone();
+            let (table, file) = stored(&part.table)?;
+            let conditions = part.over_conditions.as_ref().map(stored_over_conditions).transpose()?;
+            let (conditions, file_over_conditions) = conditions.unzip();
+            entries.push(ManifestEntry { degradation, info: part.info, file, over_conditions: file_over_conditions });
+            tables.push(table);
+            over_conditions.push(conditions);
+        }
+        let conditions = over_conditions.iter().flatten().next().map(ConditionTable::range);
         let manifest = Manifest {
             valve: info.valve,
             model_hash: info.model_hash,
             schedule: info.schedule,
             limits: info.limits,
-            faults: [info.atmosphere, info.supply],
-            files: [atmosphere_file, supply_file],
+            reference: info.reference,
+            conditions,
+            entries,
         };
-        // The manifest rounds its areas as well.
-        let tables = [atmosphere, supply];
-        let text = manifest_file::to_json(&manifest, ranges(&tables));
+        check_entries(&manifest)?;
+        // The manifest rounds its severities as well.
+        let text = manifest_file::to_json(&manifest, &ranges(&tables));
         let manifest = manifest_file::from_json(&text, Path::new(MANIFEST_FILE))?;
-        check_limits(&manifest, &tables)?;
-        Ok(Self { manifest, tables })
+        Self { manifest, tables, over_conditions }.checked()
     }
 
     /// The manifest.
@@ -69,51 +108,90 @@ impl TableBundle {
         &self.manifest
     }
 
-    /// The table of one fault.
+    /// How many degradations have tables: at least the two leaks.
+    #[expect(clippy::len_without_is_empty, reason = "a bundle is never empty")]
+    pub fn len(&self) -> usize {
+        self.tables.len()
+    }
+
+    /// All of one degradation, by its place from 0 to [`len`](Self::len). The leaks are at 0 and 1.
+    pub fn entry(&self, index: usize) -> BundleEntry<'_> {
+        let ManifestEntry { degradation, info, .. } = &self.manifest.entries[index];
+        BundleEntry {
+            degradation,
+            table: &self.tables[index],
+            info,
+            limit_severity: info.limit_severity().expect("a bundle without a limit is refused when it is made"),
+            over_conditions: self.over_conditions[index].as_ref(),
+        }
+    }
+
+    /// All degradations in turn.
+    pub fn entries(&self) -> impl ExactSizeIterator<Item = BundleEntry<'_>> {
+        (0..self.len()).map(|index| self.entry(index))
+    }
+
+    /// The degradation with this id.
+    pub fn get(&self, id: &str) -> Option<BundleEntry<'_>> {
+        self.entries().find(|entry| entry.degradation.id == id)
+    }
+
+    /// The conditions that the tables cover beyond the reference; none if they were built for that alone.
+    pub fn condition_range(&self) -> Option<ConditionRange> {
+        self.manifest.conditions
+    }
+
+    /// The table of one leak.
     #[inline]
-    pub fn table(&self, fault: Fault) -> &LeakTable {
+    pub fn table(&self, fault: Fault) -> &SeverityTable {
         &self.tables[fault as usize]
     }
 
     /// The leak area at which the valve's life ends, in m2: the smallest at
     /// which either stroke crosses its limit.
     pub fn limit_area_m2(&self, fault: Fault) -> f64 {
-        self.manifest.fault(fault).limit_area_m2().expect("a bundle without a limit area is refused when it is made")
+        self.entry(fault as usize).limit_severity
     }
 
-    /// Writes the bundle into a directory, replacing an older one in it. The
-    /// manifest is put in place last, and nothing before all files are on
-    /// disk under temporary names.
+    /// Writes the bundle into a directory, replacing an older one in it as one: whoever reads it finds the
+    /// older tables or these, whatever interrupts the writing.
     pub fn write(&self, dir: &Path) -> Result<(), TableError> {
-        let csv = |fault: Fault| csv_file::to_csv(self.table(fault).points());
-        let (atmosphere, supply) = (csv(Fault::Atmosphere), csv(Fault::Supply));
-        let manifest = manifest_file::to_json(&self.manifest, ranges(&self.tables));
-        let name = |fault: Fault| self.manifest.file(fault).name.as_str();
-        atomic::write_all(
-            dir,
-            &[
-                (name(Fault::Atmosphere), atmosphere.as_bytes()),
-                (name(Fault::Supply), supply.as_bytes()),
-                (MANIFEST_FILE, manifest.as_bytes()),
-            ],
-        )
+        let own = self.manifest.entries.iter().zip(&self.tables);
+        let over_conditions = self.over_conditions.iter().flatten().map(csv_file::conditions_to_csv);
+        let tables: Vec<String> = own
+            .map(|(entry, table)| csv_file::to_csv(&entry.degradation, table.points()))
+            .chain(over_conditions)
+            .collect();
+        let text = manifest_file::to_json(&self.manifest, &ranges(&self.tables));
+        atomic::write_set(dir, &self.manifest, &tables, &text)
     }
 
     /// Reads a bundle from a directory and checks it against its manifest.
+    ///
+    /// While somebody replaces the bundle, it is the older one or the new one.
     pub fn read(dir: &Path) -> Result<Self, TableError> {
-        let path = dir.join(MANIFEST_FILE);
-        let text = fs::read_to_string(&path).map_err(|source| {
-            if source.kind() == io::ErrorKind::NotFound {
-                TableError::ManifestMissing { dir: dir.to_path_buf() }
-            } else {
-                TableError::Io { path: path.clone(), source }
+        let mut text = manifest_text(dir)?;
+        loop {
+            let read = Self::read_tables(dir, &text);
+            let now = manifest_text(dir)?;
+            if read.is_ok() || now == text {
+                return read;
             }
-        })?;
-        let manifest = manifest_file::from_json(&text, &path)?;
-        let table = |fault| read_table(dir, manifest.file(fault), fault);
-        let tables = [table(Fault::Atmosphere)?, table(Fault::Supply)?];
-        check_limits(&manifest, &tables)?;
-        Ok(Self { manifest, tables })
+            text = now;
+        }
+    }
+
+    fn read_tables(dir: &Path, text: &str) -> Result<Self, TableError> {
+        let manifest = manifest_file::from_json(text, &dir.join(MANIFEST_FILE))?;
+        check_entries(&manifest)?;
+        let mut tables = Vec::new();
+        let mut over_conditions = Vec::new();
+        for entry in &manifest.entries {
+            tables.push(read_table(dir, entry)?);
+            let conditions = entry.over_conditions.as_ref();
+            over_conditions.push(conditions.map(|info| read_over_conditions(dir, entry, info)).transpose()?);
+        }
+        Self { manifest, tables, over_conditions }.checked()
     }
 
     /// As [`read`](Self::read), and refuses tables that were built from a
@@ -130,68 +208,135 @@ impl TableBundle {
             expected: model_hash.to_owned(),
         })
     }
+
+    /// Limits inside the tables, and all tables over the same conditions.
+    fn checked(mut self) -> Result<Self, TableError> {
+        let range = self.over_conditions.iter().flatten().next().map(ConditionTable::range);
+        let stated = range.is_none_or(|range| self.manifest.conditions.is_some_and(|stated| same(&stated, &range)));
+        for ((entry, table), conditions) in self.manifest.entries.iter().zip(&self.tables).zip(&self.over_conditions) {
+            check_limits(entry, table)?;
+            if !stated || conditions.as_ref().map(ConditionTable::range) != range {
+                return Err(TableError::Degradation {
+                    id: entry.degradation.id.to_string(),
+                    found: "a table over other conditions than those of the manifest or of other tables".to_owned(),
+                    expected: "tables of all degradations over the conditions that the manifest states",
+                });
+            }
+        }
+        self.manifest.conditions = range;
+        Ok(self)
+    }
 }
 
-fn ranges(tables: &[LeakTable; 2]) -> [(f64, f64); 2] {
-    [tables[0].range_m2(), tables[1].range_m2()]
+/// Whether two ranges are one but for rounding in files.
+fn same(a: &ConditionRange, b: &ConditionRange) -> bool {
+    let near = |condition| {
+        let ((a0, a1), (b0, b1)) = (a.get(condition), b.get(condition));
+        (a0 - b0).abs() <= 1e-9 * b0 && (a1 - b1).abs() <= 1e-9 * b1
+    };
+    Condition::ALL.into_iter().all(near)
+}
+
+fn ranges(tables: &[SeverityTable]) -> Vec<(f64, f64)> {
+    tables.iter().map(SeverityTable::range).collect()
+}
+
+fn file_info(name: String, text: &str, rows: usize) -> FileInfo {
+    FileInfo { name, blake3: blake3::hash(text.as_bytes()).to_hex().to_string(), bytes: text.len() as u64, rows }
 }
 
 /// The table as a file holds it, and what the manifest says about that file.
-fn stored(expected: Fault, table: &LeakTable) -> Result<(LeakTable, FileInfo), TableError> {
-    if table.fault() != expected {
-        return Err(TableError::WrongFault { found: table.fault(), expected });
-    }
-    let name = format!("{expected}.csv");
-    let rounded = csv_file::rounded(table.points());
-    let text = csv_file::to_csv(&rounded);
-    let table = LeakTable::new(expected, rounded).map_err(|source| TableError::Rows {
-        path: name.clone().into(),
-        line: source.row().map_or(1, |row| row + 2),
-        source,
-    })?;
-    let file = FileInfo {
-        name,
-        blake3: blake3::hash(text.as_bytes()).to_hex().to_string(),
-        bytes: text.len() as u64,
-        rows: table.points().len(),
-    };
+fn stored(table: &SeverityTable) -> Result<(SeverityTable, FileInfo), TableError> {
+    let degradation = table.degradation();
+    let name = format!("{}.csv", degradation.id);
+    let text = csv_file::to_csv(degradation, table.points());
+    let table = csv_file::from_csv(text.as_bytes(), name.as_ref(), degradation)?;
+    let file = file_info(name, &text, table.points().len());
     Ok((table, file))
 }
 
-fn read_table(dir: &Path, file: &FileInfo, fault: Fault) -> Result<LeakTable, TableError> {
-    let path = dir.join(&file.name);
-    let bytes = fs::read(&path).map_err(|source| TableError::Io { path: path.clone(), source })?;
-    let length = bytes.len() as u64;
-    if length < file.bytes {
-        return Err(TableError::Truncated { path, found: length, expected: file.bytes });
+/// The same of a table over conditions.
+fn stored_over_conditions(table: &ConditionTable) -> Result<(ConditionTable, ConditionFile), TableError> {
+    let degradation = table.degradation();
+    let name = format!("{}-conditions.csv", degradation.id);
+    let info = manifest_file::rounded_info(table.info());
+    let reread = |text: &str| csv_file::conditions_from_csv(text.as_bytes(), name.as_ref(), degradation, info);
+    // The first writing rounds the shares, which are those of the first node; the severities of the other nodes
+    // follow from them.
+    let text = csv_file::conditions_to_csv(&reread(&csv_file::conditions_to_csv(table))?);
+    let table = reread(&text)?;
+    let file = file_info(name, &text, table.node_count() * table.shares().len());
+    Ok((table, ConditionFile { file, info }))
+}
+
+fn manifest_text(dir: &Path) -> Result<String, TableError> {
+    let path = dir.join(MANIFEST_FILE);
+    fs::read_to_string(&path).map_err(|source| {
+        if source.kind() == io::ErrorKind::NotFound {
+            TableError::ManifestMissing { dir: dir.to_path_buf() }
+        } else {
+            TableError::Io { path, source }
+        }
+    })
+}
+
+fn check_rows(dir: &Path, file: &FileInfo, found: usize) -> Result<(), TableError> {
+    if found == file.rows {
+        return Ok(());
     }
-    let found = blake3::hash(&bytes).to_hex();
-    if found.as_str() != file.blake3 {
-        let (found, expected) = (found.to_string(), file.blake3.clone());
-        return Err(TableError::Hash { path, found, expected });
-    }
-    let table = csv_file::from_csv(&bytes, &path, fault)?;
-    let rows = table.points().len();
-    if rows != file.rows {
-        return Err(TableError::RowCount { path, found: rows, expected: file.rows });
-    }
+    Err(TableError::RowCount { path: dir.join(&file.name), found, expected: file.rows })
+}
+
+fn read_table(dir: &Path, entry: &ManifestEntry) -> Result<SeverityTable, TableError> {
+    let bytes = atomic::read_file(dir, &entry.file)?;
+    let table = csv_file::from_csv(&bytes, &dir.join(&entry.file.name), &entry.degradation)?;
+    check_rows(dir, &entry.file, table.points().len())?;
     Ok(table)
 }
 
-fn check_limits(manifest: &Manifest, tables: &[LeakTable; 2]) -> Result<(), TableError> {
+fn read_over_conditions(dir: &Path, entry: &ManifestEntry, info: &ConditionFile) -> Result<ConditionTable, TableError> {
+    let bytes = atomic::read_file(dir, &info.file)?;
+    let path = dir.join(&info.file.name);
+    let table = csv_file::conditions_from_csv(&bytes, &path, &entry.degradation, info.info)?;
+    check_rows(dir, &info.file, table.node_count() * table.shares().len())?;
+    Ok(table)
+}
+
+/// Both leaks first, everything once, descriptions that can be used.
+fn check_entries(manifest: &Manifest) -> Result<(), TableError> {
     for fault in Fault::ALL {
-        let info = manifest.fault(fault);
-        let (_, last_m2) = tables[fault as usize].range_m2();
-        for stroke in Stroke::ALL {
-            if let Some(found_m2) = info.stroke(stroke).limit_area_m2
-                && !(found_m2 > 0.0 && found_m2 <= last_m2)
-            {
-                return Err(TableError::LimitArea { fault, stroke, found_m2, last_m2 });
-            }
+        let found = manifest.entries.get(fault as usize);
+        if found.is_none_or(|entry| entry.degradation != *fault.degradation()) {
+            return Err(TableError::LeakMissing { id: fault.name().to_owned() });
         }
-        if info.limit_area_m2().is_none() {
-            return Err(TableError::LimitOutside { fault });
+    }
+    for (index, ManifestEntry { degradation, .. }) in manifest.entries.iter().enumerate() {
+        if manifest.entries[..index].iter().any(|other| other.degradation.id == degradation.id) {
+            return Err(TableError::Twice { id: degradation.id.to_string() });
         }
+        degradation.check()?;
+    }
+    Ok(())
+}
+
+fn check_limits(entry: &ManifestEntry, table: &SeverityTable) -> Result<(), TableError> {
+    let degradation = &entry.degradation;
+    let (_, last) = table.range();
+    for stroke in Stroke::ALL {
+        if let Some(found) = entry.info.stroke(stroke).limit_severity
+            && !(found > 0.0 && found <= last)
+        {
+            return Err(TableError::Limit {
+                id: degradation.id.to_string(),
+                stroke,
+                found: degradation.severity.text(found),
+                last: degradation.severity.text(last),
+            });
+        }
+    }
+    if entry.info.limit_severity().is_none() {
+        let (id, quantity) = (degradation.id.to_string(), degradation.severity.quantity.to_string());
+        return Err(TableError::LimitOutside { id, quantity });
     }
     Ok(())
 }

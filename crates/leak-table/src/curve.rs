@@ -9,15 +9,18 @@
 
 use thiserror::Error;
 
-/// Number of points from which a slope is estimated.
-const STENCIL: usize = 5;
+use crate::stencil::STENCIL;
+
 /// Largest slope at a knot, in units of the flatter neighbouring secant. Three
 /// would still be monotone (de Boor and Swartz 1977) but lets a piece become
 /// flat in its middle, where an inverse loses digits.
 const STEEPEST: f64 = 2.5;
 /// Smallest slope at a knot, in units of the flatter neighbouring secant.
 const FLATTEST: f64 = 0.05;
-/// Iterations after which the inverse is accepted as it is. Newton's method
+/// An inverse is accepted when it misses its value by no more than this share
+/// of its piece's height: a few units of the last digit.
+const SETTLED: f64 = 4e-15;
+/// Iterations after which the safe inverse is accepted as it is. Newton's method
 /// needs three to five; every one of them also halves the bracket or better.
 const MAX_ITERATIONS: usize = 60;
 
@@ -58,13 +61,14 @@ pub enum CurveError {
     },
 }
 
-/// A strictly monotone, once continuously differentiable function of one
-/// variable through given points, with its inverse.
+/// A monotone, once continuously differentiable function of one variable
+/// through given points, with its inverse.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MonotoneCubic {
     x: Vec<f64>,
     y: Vec<f64>,
     slope: Vec<f64>,
+    pieces: Vec<Piece>,
     rising: bool,
 }
 
@@ -75,6 +79,15 @@ impl MonotoneCubic {
     /// If there are fewer than two points, `x` does not rise strictly or `y`
     /// is not strictly monotone.
     pub fn new(x: Vec<f64>, y: Vec<f64>) -> Result<Self, CurveError> {
+        Self::checked(x, y, |step| step != 0.0)
+    }
+
+    /// As [`new`](Self::new), for ordinates that may also stay as they are.
+    pub fn with_level_pieces(x: Vec<f64>, y: Vec<f64>) -> Result<Self, CurveError> {
+        Self::checked(x, y, |_| true)
+    }
+
+    fn checked(x: Vec<f64>, y: Vec<f64>, moves_enough: impl Fn(f64) -> bool) -> Result<Self, CurveError> {
         if x.len() != y.len() {
             return Err(CurveError::Lengths { x: x.len(), y: y.len() });
         }
@@ -84,23 +97,31 @@ impl MonotoneCubic {
         if let Some(index) = (0..x.len()).find(|&i| !(x[i].is_finite() && y[i].is_finite())) {
             return Err(CurveError::NotFinite { index });
         }
-        let rising = y[1] > y[0];
+        // The direction is that of the first step that is one.
+        let rising = y.iter().find(|other| **other != y[0]).is_none_or(|other| *other > y[0]);
         for index in 1..x.len() {
             if x[index] <= x[index - 1] {
                 return Err(CurveError::NotSorted { index });
             }
             let step = y[index] - y[index - 1];
-            if step == 0.0 || (step > 0.0) != rising {
+            if !moves_enough(step) || (step != 0.0 && (step > 0.0) != rising) {
                 return Err(CurveError::NotMonotone { index });
             }
         }
-        let slope = (0..x.len()).map(|i| knot_slope(&x, &y, i)).collect();
-        Ok(Self { x, y, slope, rising })
+        let slope: Vec<f64> = (0..x.len()).map(|i| knot_slope(&x, &y, i, rising)).collect();
+        let pieces = (0..x.len() - 1).map(|i| Piece::new([x[i], x[i + 1]], [y[i], y[i + 1]], [slope[i], slope[i + 1]]));
+        let pieces = pieces.collect();
+        Ok(Self { x, y, slope, pieces, rising })
     }
 
     /// Whether the function rises.
     pub fn is_rising(&self) -> bool {
         self.rising
+    }
+
+    /// Whether the function has one value everywhere.
+    pub fn is_level(&self) -> bool {
+        self.y[0] == self.y[self.y.len() - 1]
     }
 
     /// The abscissae of the points.
@@ -126,7 +147,7 @@ impl MonotoneCubic {
         }
         // Saturates for a NaN only, which then comes out as it went in.
         let i = self.x.partition_point(|&knot| knot <= x).saturating_sub(1);
-        let piece = self.piece(i);
+        let piece = &self.pieces[i];
         let u = (x - self.x[i]) / piece.width;
         (piece.value(u), piece.derivative(u) / piece.width)
     }
@@ -138,39 +159,33 @@ impl MonotoneCubic {
 
     /// The abscissa at which the function has the value `y`: the exact inverse
     /// of [`value`](Self::value), the straight lines beyond the ends included.
+    ///
+    /// Where several abscissae have this value it is the last of them, and
+    /// where none has one of its own, at a level end and beyond it, it is infinite
+    /// or not a number.
     #[inline]
     pub fn inverse(&self, y: f64) -> f64 {
         let last = self.x.len() - 1;
         let before = |a: f64, b: f64| if self.rising { a <= b } else { a >= b };
-        if before(y, self.y[0]) {
-            return self.x[0] + (y - self.y[0]) / self.slope[0];
-        }
         if before(self.y[last], y) {
             return self.x[last] + (y - self.y[last]) / self.slope[last];
         }
-        let i = self.y.partition_point(|&knot| before(knot, y)).saturating_sub(1);
-        let piece = self.piece(i);
-        self.x[i] + piece.width * piece.solve(y)
-    }
-
-    #[inline]
-    fn piece(&self, i: usize) -> Piece {
-        let width = self.x[i + 1] - self.x[i];
-        let rise = self.y[i + 1] - self.y[i];
-        let start = self.slope[i] * width;
-        let end = self.slope[i + 1] * width;
-        Piece {
-            width,
-            rise,
-            c0: self.y[i],
-            c1: start,
-            c2: 3.0 * rise - 2.0 * start - end,
-            c3: start + end - 2.0 * rise,
+        if !before(self.y[0], y) {
+            return self.x[0] + (y - self.y[0]) / self.slope[0];
         }
+        let above = if self.rising {
+            self.y.partition_point(|&knot| knot <= y)
+        } else {
+            self.y.partition_point(|&knot| knot >= y)
+        };
+        let i = above.saturating_sub(1);
+        let piece = &self.pieces[i];
+        self.x[i] + piece.width * piece.solve(y)
     }
 }
 
 /// One cubic over u in 0..1: c0 + c1 u + c2 u^2 + c3 u^3.
+#[derive(Clone, Debug, PartialEq)]
 struct Piece {
     width: f64,
     rise: f64,
@@ -178,9 +193,34 @@ struct Piece {
     c1: f64,
     c2: f64,
     c3: f64,
+    /// The inverse, roughly: u = t (g1 + t (g2 + t g3)) for t = (y - c0) / rise, right at both ends with its slopes.
+    g1: f64,
+    g2: f64,
+    g3: f64,
 }
 
 impl Piece {
+    #[inline]
+    fn new(x: [f64; 2], y: [f64; 2], slope: [f64; 2]) -> Self {
+        let width = x[1] - x[0];
+        let rise = y[1] - y[0];
+        let (start, end) = (slope[0] * width, slope[1] * width);
+        // At a level end there is no such slope; whatever stands in leads to the safe way.
+        let steepness = |slope: f64| if slope == 0.0 { 0.0 } else { rise / slope };
+        let (g_start, g_end) = (steepness(start), steepness(end));
+        Self {
+            width,
+            rise,
+            c0: y[0],
+            c1: start,
+            c2: 3.0 * rise - 2.0 * start - end,
+            c3: start + end - 2.0 * rise,
+            g1: g_start,
+            g2: 3.0 - 2.0 * g_start - g_end,
+            g3: g_start + g_end - 2.0,
+        }
+    }
+
     #[inline]
     fn value(&self, u: f64) -> f64 {
         self.c0 + u * (self.c1 + u * (self.c2 + u * self.c3))
@@ -191,10 +231,34 @@ impl Piece {
         self.c1 + u * (2.0 * self.c2 + u * 3.0 * self.c3)
     }
 
-    /// The u in 0..1 at which the piece has the value `y`: Newton's method,
-    /// kept inside a shrinking bracket.
+    /// How far the piece at `u` is from being `above` higher than its start.
+    #[inline]
+    fn miss(&self, u: f64, above: f64) -> f64 {
+        u * (self.c1 + u * (self.c2 + u * self.c3)) - above
+    }
+
+    /// The u in 0..1 at which the piece has the value `y`.
+    ///
+    /// Two steps of Halley's method from the rough inverse are all that a piece without a strong
+    /// bend needs, and have no branch; whatever they do not settle is settled safely.
     #[inline]
     fn solve(&self, y: f64) -> f64 {
+        let above = y - self.c0;
+        let t = above / self.rise;
+        let mut u = t * (self.g1 + t * (self.g2 + t * self.g3));
+        for _ in 0..2 {
+            let miss = self.miss(u, above);
+            let slope = self.derivative(u);
+            let half_bend = self.c2 + 3.0 * self.c3 * u;
+            u -= miss * slope / (slope * slope - miss * half_bend);
+        }
+        let settled = self.miss(u, above).abs() <= SETTLED * self.rise.abs() && (0.0..=1.0).contains(&u);
+        if settled { u } else { self.solve_safely(y) }
+    }
+
+    /// Newton's method, kept inside a shrinking bracket.
+    #[cold]
+    fn solve_safely(&self, y: f64) -> f64 {
         let target = (y - self.c0) / self.rise;
         let (mut low, mut high) = (0.0_f64, 1.0_f64);
         let mut u = target.clamp(0.0, 1.0);
@@ -222,7 +286,7 @@ impl Piece {
 
 /// Slope at knot `i`: the derivative of the polynomial through the nearest
 /// points, limited against the neighbouring secants.
-fn knot_slope(x: &[f64], y: &[f64], i: usize) -> f64 {
+fn knot_slope(x: &[f64], y: &[f64], i: usize, rising: bool) -> f64 {
     let count = x.len().min(STENCIL);
     let first = i.saturating_sub(count / 2).min(x.len() - count);
     let raw = lagrange_slope(&x[first..first + count], &y[first..first + count], i - first);
@@ -232,8 +296,22 @@ fn knot_slope(x: &[f64], y: &[f64], i: usize) -> f64 {
         (Some(left), false) => secant(left).abs(),
         (None, _) => secant(0).abs(),
     };
-    let sign = (y[1] - y[0]).signum();
+    let sign = if rising { 1.0 } else { -1.0 };
     sign * (raw * sign).clamp(FLATTEST * flatter, STEEPEST * flatter)
+}
+
+/// What a slope must be instead of `raw`, in units of the flatter secant beside it; none if it may stay.
+#[inline]
+pub(crate) fn limited(raw: f64, flatter: f64, rising: bool) -> Option<f64> {
+    let sign = if rising { 1.0 } else { -1.0 };
+    let (raw, flatter) = (raw * sign, (flatter * sign).max(0.0));
+    if raw < FLATTEST * flatter {
+        Some(FLATTEST)
+    } else if raw > STEEPEST * flatter {
+        Some(STEEPEST)
+    } else {
+        None
+    }
 }
 
 /// Derivative at `x[at]` of the polynomial through all points given.
@@ -302,6 +380,37 @@ mod tests {
             assert!(y > before);
             before = y;
         }
+    }
+
+    #[test]
+    fn the_quick_inverse_is_the_safe_one() {
+        let curve = tangent_like();
+        for piece in &curve.pieces {
+            for i in 1..100 {
+                let y = piece.value(f64::from(i) * 0.01);
+                let (quick, safe) = (piece.solve(y), piece.solve_safely(y));
+                assert!((quick - safe).abs() < 1e-13, "{quick}, {safe}");
+            }
+        }
+    }
+
+    #[test]
+    fn level_pieces_are_kept_level_and_lead_to_their_last_point() {
+        let x = vec![0.0, 1.0, 2.0, 3.0, 4.0, 5.0];
+        let y = vec![2.0, 2.0, 2.0, 1.5, 0.5, 0.5];
+        assert_eq!(MonotoneCubic::new(x.clone(), y.clone()), Err(CurveError::NotMonotone { index: 1 }));
+        let curve = MonotoneCubic::with_level_pieces(x.clone(), y).expect("falls or stays");
+        assert!(!curve.is_rising() && !curve.is_level());
+        assert_eq!(curve.value_and_slope(1.3), (2.0, 0.0));
+        assert_eq!(curve.value_and_slope(-1.0), (2.0, 0.0));
+        assert_eq!(curve.inverse(2.0), 2.0);
+        for i in 1..200 {
+            let inside = 2.0 + f64::from(i) * 0.01;
+            assert!((curve.inverse(curve.value(inside)) - inside).abs() < 1e-6);
+        }
+        assert!(!curve.inverse(2.1).is_finite() && !curve.inverse(0.4).is_finite());
+        let level = MonotoneCubic::with_level_pieces(x, vec![1.0; 6]).expect("stays");
+        assert!(level.is_level() && !level.inverse(1.0).is_finite() && !level.inverse(1.1).is_finite());
     }
 
     #[test]

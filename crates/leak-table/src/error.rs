@@ -5,32 +5,35 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
-use crate::fault::{Fault, Stroke};
-use crate::mm2_from_m2;
+use crate::conditions::ConditionsError;
+use crate::fault::Stroke;
 
-/// Why rows are not a leak table. Rows count from 0, the header left out.
+/// Why rows are not a table. Rows count from 0, the header left out.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum RowError {
-    /// A leak area is negative or not a number.
-    #[error("leak area: found {} mm2, expected a number of at least 0", mm2_from_m2(*found_m2))]
-    Area {
+    /// A severity is negative or not a number.
+    #[error("{quantity}: found {found}, expected a number of at least 0")]
+    Severity {
         /// Index of the row.
         row: usize,
-        /// The area in m2.
-        found_m2: f64,
+        /// What it is, in words.
+        quantity: String,
+        /// The severity with its unit.
+        found: String,
     },
-    /// The areas do not rise.
+    /// The severities do not rise.
     #[error(
-        "leak area: found {} mm2 after {} mm2, expected areas to rise strictly; sort the rows and drop repeats",
-        mm2_from_m2(*found_m2), mm2_from_m2(*previous_m2)
+        "{quantity}: found {found} after {previous}, expected it to rise strictly from row to row; sort the rows and drop repeats"
     )]
-    AreaOrder {
+    SeverityOrder {
         /// Index of the row.
         row: usize,
-        /// The area in m2.
-        found_m2: f64,
-        /// The area of the row before it.
-        previous_m2: f64,
+        /// What it is, in words.
+        quantity: String,
+        /// The severity with its unit.
+        found: String,
+        /// The severity of the row before it.
+        previous: String,
     },
     /// A time is negative or not a number.
     #[error(
@@ -44,9 +47,9 @@ pub enum RowError {
         /// The time in s.
         found_s: f64,
     },
-    /// A time is present although a smaller leak has none.
+    /// A time is present although a smaller severity has none.
     #[error(
-        "{stroke} time: found a time after a row without one, expected that a valve which does not get there at a smaller leak does not at a larger one"
+        "{stroke} time: found a time after a row without one, expected that a valve which does not get there does not when it is more worn"
     )]
     TimeAfterGap {
         /// Index of the row.
@@ -68,6 +71,32 @@ pub enum RowError {
         /// The time of the row before it.
         previous_s: f64,
     },
+    /// A table over conditions is no full grid of nodes.
+    #[error(
+        "found {nodes} nodes for {pressures} pressures and {temperatures} temperatures, expected as many severities from 0 on at each pressure and temperature, and at most 17 of either; build the tables again"
+    )]
+    Grid {
+        /// Number of different pressures.
+        pressures: usize,
+        /// Number of different temperatures.
+        temperatures: usize,
+        /// Number of nodes.
+        nodes: usize,
+    },
+    /// A time that is monotone at the nodes of a table over conditions is not between them.
+    #[error(
+        "{stroke} time: found it to turn at {share} of the table's end at {supply_pressure_pa} Pa and {temperature_k} K, expected it to be strictly monotone; build the tables over a smaller range of conditions"
+    )]
+    NotMonotoneBetween {
+        /// The stroke.
+        stroke: Stroke,
+        /// The share of the end at which it turns.
+        share: f64,
+        /// The supply pressure, Pa.
+        supply_pressure_pa: f64,
+        /// The temperature, K.
+        temperature_k: f64,
+    },
     /// A column has fewer than two times.
     #[error(
         "{stroke} time: found {found} rows with a time from the first on, expected at least 2; the valve must stroke while it is healthy"
@@ -85,12 +114,12 @@ impl RowError {
     /// column.
     pub fn row(&self) -> Option<usize> {
         match *self {
-            Self::Area { row, .. }
-            | Self::AreaOrder { row, .. }
+            Self::Severity { row, .. }
+            | Self::SeverityOrder { row, .. }
             | Self::Time { row, .. }
             | Self::TimeAfterGap { row, .. }
             | Self::NotMonotone { row, .. } => Some(row),
-            Self::TooFew { .. } => None,
+            Self::TooFew { .. } | Self::Grid { .. } | Self::NotMonotoneBetween { .. } => None,
         }
     }
 }
@@ -123,7 +152,7 @@ pub enum TableError {
         message: String,
     },
     /// The manifest has a format version this program does not know.
-    #[error("{}: found tables of format version {found}, expected {expected}; build them again with this program, or use the program that wrote them", path.display())]
+    #[error("{}: found tables of format version {found}, expected at most {expected}; build them again with this program, or use the program that wrote them", path.display())]
     Version {
         /// The manifest.
         path: PathBuf,
@@ -172,7 +201,7 @@ pub enum TableError {
         /// The header found.
         found: String,
         /// The header expected.
-        expected: &'static str,
+        expected: String,
     },
     /// A table has a field or a row that cannot be read.
     #[error("{}:{line}: found {found}, expected {expected}; build the tables again", path.display())]
@@ -206,32 +235,53 @@ pub enum TableError {
         /// Rows the manifest gives.
         expected: usize,
     },
-    /// A table was given for the wrong fault.
-    #[error("found a table of fault \"{found}\", expected \"{expected}\"")]
-    WrongFault {
-        /// The table's fault.
-        found: Fault,
-        /// The fault expected.
-        expected: Fault,
+    /// A degradation has two tables.
+    #[error("found two tables of \"{id}\", expected one")]
+    Twice {
+        /// The degradation's id.
+        id: String,
     },
-    /// Neither limit is crossed inside the table of a fault.
+    /// A leak has no table.
+    #[error("found no table of \"{id}\", expected tables of both leaks, the leak to atmosphere first")]
+    LeakMissing {
+        /// The leak's id.
+        id: String,
+    },
+    /// A description of a degradation cannot be right.
+    #[error("fault \"{id}\": found {found}, expected {expected}")]
+    Degradation {
+        /// The degradation's id.
+        id: String,
+        /// What is there.
+        found: String,
+        /// What should be there.
+        expected: &'static str,
+    },
+    /// Neither limit is crossed inside the table of a degradation.
     #[error(
-        "fault \"{fault}\": found no leak area in the table at which a limit is crossed, expected one; give limits that the leak reaches before the table ends"
+        "fault \"{id}\": found no {quantity} in the table at which a limit is crossed, expected one; give limits that are crossed before the table ends"
     )]
     LimitOutside {
-        /// The fault.
-        fault: Fault,
+        /// The degradation's id.
+        id: String,
+        /// What its severity is, in words.
+        quantity: String,
     },
-    /// A limit area lies outside its table.
-    #[error("fault \"{fault}\": found the {stroke} limit at {} mm2, expected it above 0 and inside the table, which ends at {} mm2", mm2_from_m2(*found_m2), mm2_from_m2(*last_m2))]
-    LimitArea {
-        /// The fault.
-        fault: Fault,
+    /// A limit lies outside its table.
+    #[error(
+        "fault \"{id}\": found the {stroke} limit at {found}, expected it above 0 and inside the table, which ends at {last}"
+    )]
+    Limit {
+        /// The degradation's id.
+        id: String,
         /// The stroke whose limit it is.
         stroke: Stroke,
-        /// The limit area in m2.
-        found_m2: f64,
-        /// The table's last area in m2.
-        last_m2: f64,
+        /// The severity at the limit, with its unit.
+        found: String,
+        /// The table's last severity, with its unit.
+        last: String,
     },
+    /// Conditions that a table was not built for.
+    #[error(transparent)]
+    Conditions(#[from] ConditionsError),
 }

@@ -5,6 +5,11 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
+use crate::degradation::Degradation;
+
+/// The two leaks, of which every bundle has a table. They are degradations like others; this is a
+/// short name for them.
+///
 /// Where the pipe between solenoid and actuator leaks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -28,6 +33,12 @@ impl Fault {
             Self::Atmosphere => "atmosphere",
             Self::Supply => "supply",
         }
+    }
+
+    /// The leak as one of the list of degradations.
+    #[must_use]
+    pub fn degradation(self) -> &'static Degradation {
+        &Degradation::catalogue()[self as usize]
     }
 }
 
@@ -81,11 +92,12 @@ impl fmt::Display for Stroke {
     }
 }
 
-/// Which way a time goes as the leak grows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Which way a time goes as the severity grows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Direction {
-    /// A larger leak takes longer.
+    /// The stroke takes longer.
     Rising,
-    /// A larger leak is faster.
+    /// The stroke is faster.
     Falling,
 }

@@ -1,38 +1,50 @@
-//! Tables from leak area to stroke times, and back.
+//! Tables from what wears to stroke times, and back.
 //!
-//! A pneumatic valve that leaks strokes at another pace. For each [`Fault`] a
-//! [`LeakTable`] holds, over the leak area, the closing and the opening time of
-//! the valve in a repeated cycle. Both are monotone, so that a measured time
-//! can be inverted to a leak area. A [`TableBundle`] is the table of both
-//! faults together with a [`Manifest`] that says which valve, cycle and limits
-//! they were computed for and how accurate they are.
+//! A pneumatic valve that wears strokes at another pace. For each [`Degradation`] (a leak, friction, a
+//! weakening spring, a clogged path) a [`SeverityTable`] holds, over its severity, the closing and the
+//! opening time of the valve in a repeated cycle. Both are monotone, so that a measured time can be
+//! inverted to a severity. A [`ConditionTable`] has the same over supply pressure and temperature. A
+//! [`TableBundle`] is the tables of all degradations, the two leaks ([`Fault`]) at least, together with a
+//! [`Manifest`] that says which valve, cycle and limits they were computed for and how accurate they are.
 //!
 //! This crate knows no valve model: it interpolates, checks and stores.
 //!
 //! # Units
-//! Areas are geometric orifice areas in m2 and times are in s everywhere in
-//! memory. Files carry areas in mm2; [`mm2_from_m2`] and [`m2_from_mm2`] are
-//! the only place of the conversion.
+//! Severities, areas (m2), pressures (Pa, absolute), temperatures (K) and times (s) are SI everywhere in
+//! memory. Files carry severities in the unit of their column, areas in mm2, and pressures in kPa;
+//! [`Severity`] and the file modules are the only places of the conversion.
 
 mod atomic;
 mod bundle;
+mod condition_table;
+mod conditions;
 mod csv_file;
 mod curve;
+mod degradation;
+mod degradations;
 mod error;
 mod fault;
+mod lagrange;
 mod manifest;
 mod manifest_file;
+mod stencil;
 mod table;
 mod timing;
 
-pub use bundle::{BundleInfo, TableBundle};
+pub use bundle::{BundleEntry, BundleInfo, BundlePart, TableBundle};
+pub use condition_table::{ConditionTable, MOST_SHARES, NodeTimes, Slice, TimeAndSlopes, Times};
+pub use conditions::{Condition, ConditionRange, Conditions, ConditionsError};
 pub use curve::{CurveError, MonotoneCubic};
+pub use degradation::{Degradation, Moves, Severity};
 pub use error::{RowError, TableError};
 pub use fault::{Direction, Fault, Stroke};
-pub use manifest::{CycleSchedule, FaultInfo, FileInfo, InterpolationError, Limits, Manifest, StrokeInfo};
+pub use manifest::{
+    ConditionFile, ConditionInfo, CycleSchedule, FaultInfo, FileInfo, InterpolationError, Limits, Manifest,
+    ManifestEntry, StrokeInfo,
+};
 pub use manifest_file::{FORMAT_VERSION, MANIFEST_FILE};
-pub use table::{LeakPoint, LeakTable};
-pub use timing::{AreaAt, TimeAt, TimingCurve};
+pub use table::{SeverityPoint, SeverityTable};
+pub use timing::{SeverityAt, TimeAt, TimingCurve};
 
 /// Square millimetres of an area in m2.
 #[must_use]

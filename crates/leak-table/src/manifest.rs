@@ -1,8 +1,10 @@
 //! What is known about a bundle of tables besides their rows.
 
+use crate::conditions::{ConditionRange, Conditions};
+use crate::degradation::Degradation;
 use crate::fault::{Fault, Stroke};
-use crate::table::LeakTable;
-use crate::timing::AreaAt;
+use crate::table::SeverityTable;
+use crate::timing::SeverityAt;
 
 /// The cycle that was repeated until periodic, times from its start in s.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,28 +46,28 @@ impl Limits {
     }
 }
 
-/// What is known about one stroke of one fault.
+/// What is known about one stroke of one degradation. Severities are SI.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StrokeInfo {
-    /// Leak area at which the time crosses its limit, in m2; none if no leak
-    /// of this kind makes it do so inside the table.
-    pub limit_area_m2: Option<f64>,
-    /// Leak area from which on the stroke is not finished within the cycle, in
-    /// m2; none if it is up to the table's end.
-    pub stall_area_m2: Option<f64>,
+    /// Severity at which the time crosses its limit; none if nothing inside the
+    /// table makes it do so.
+    pub limit_severity: Option<f64>,
+    /// Severity from which on the stroke is not finished within the cycle;
+    /// none if it is up to the table's end.
+    pub stall_severity: Option<f64>,
 }
 
 /// Largest difference between interpolated and directly simulated times,
 /// measured between the points, in s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct InterpolationError {
-    /// Up to the leak area at which a limit is crossed.
+    /// Up to the severity at which a limit is crossed.
     pub up_to_limit_s: f64,
-    /// From there to the last area at which the stroke is finished.
+    /// From there to the last severity at which the stroke is finished.
     pub beyond_limit_s: f64,
 }
 
-/// What is known about the table of one fault.
+/// What is known about the table of one degradation.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FaultInfo {
     /// About the closing stroke.
@@ -77,18 +79,18 @@ pub struct FaultInfo {
 }
 
 impl FaultInfo {
-    /// The limit areas read off a table by inversion, the stall areas from its
+    /// The limits read off a table by inversion, the stalls from its
     /// first rows without a time, and no measured interpolation error. A
     /// builder that can simulate knows better; this is for tables made
     /// otherwise.
-    pub fn from_table(table: &LeakTable, limits: &Limits) -> Self {
+    pub fn from_table(table: &SeverityTable, limits: &Limits) -> Self {
         let stroke_info = |stroke| {
             let curve = table.curve(stroke);
-            let limit_area_m2 = match curve.area_at(limits.within_s(stroke)) {
-                AreaAt::Within(area_m2) => Some(area_m2),
-                AreaAt::BelowRange | AreaAt::AboveRange => None,
+            let limit_severity = match curve.severity_at(limits.within_s(stroke)) {
+                SeverityAt::Within(severity) => Some(severity),
+                SeverityAt::BelowRange | SeverityAt::AboveRange | SeverityAt::Untold => None,
             };
-            StrokeInfo { limit_area_m2, stall_area_m2: curve.not_reached_from_m2() }
+            StrokeInfo { limit_severity, stall_severity: curve.not_reached_from() }
         };
         Self {
             close: stroke_info(Stroke::Close),
@@ -105,9 +107,9 @@ impl FaultInfo {
         }
     }
 
-    /// The smallest leak area at which a limit is crossed, in m2: end of life.
-    pub fn limit_area_m2(&self) -> Option<f64> {
-        let (a, b) = (self.close.limit_area_m2, self.open.limit_area_m2);
+    /// The smallest severity at which a limit is crossed: end of life.
+    pub fn limit_severity(&self) -> Option<f64> {
+        let (a, b) = (self.close.limit_severity, self.open.limit_severity);
         a.into_iter().chain(b).reduce(f64::min)
     }
 }
@@ -125,6 +127,40 @@ pub struct FileInfo {
     pub rows: usize,
 }
 
+/// What is known about a table over conditions.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ConditionInfo {
+    /// How far it is from direct simulation, at worst.
+    pub interpolation_error: InterpolationError,
+    /// At how many places that was measured.
+    pub checked: usize,
+    /// The severity at which a stroke is no longer finished within the cycle, as a share of the table's end
+    /// (1 or a little more) under all conditions alike; none if the end is no such severity.
+    pub stall_share: Option<f64>,
+}
+
+/// What the manifest says about a table over conditions.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ConditionFile {
+    /// Its file.
+    pub file: FileInfo,
+    /// What is known about it.
+    pub info: ConditionInfo,
+}
+
+/// What the manifest says about one degradation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ManifestEntry {
+    /// What wears.
+    pub degradation: Degradation,
+    /// About its table.
+    pub info: FaultInfo,
+    /// The table's file.
+    pub file: FileInfo,
+    /// About its table over conditions, if there is one.
+    pub over_conditions: Option<ConditionFile>,
+}
+
 /// The manifest of a bundle.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Manifest {
@@ -136,20 +172,17 @@ pub struct Manifest {
     pub schedule: CycleSchedule,
     /// The limits.
     pub limits: Limits,
-    /// About each fault, in the order of [`Fault::ALL`].
-    pub faults: [FaultInfo; 2],
-    /// The file of each fault, in the order of [`Fault::ALL`].
-    pub files: [FileInfo; 2],
+    /// The conditions of the tables over the severity alone, where they are stated.
+    pub reference: Option<Conditions>,
+    /// The conditions that the tables over conditions cover, if there are any.
+    pub conditions: Option<ConditionRange>,
+    /// About each degradation, the two leaks first.
+    pub entries: Vec<ManifestEntry>,
 }
 
 impl Manifest {
-    /// What is known about one fault.
+    /// What is known about the table of one leak.
     pub fn fault(&self, fault: Fault) -> &FaultInfo {
-        &self.faults[fault as usize]
-    }
-
-    /// The file of one fault.
-    pub fn file(&self, fault: Fault) -> &FileInfo {
-        &self.files[fault as usize]
+        &self.entries[fault as usize].info
     }
 }

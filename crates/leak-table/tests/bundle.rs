@@ -5,14 +5,14 @@ use std::fs;
 use std::path::Path;
 
 use leak_table::{
-    BundleInfo, CycleSchedule, Fault, FaultInfo, LeakPoint, LeakTable, Limits, MANIFEST_FILE, Stroke, TableBundle,
-    TableError,
+    BundleInfo, BundlePart, CycleSchedule, Fault, FaultInfo, Limits, MANIFEST_FILE, SeverityPoint, SeverityTable,
+    Stroke, TableBundle, TableError,
 };
 
 const LIMITS: Limits = Limits { close_within_s: 3.0, open_within_s: 6.0 };
 
 /// Times that rise like 1/(1 - a) and fall like 1/(1 + a).
-fn table(fault: Fault, stall_mm2: f64) -> LeakTable {
+fn table(fault: Fault, stall_mm2: f64) -> SeverityTable {
     let points = (0..=40)
         .map(|i| {
             let share = f64::from(i) / 40.0;
@@ -22,23 +22,32 @@ fn table(fault: Fault, stall_mm2: f64) -> LeakTable {
                 Fault::Atmosphere => (slow, fast),
                 Fault::Supply => (fast, slow),
             };
-            LeakPoint { leak_area_m2: share * stall_mm2 * 1e-6, close_time_s, open_time_s }
+            SeverityPoint { severity: share * stall_mm2 * 1e-6, close_time_s, open_time_s }
         })
         .collect();
-    LeakTable::new(fault, points).expect("rows are monotone")
+    SeverityTable::new(fault.degradation(), points).expect("rows are monotone")
 }
 
-fn bundle() -> TableBundle {
-    let (atmosphere, supply) = (table(Fault::Atmosphere, 0.7), table(Fault::Supply, 0.3));
-    let info = BundleInfo {
+fn info(limits: Limits) -> BundleInfo {
+    BundleInfo {
         valve: "made up".into(),
         model_hash: "0123abcd".into(),
         schedule: CycleSchedule { close_at_s: 0.0, open_at_s: 4.0, end_s: 12.0 },
-        limits: LIMITS,
-        atmosphere: FaultInfo::from_table(&atmosphere, &LIMITS),
-        supply: FaultInfo::from_table(&supply, &LIMITS),
+        limits,
+        reference: None,
+    }
+}
+
+fn parts(limits: &Limits) -> Vec<BundlePart> {
+    let part = |fault, stall_mm2| {
+        let table = table(fault, stall_mm2);
+        BundlePart { info: FaultInfo::from_table(&table, limits), table, over_conditions: None }
     };
-    TableBundle::new(info, &atmosphere, &supply).expect("limits are inside the tables")
+    vec![part(Fault::Atmosphere, 0.7), part(Fault::Supply, 0.3)]
+}
+
+fn bundle() -> TableBundle {
+    TableBundle::new(info(LIMITS), &parts(&LIMITS)).expect("limits are inside the tables")
 }
 
 fn written() -> tempfile::TempDir {
@@ -95,7 +104,7 @@ fn the_limit_area_is_where_the_slow_stroke_crosses_its_limit() {
         let (time, _) = bundle.table(fault).curve(stroke).extrapolated_time_and_slope(area);
         assert!((time - LIMITS.within_s(stroke)).abs() < 1e-6, "{fault}: {time}");
         let fast = Stroke::ALL.into_iter().find(|s| *s != stroke).expect("two strokes");
-        assert_eq!(bundle.manifest().fault(fault).stroke(fast).limit_area_m2, None);
+        assert_eq!(bundle.manifest().fault(fault).stroke(fast).limit_severity, None);
     }
 }
 
@@ -115,7 +124,7 @@ fn an_unknown_version_is_told_even_if_its_keys_are_unknown() {
     fs::write(&path, r#"{"format_version": 7, "anything": 1}"#).expect("is written");
     let (error, text) = refusal(dir.path());
     assert!(matches!(error, TableError::Version { .. }), "{text}");
-    assert!(text.contains("version 7, expected 1"), "{text}");
+    assert!(text.contains("version 7, expected at most 2"), "{text}");
 }
 
 #[test]
@@ -201,17 +210,8 @@ fn tables_of_another_model_are_refused() {
 #[test]
 fn limits_outside_the_tables_are_refused() {
     let limits = Limits { close_within_s: 50.0, open_within_s: 50.0 };
-    let (atmosphere, supply) = (table(Fault::Atmosphere, 0.7), table(Fault::Supply, 0.3));
-    let info = BundleInfo {
-        valve: "made up".into(),
-        model_hash: String::new(),
-        schedule: CycleSchedule { close_at_s: 0.0, open_at_s: 4.0, end_s: 12.0 },
-        limits,
-        atmosphere: FaultInfo::from_table(&atmosphere, &limits),
-        supply: FaultInfo::from_table(&supply, &limits),
-    };
-    let error = TableBundle::new(info, &atmosphere, &supply).expect_err("never crossed");
-    assert!(matches!(error, TableError::LimitOutside { fault: Fault::Atmosphere }), "{error}");
+    let error = TableBundle::new(info(limits), &parts(&limits)).expect_err("never crossed");
+    assert!(matches!(&error, TableError::LimitOutside { id, .. } if id == "atmosphere"), "{error}");
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Why a table cannot be built, and what to know about one that was.
 
-use leak_table::{Fault, Stroke, TableError, mm2_from_m2};
+use leak_table::{ConditionsError, RowError, Stroke, TableError};
 use thiserror::Error;
 use valve_model::ParameterError;
 
@@ -20,9 +20,9 @@ pub enum BuildError {
     /// Schedule or limits are impossible.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
-    /// The valve does not stroke although it does not leak.
+    /// The valve does not stroke although it is sound.
     #[error(
-        "the {stroke} stroke of the valve without an additional leak is not finished within the {window_s} s that the cycle gives it, expected a valve that strokes while healthy; check its parameters or give the cycle more time"
+        "the {stroke} stroke of the sound valve is not finished within the {window_s} s that the cycle gives it, expected a valve that strokes while healthy; check its parameters or give the cycle more time"
     )]
     HealthyNotFinished {
         /// The stroke.
@@ -30,9 +30,9 @@ pub enum BuildError {
         /// The time from its command to the next, s.
         window_s: f64,
     },
-    /// The valve is beyond a limit although it does not leak.
+    /// The valve is beyond a limit although it is sound.
     #[error(
-        "the {stroke} stroke of the valve without an additional leak takes {found_s:.4} s, expected at most the limit of {limit_s} s: the valve is at its end of life already; raise the limit or check the parameters"
+        "the {stroke} stroke of the sound valve takes {found_s:.4} s, expected at most the limit of {limit_s} s: the valve is at its end of life already; raise the limit or check the parameters"
     )]
     HealthyBeyondLimit {
         /// The stroke.
@@ -42,90 +42,138 @@ pub enum BuildError {
         /// Its limit, s.
         limit_s: f64,
     },
-    /// No leak takes the valve to a limit.
+    /// Nothing takes the valve to a limit.
     #[error(
-        "fault \"{fault}\": up to a leak of {} mm2 the valve closes in {close_time_s:.4} s and opens in {open_time_s:.4} s, expected a leak at which a limit is crossed; give limits below these times",
-        mm2_from_m2(*largest_m2)
+        "fault \"{fault}\": up to {largest} the valve closes in {close_time_s:.4} s and opens in {open_time_s:.4} s, expected that a limit is crossed before; give limits below these times"
     )]
     LimitNotReached {
-        /// The fault.
-        fault: Fault,
-        /// The largest leak simulated, m2.
-        largest_m2: f64,
+        /// The id of what wears.
+        fault: String,
+        /// The largest severity simulated, in words.
+        largest: String,
         /// The closing time there, s.
         close_time_s: f64,
         /// The opening time there, s.
         open_time_s: f64,
     },
-    /// A stroke time is no monotone function of the leak.
+    /// A stroke time is no monotone function of the severity.
     #[error(
-        "fault \"{fault}\": the {stroke} time turns at a leak of {} mm2 (found {found_s:.6} s after {previous_s:.6} s at {} mm2), expected it to keep rising or falling up to the limit: such a time does not tell the leak; check the valve's effects, or give a limit below",
-        mm2_from_m2(*area_m2), mm2_from_m2(*previous_m2)
+        "fault \"{fault}\": the {stroke} time turns at {at} (found {found_s:.6} s after {previous_s:.6} s at {previous}), expected it to keep rising or falling up to the limit: such a time does not tell how worn the valve is; check the valve's effects, or give a limit below"
     )]
     NotMonotone {
-        /// The fault.
-        fault: Fault,
+        /// The id of what wears.
+        fault: String,
         /// The stroke.
         stroke: Stroke,
-        /// The leak at which it turns, m2.
-        area_m2: f64,
+        /// The severity at which it turns, in words.
+        at: String,
         /// The time there, s.
         found_s: f64,
-        /// The leak before it, m2.
-        previous_m2: f64,
+        /// The severity before it, in words.
+        previous: String,
         /// The time there, s.
         previous_s: f64,
     },
     /// A stroke time jumps.
     #[error(
-        "fault \"{fault}\": the {stroke} time jumps at a leak of {} mm2 (the interpolation misses it by {error_s:.6} s between points that cannot be closer), expected a continuous curve up to the limit; check the valve's effects, or give a limit below",
-        mm2_from_m2(*area_m2)
+        "fault \"{fault}\": the {stroke} time jumps at {at} (the interpolation misses it by {error_s:.6} s between points that cannot be closer), expected a continuous curve up to the limit; check the valve's effects, or give a limit below"
     )]
     Jump {
-        /// The fault.
-        fault: Fault,
+        /// The id of what wears.
+        fault: String,
         /// The stroke.
         stroke: Stroke,
-        /// The leak, m2.
-        area_m2: f64,
+        /// The severity, in words.
+        at: String,
         /// The interpolation error there, s.
         error_s: f64,
     },
     /// The cycle does not repeat itself.
     #[error(
-        "fault \"{fault}\": at a leak of {} mm2 the stroke times still change after {cycles} cycles, expected the cycle to repeat itself; give it more time between the strokes",
-        mm2_from_m2(*area_m2)
+        "fault \"{fault}\": at {at} the stroke times still change after {cycles} cycles, expected the cycle to repeat itself; give it more time between the strokes"
     )]
     NotPeriodic {
-        /// The fault.
-        fault: Fault,
-        /// The leak, m2.
-        area_m2: f64,
+        /// The id of what wears.
+        fault: String,
+        /// The severity, in words.
+        at: String,
         /// Cycles simulated.
         cycles: usize,
     },
     /// The simulation failed.
     #[error(
-        "fault \"{fault}\": at a leak of {} mm2 the simulation gives a {stroke} time of {found_s} s, expected a number of at least 0; the parameters are too stiff for the integrator",
-        mm2_from_m2(*area_m2)
+        "fault \"{fault}\": at {at} the simulation gives a {stroke} time of {found_s} s, expected a number of at least 0; the parameters are too stiff for the integrator"
     )]
     NotFinite {
-        /// The fault.
-        fault: Fault,
+        /// The id of what wears.
+        fault: String,
         /// The stroke.
         stroke: Stroke,
-        /// The leak, m2.
-        area_m2: f64,
+        /// The severity, in words.
+        at: String,
         /// The time found, s.
         found_s: f64,
     },
+    /// A severity makes the valve an impossible one.
+    #[error("fault \"{fault}\": at {at} the valve is impossible: {source}")]
+    Worn {
+        /// The id of what wears.
+        fault: String,
+        /// The severity, in words.
+        at: String,
+        /// What is impossible.
+        source: Box<ParameterError>,
+    },
+    /// The sound valve does not stroke under conditions that were asked for.
+    #[error(
+        "at a supply pressure of {supply_pressure_pa} Pa absolute and {temperature_k} K the {stroke} stroke of the sound valve is not finished within the cycle, expected conditions under which it strokes; give a range without them"
+    )]
+    SoundNotFinished {
+        /// The stroke.
+        stroke: Stroke,
+        /// The supply pressure, Pa absolute.
+        supply_pressure_pa: f64,
+        /// The temperature, K.
+        temperature_k: f64,
+    },
+    /// A table over conditions ends before a limit.
+    #[error(
+        "fault \"{fault}\": at a supply pressure of {supply_pressure_pa} Pa absolute and {temperature_k} K no limit is crossed in the table over conditions, expected one everywhere; give a smaller range of conditions"
+    )]
+    LimitOutsideConditions {
+        /// The id of what wears.
+        fault: String,
+        /// The supply pressure, Pa absolute.
+        supply_pressure_pa: f64,
+        /// The temperature, K.
+        temperature_k: f64,
+    },
+    /// A table over conditions cannot be made as accurate as asked.
+    #[error(
+        "fault \"{fault}\": found stroke times that are no smooth function of pressure and temperature, expected one that a table can follow; give a smaller range of conditions"
+    )]
+    NotSmooth {
+        /// The id of what wears.
+        fault: String,
+    },
+    /// The times over conditions do not make a table.
+    #[error("fault \"{fault}\": {source}")]
+    Grid {
+        /// The id of what wears.
+        fault: String,
+        /// What is wrong.
+        source: Box<RowError>,
+    },
+    /// The range of conditions is none.
+    #[error(transparent)]
+    Conditions(#[from] ConditionsError),
     /// The curve needs too many points.
     #[error(
         "fault \"{fault}\": found a curve that needs more than {most} points, expected fewer; allow a larger error"
     )]
     TooManyPoints {
-        /// The fault.
-        fault: Fault,
+        /// The id of what wears.
+        fault: String,
         /// The number allowed.
         most: usize,
     },
@@ -135,15 +183,23 @@ pub enum BuildError {
 }
 
 /// What to know about tables that were built.
-#[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[derive(Debug, Clone, PartialEq, Error)]
 pub enum Notice {
+    /// Something else than a leak has no table.
+    #[error("no table of \"{fault}\": {reason}")]
+    Omitted {
+        /// The id of what wears.
+        fault: String,
+        /// Why.
+        reason: String,
+    },
     /// A limit is longer than the cycle gives the stroke.
     #[error(
-        "fault \"{fault}\": the {stroke} limit of {limit_s} s is not below the {window_s} s that the cycle gives the stroke; the leak at which the stroke is not finished counts as the end of life"
+        "fault \"{fault}\": the {stroke} limit of {limit_s} s is not below the {window_s} s that the cycle gives the stroke; the severity at which the stroke is not finished counts as the end of life"
     )]
     LimitBeyondCycle {
-        /// The fault.
-        fault: Fault,
+        /// The id of what wears.
+        fault: String,
         /// The stroke.
         stroke: Stroke,
         /// Its limit, s.
@@ -153,15 +209,14 @@ pub enum Notice {
     },
     /// The table ends before the valve stalls.
     #[error(
-        "fault \"{fault}\": the table ends at {} mm2, beyond the limit, since the {stroke} time is not a smooth monotone function of the leak from there on",
-        mm2_from_m2(*area_m2)
+        "fault \"{fault}\": the table ends at {at}, beyond the limit, since the {stroke} time is not a smooth monotone function from there on"
     )]
     EndsEarly {
-        /// The fault.
-        fault: Fault,
+        /// The id of what wears.
+        fault: String,
         /// The stroke.
         stroke: Stroke,
-        /// The last leak of the table, m2.
-        area_m2: f64,
+        /// The last severity of the table, in words.
+        at: String,
     },
 }

@@ -1,52 +1,65 @@
-//! Sweeps the leak area through the model and builds leak tables.
+//! Sweeps what wears through the model and builds its tables.
 //!
-//! For each kind of leak the builder simulates the valve's cycle, repeated until periodic, at chosen
-//! leak areas. It finds
+//! For each [`Wear`] (the two leaks, and on request friction, the spring, clogged paths or whatever else is
+//! described) the builder simulates the valve's cycle, repeated until periodic, at chosen
+//! severities. It finds
 //!
-//! 1. the range: from no leak to the area at which the valve no longer gets there within the cycle
-//!    ([`StrokeInfo::stall_area_m2`](leak_table::StrokeInfo)),
-//! 2. the areas at which a stroke time crosses its limit, by sectioning on the simulation itself,
+//! 1. the range: from a sound valve to the severity at which it no longer gets there within the cycle
+//!    ([`StrokeInfo::stall_severity`](leak_table::StrokeInfo)),
+//! 2. the severities at which a stroke time crosses its limit, by sectioning on the simulation itself,
 //! 3. the points of the table: more of them where the curve bends, until every simulation between two
 //!    points is met by the interpolation within the [`Options`].
 //!
-//! The areas simulated follow from the model alone and the lanes of the integrator do not depend on
+//! The severities simulated follow from the model alone and the lanes of the integrator do not depend on
 //! each other, so that the same input gives the same bytes whatever the number of threads.
 //!
-//! Units: inside this crate areas are whole numbers of 1e-9 mm2, the last digit of a table's file;
-//! at its edges they are m2. Times are s.
+//! Units: inside this crate severities are whole numbers of 1e-9 of their file's unit (1e-9 mm2 for a
+//! leak), the last digit of a table's file; at its edges they are SI. Times are s.
 
-mod area;
+mod ends;
 mod error;
+mod levelled;
 mod limit;
 mod model;
+mod over_conditions;
 mod progress;
 mod range;
 mod refine;
+mod simulation;
 mod sweep;
+mod ticks;
+mod wear;
+mod wears;
 
 pub use error::{BuildError, Notice};
 pub use model::{Options, TableModel, model_hash};
 pub use progress::{Progress, Stage};
+pub use wear::{Wear, Worn};
 
-use leak_table::{BundleInfo, CycleSchedule, Fault, FaultInfo, LeakTable, Limits, TableBundle};
+use leak_table::{
+    BundleInfo, BundlePart, ConditionRange, ConditionTable, Conditions, CycleSchedule, FaultInfo, Limits,
+    SeverityTable, TableBundle,
+};
+use rayon::prelude::*;
 
+use crate::simulation::Simulation;
 use crate::sweep::Sweep;
 
 /// What the builder made.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Built {
-    /// Both tables with their manifest, which holds the measured interpolation error.
+    /// The tables with their manifest, which holds the measured interpolation error.
     pub bundle: TableBundle,
     /// What the user should know about them.
     pub notices: Vec<Notice>,
-    /// How many leak areas were simulated for both tables.
-    pub simulated_areas: usize,
+    /// How many severities were simulated for all tables.
+    pub simulated: usize,
 }
 
-/// Builds the tables of both faults.
+/// Builds the tables of both leaks.
 ///
 /// Runs on the current rayon pool. `progress` is called from its threads after every batch of
-/// simulations, for both faults in turn or mixed.
+/// simulations, for all degradations in turn or mixed.
 ///
 /// # Errors
 /// If the healthy valve does not stroke within its cycle or its limits, a leak never takes it to a
@@ -56,12 +69,61 @@ pub fn build(
     options: &Options,
     progress: &(dyn Fn(Progress) + Sync),
 ) -> Result<Built, BuildError> {
+    build_request(model, &Request::default(), options, progress)
+}
+
+/// What is to be built.
+#[derive(Debug, Clone)]
+pub struct Request {
+    /// What wears, the two leaks first.
+    pub wears: Vec<Wear>,
+    /// Over which conditions beyond the valve's own, if any. Where a range has no width its condition is not varied.
+    pub conditions: Option<ConditionRange>,
+}
+
+impl Default for Request {
+    /// The two leaks at the valve's own conditions.
+    fn default() -> Self {
+        Self { wears: Wear::leaks(), conditions: None }
+    }
+}
+
+/// Builds the tables of whatever wears, and over conditions if that is asked for.
+///
+/// As [`build`]. What else than a leak can have no table is left out, with a notice.
+pub fn build_request(
+    model: &TableModel<'_>,
+    request: &Request,
+    options: &Options,
+    progress: &(dyn Fn(Progress) + Sync),
+) -> Result<Built, BuildError> {
     options.check()?;
     model.schedule.check()?;
     model.limits.check()?;
-    let table = |fault| table(Sweep::new(model, options, fault, progress));
-    let (atmosphere, supply) = rayon::join(|| table(Fault::Atmosphere), || table(Fault::Supply));
-    let (atmosphere, supply) = (atmosphere?, supply?);
+    if let Some(range) = &request.conditions {
+        range.check_ends()?;
+    }
+    let table = |(place, wear)| {
+        let sweep = Sweep::new(Simulation::new(model, options, wear), place, progress);
+        table(sweep, request.conditions.as_ref())
+    };
+    let tables: Vec<Result<FaultTable, BuildError>> = request.wears.par_iter().enumerate().map(table).collect();
+    let mut parts = Vec::new();
+    let mut notices = Vec::new();
+    let mut simulated = 0;
+    for (place, (table, wear)) in tables.into_iter().zip(&request.wears).enumerate() {
+        let table = match table {
+            Err(error) if place >= LEAKS => {
+                notices.push(Notice::Omitted { fault: wear.degradation.id.to_string(), reason: error.to_string() });
+                continue;
+            }
+            table => table?,
+        };
+        parts.push(BundlePart { table: table.table, info: table.info, over_conditions: table.over_conditions });
+        notices.extend(table.notices);
+        simulated += table.simulated;
+    }
+    let parameters = model.valve.parameters();
     let info = BundleInfo {
         valve: model.name.to_owned(),
         model_hash: model_hash(model.canonical_text, &model.limits),
@@ -71,27 +133,37 @@ pub fn build(
             end_s: model.schedule.end_s,
         },
         limits: Limits { close_within_s: model.limits.close_within_s, open_within_s: model.limits.open_within_s },
-        atmosphere: atmosphere.info,
-        supply: supply.info,
+        reference: Some(Conditions {
+            supply_pressure_pa: parameters.supply_pressure_pa,
+            temperature_k: parameters.temperature_k,
+        }),
     };
-    let bundle = TableBundle::new(info, &atmosphere.table, &supply.table)?;
-    let simulated_areas = atmosphere.simulated_areas + supply.simulated_areas;
-    let notices = atmosphere.notices.into_iter().chain(supply.notices).collect();
-    Ok(Built { bundle, notices, simulated_areas })
+    Ok(Built { bundle: TableBundle::new(info, &parts)?, notices, simulated })
 }
 
-/// The table of one fault and what is known about it.
+/// The first two, which a bundle must have.
+const LEAKS: usize = 2;
+
+/// The table of one degradation and what is known about it.
 struct FaultTable {
-    table: LeakTable,
+    table: SeverityTable,
     info: FaultInfo,
+    over_conditions: Option<ConditionTable>,
     notices: Vec<Notice>,
-    simulated_areas: usize,
+    simulated: usize,
 }
 
-/// Range, limits, points.
-fn table(mut sweep: Sweep<'_>) -> Result<FaultTable, BuildError> {
+/// Range, limits, points; then the same over conditions.
+fn table(mut sweep: Sweep<'_>, conditions: Option<&ConditionRange>) -> Result<FaultTable, BuildError> {
     let mut notices = Vec::new();
     let range = range::find(&mut sweep)?;
     let limits = limit::find(&mut sweep, &range, &mut notices)?;
-    refine::refine(sweep, range, limits, notices)
+    let (mut table, mut sweep) = refine::refine(sweep, range, limits, notices)?;
+    if let Some(range) = conditions {
+        let over_conditions = over_conditions::build(&sweep.simulation, &table.table, range)?;
+        table.over_conditions = Some(over_conditions.table);
+        table.simulated += over_conditions.simulated;
+    }
+    sweep.simulate(&[], Stage::Points, 1.0)?;
+    Ok(table)
 }

@@ -45,6 +45,10 @@ pub struct Options {
     pub tolerance_up_to_limit_s: f64,
     /// The same beyond the limit, s.
     pub tolerance_beyond_s: f64,
+    /// Largest error of a table over conditions up to the limit, s, wherever it is measured.
+    pub tolerance_over_conditions_s: f64,
+    /// The same beyond the limit, s.
+    pub tolerance_over_conditions_beyond_s: f64,
     /// Cycles after which a valve must have become periodic.
     pub most_cycles: usize,
     /// Points of a table.
@@ -57,6 +61,8 @@ impl Default for Options {
             step_s: valve_model::simulate::DEFAULT_STEP_S,
             tolerance_up_to_limit_s: 0.2e-3,
             tolerance_beyond_s: 2e-3,
+            tolerance_over_conditions_s: 0.5e-3,
+            tolerance_over_conditions_beyond_s: 5e-3,
             most_cycles: 40,
             most_points: 2000,
         }
@@ -74,6 +80,8 @@ impl Options {
         positive("step", self.step_s)?;
         positive("tolerance up to the limit", self.tolerance_up_to_limit_s)?;
         positive("tolerance beyond the limit", self.tolerance_beyond_s)?;
+        positive("tolerance over conditions", self.tolerance_over_conditions_s)?;
+        positive("tolerance over conditions beyond the limit", self.tolerance_over_conditions_beyond_s)?;
         let at_least = |name, value: usize, least: usize, expected| {
             if value >= least {
                 return Ok(());

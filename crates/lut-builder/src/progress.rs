@@ -1,13 +1,11 @@
 //! How far a build has come.
 
-use leak_table::Fault;
-
-/// What the builder is doing for a fault, in this order.
+/// What the builder is doing for a degradation, in this order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Stage {
-    /// Looking for the leak from which on the valve no longer gets there.
+    /// Looking for the severity from which on the valve no longer gets there.
     Range,
-    /// Looking for the leaks at which a limit is crossed.
+    /// Looking for the severities at which a limit is crossed.
     Limits,
     /// Placing points.
     Points,
@@ -25,16 +23,16 @@ impl Stage {
     }
 }
 
-/// One report: a batch of simulations of one fault is done.
+/// One report: a batch of simulations of one degradation is done.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Progress {
-    /// The fault.
-    pub fault: Fault,
+    /// Which degradation: its place among those that are built, from 0.
+    pub place: usize,
     /// What is being done for it.
     pub stage: Stage,
-    /// Leak areas simulated for this fault so far.
-    pub simulated_areas: usize,
-    /// Share of this fault's work that is done, 0 to 1, never falling; an estimate, since how many
+    /// Severities simulated for it so far.
+    pub simulated: usize,
+    /// Share of its work that is done, 0 to 1, never falling; an estimate, since how many
     /// points a curve needs is known only at its end.
     pub share: f64,
 }

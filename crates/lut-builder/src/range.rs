@@ -1,36 +1,33 @@
-//! From no leak to the leak at which the valve no longer gets there.
+//! From a sound valve to the severity at which it no longer gets there.
 
-use leak_table::{LeakPoint, Stroke};
+use leak_table::{SeverityPoint, Stroke};
 
-use crate::area::{self, Area};
 use crate::error::BuildError;
 use crate::progress::Stage;
 use crate::sweep::Sweep;
+use crate::ticks::{self, Ticks};
 
-/// Largest leaks tried, in areas of the solenoid's orifice, one after the other.
-const REACH: [f64; 4] = [2.0, 8.0, 32.0, 128.0];
 /// Parts into which a range is cut.
 const PARTS: u64 = 16;
-/// The stall is located to this share of its area.
+/// The stall is located to this share of its severity.
 const STALL_RESOLUTION: f64 = 5e-6;
 
 /// The range of a table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Range {
-    /// The largest leak found with which both strokes are finished.
-    pub last: Area,
+    /// The largest severity found with which both strokes are finished.
+    pub last: Ticks,
     /// The smallest found with which one is not; none if there is none within reach.
-    pub stall: Option<Area>,
+    pub stall: Option<Ticks>,
 }
 
 /// Finds the range.
 pub(crate) fn find(sweep: &mut Sweep<'_>) -> Result<Range, BuildError> {
-    let solenoid = sweep.model.valve.parameters().solenoid_orifice_area_m2;
-    for reach in REACH {
-        let largest = area::nearest(reach * solenoid).max(PARTS);
-        let mut areas = area::between(0, largest, PARTS - 1);
-        areas.extend([0, largest]);
-        sweep.simulate(&areas, Stage::Range, 0.05)?;
+    for reach in (sweep.simulation.wear.reach)(sweep.simulation.model.valve) {
+        let largest = sweep.simulation.nearest(reach).max(PARTS);
+        let mut severities = ticks::between(0, largest, PARTS - 1);
+        severities.extend([0, largest]);
+        sweep.simulate(&severities, Stage::Range, 0.05)?;
         healthy(sweep)?;
         if let Some(range) = bracket(sweep) {
             return narrowed(sweep, range);
@@ -40,7 +37,7 @@ pub(crate) fn find(sweep: &mut Sweep<'_>) -> Result<Range, BuildError> {
     Ok(Range { last, stall: None })
 }
 
-/// The valve must stroke within its limits while it does not leak.
+/// The valve must stroke within its limits while it is sound.
 fn healthy(sweep: &Sweep<'_>) -> Result<(), BuildError> {
     for stroke in Stroke::ALL {
         let limit_s = sweep.limit_s(stroke);
@@ -57,7 +54,7 @@ fn healthy(sweep: &Sweep<'_>) -> Result<(), BuildError> {
 
 /// The neighbouring samples between which the valve stalls first.
 fn bracket(sweep: &Sweep<'_>) -> Option<Range> {
-    let finished = |point: &LeakPoint| point.close_time_s.is_some() && point.open_time_s.is_some();
+    let finished = |point: &SeverityPoint| point.close_time_s.is_some() && point.open_time_s.is_some();
     let stall = *sweep.samples().iter().find(|(_, point)| !finished(point))?.0;
     let last = *sweep.samples().range(..stall).next_back()?.0;
     Some(Range { last, stall: Some(stall) })
@@ -66,11 +63,11 @@ fn bracket(sweep: &Sweep<'_>) -> Option<Range> {
 /// Cuts the bracket of the stall until it is narrow.
 fn narrowed(sweep: &mut Sweep<'_>, mut range: Range) -> Result<Range, BuildError> {
     while let Some(stall) = range.stall {
-        let areas = area::between(range.last, stall, PARTS - 1);
-        if areas.is_empty() || ((stall - range.last) as f64) < STALL_RESOLUTION * stall as f64 {
+        let severities = ticks::between(range.last, stall, PARTS - 1);
+        if severities.is_empty() || ((stall - range.last) as f64) < STALL_RESOLUTION * stall as f64 {
             break;
         }
-        sweep.simulate(&areas, Stage::Range, 0.15)?;
+        sweep.simulate(&severities, Stage::Range, 0.15)?;
         range = bracket(sweep).unwrap_or(range);
     }
     Ok(range)

@@ -1,19 +1,23 @@
 //! Points where the curve bends.
 //!
-//! Every gap between two points is simulated at three areas. Where the interpolation misses one of
+//! Every gap between two points is simulated at three severities. Where the interpolation misses one of
 //! them, that one becomes a point, and the two new gaps are measured in turn. Whatever was simulated
 //! and is no point measures the error of the table in the end.
 
-use leak_table::{CurveError, TableError};
-use leak_table::{FaultInfo, InterpolationError, LeakPoint, LeakTable, MonotoneCubic, RowError, Stroke, StrokeInfo};
+use leak_table::{
+    CurveError, FaultInfo, InterpolationError, MonotoneCubic, RowError, SeverityPoint, SeverityTable, Stroke,
+    StrokeInfo, TableError,
+};
 
 use crate::FaultTable;
-use crate::area::{self, Area};
 use crate::error::{BuildError, Notice};
-use crate::limit::LimitAreas;
+use crate::levelled::levelled;
+use crate::limit::LimitTicks;
 use crate::progress::Stage;
 use crate::range::Range;
+use crate::simulation::stored;
 use crate::sweep::Sweep;
+use crate::ticks::Ticks;
 
 /// Points placed to start with are at least this share of the range apart.
 const FIRST_SPACING: u64 = 24;
@@ -29,19 +33,19 @@ const NARROWEST: f64 = 1e-7;
 struct Refinement<'a> {
     sweep: Sweep<'a>,
     range: Range,
-    limits: LimitAreas,
+    limits: LimitTicks,
     notices: Vec<Notice>,
-    knots: Vec<Area>,
+    knots: Vec<Ticks>,
 }
 
 /// A stroke time that no table can hold, between two points or at one.
 struct Obstacle {
     /// Points up to this one are sound.
-    sound: Area,
-    /// The area of the trouble.
-    at: Area,
+    sound: Ticks,
+    /// The severity of the trouble.
+    at: Ticks,
     stroke: Stroke,
-    error: BuildError,
+    error: Box<BuildError>,
 }
 
 /// By how much the interpolation misses one simulated time.
@@ -57,9 +61,9 @@ struct Miss {
 pub(crate) fn refine(
     sweep: Sweep<'_>,
     range: Range,
-    limits: LimitAreas,
+    limits: LimitTicks,
     notices: Vec<Notice>,
-) -> Result<FaultTable, BuildError> {
+) -> Result<(FaultTable, Sweep<'_>), BuildError> {
     let mut refinement = Refinement { sweep, range, limits, notices, knots: Vec::new() };
     refinement.place_first();
     loop {
@@ -78,22 +82,22 @@ pub(crate) fn refine(
             Ok(true) => {}
             Err(obstacle) => refinement.end_before(obstacle)?,
         }
-        if refinement.knots.len() > refinement.sweep.options.most_points {
-            let (fault, most) = (refinement.sweep.fault, refinement.sweep.options.most_points);
+        if refinement.knots.len() > refinement.sweep.simulation.options.most_points {
+            let (fault, most) = (refinement.sweep.simulation.id(), refinement.sweep.simulation.options.most_points);
             return Err(BuildError::TooManyPoints { fault, most });
         }
     }
 }
 
-impl Refinement<'_> {
+impl<'a> Refinement<'a> {
     /// The ends, the limits, and samples at hand that are well apart from them and from each other.
     fn place_first(&mut self) {
         let last = self.range.last;
         self.knots = [Some(0), Some(last), self.limits.close, self.limits.open].into_iter().flatten().collect();
         let apart = last / FIRST_SPACING;
-        for (&area, _) in self.sweep.samples().range(..=last) {
-            if self.knots.iter().all(|knot| knot.abs_diff(area) > apart) {
-                self.knots.push(area);
+        for (&ticks, _) in self.sweep.samples().range(..=last) {
+            if self.knots.iter().all(|knot| knot.abs_diff(ticks) > apart) {
+                self.knots.push(ticks);
             }
         }
         self.knots.sort_unstable();
@@ -106,25 +110,40 @@ impl Refinement<'_> {
     }
 
     fn curve(&self, stroke: Stroke) -> Result<MonotoneCubic, Obstacle> {
-        let time = |area: &Area| self.sweep.at(*area).time_s(stroke).unwrap_or(f64::NAN);
-        let x = self.knots.iter().map(|area| area::m2(*area)).collect();
+        let time = |ticks: &Ticks| self.sweep.at(*ticks).time_s(stroke).unwrap_or(f64::NAN);
+        let x = self.knots.iter().map(|ticks| self.sweep.simulation.si(*ticks)).collect();
         let y = self.knots.iter().map(time).collect();
-        MonotoneCubic::new(x, y).map_err(|error| {
+        let curve = if self.moves(stroke) {
+            MonotoneCubic::new(x, y)
+        } else {
+            MonotoneCubic::with_level_pieces(x, levelled(&y, self.level_tolerance_s()))
+        };
+        curve.map_err(|error| {
             let index = match error {
                 CurveError::NotMonotone { index } => index.max(1),
                 _ => 1,
             };
             let (previous, at) = (self.knots[index - 1], self.knots[index]);
             let error = BuildError::NotMonotone {
-                fault: self.sweep.fault,
+                fault: self.sweep.simulation.id(),
                 stroke,
-                area_m2: area::m2(at),
+                at: self.sweep.simulation.named(at),
                 found_s: time(&at),
-                previous_m2: area::m2(previous),
+                previous: self.sweep.simulation.named(previous),
                 previous_s: time(&previous),
             };
-            Obstacle { sound: previous, at, stroke, error }
+            Obstacle { sound: previous, at, stroke, error: Box::new(error) }
         })
+    }
+
+    /// Whether the degradation moves a stroke's time, so that the time must tell the severity.
+    fn moves(&self, stroke: Stroke) -> bool {
+        self.sweep.simulation.wear.degradation.moves.stroke(stroke).is_some()
+    }
+
+    /// How far a time that need not move may go back and still count as staying.
+    fn level_tolerance_s(&self) -> f64 {
+        MARGIN * self.sweep.simulation.options.tolerance_up_to_limit_s
     }
 
     /// Simulates what is missing to measure every gap; says whether anything was.
@@ -135,7 +154,7 @@ impl Refinement<'_> {
             if width < self.narrowest() {
                 continue;
             }
-            let at = |share: f64| low + area::nearest(share * width * area::m2(1));
+            let at = |share: f64| low + self.sweep.simulation.nearest(share * width * self.sweep.simulation.si(1));
             for [from, middle, to] in ZONES {
                 if self.sweep.samples().range(at(from)..=at(to)).next().is_none() {
                     missing.push(at(middle));
@@ -160,23 +179,28 @@ impl Refinement<'_> {
         let mut points = Vec::new();
         for gap in self.knots.windows(2) {
             let inside = self.sweep.samples().range(gap[0] + 1..gap[1]);
-            let misses: Vec<_> = inside.map(|(area, point)| (*area, self.miss(curves, *area, point))).collect();
-            let worst = |misses: &mut dyn Iterator<Item = &(Area, Miss)>| {
+            let misses: Vec<_> = inside.map(|(ticks, point)| (*ticks, self.miss(curves, *ticks, point))).collect();
+            let worst = |misses: &mut dyn Iterator<Item = &(Ticks, Miss)>| {
                 misses.max_by(|a, b| a.1.share.total_cmp(&b.1.share)).copied()
             };
-            let Some((area, miss)) = worst(&mut misses.iter()).filter(|(_, miss)| miss.share > MARGIN) else {
+            let Some((ticks, miss)) = worst(&mut misses.iter()).filter(|(_, miss)| miss.share > MARGIN) else {
                 continue;
             };
             let width = gap[1] - gap[0];
             if (width as f64) < self.narrowest() {
                 let Miss { stroke, error_s, .. } = miss;
-                let error = BuildError::Jump { fault: self.sweep.fault, stroke, area_m2: area::m2(area), error_s };
-                return Err(Obstacle { sound: gap[0], at: area, stroke, error });
+                let error = BuildError::Jump {
+                    fault: self.sweep.simulation.id(),
+                    stroke,
+                    at: self.sweep.simulation.named(ticks),
+                    error_s,
+                };
+                return Err(Obstacle { sound: gap[0], at: ticks, stroke, error: Box::new(error) });
             }
             // A point next to an old one would leave the gap as wide as it was.
-            let central = |(area, _): &&(Area, Miss)| (*area - gap[0]).min(gap[1] - *area) > width / 7;
-            let area = worst(&mut misses.iter().filter(central)).map_or(area, |(area, _)| area);
-            points.push(area);
+            let central = |(ticks, _): &&(Ticks, Miss)| (*ticks - gap[0]).min(gap[1] - *ticks) > width / 7;
+            let ticks = worst(&mut misses.iter().filter(central)).map_or(ticks, |(ticks, _)| ticks);
+            points.push(ticks);
         }
         let cut = !points.is_empty();
         self.knots.extend(points);
@@ -185,14 +209,14 @@ impl Refinement<'_> {
     }
 
     /// By how much the interpolation misses a sample, of the worse stroke.
-    fn miss(&self, curves: &[MonotoneCubic; 2], area: Area, point: &LeakPoint) -> Miss {
-        let options = self.sweep.options;
-        let up_to_limit = self.limits.first().is_some_and(|limit| area <= limit);
+    fn miss(&self, curves: &[MonotoneCubic; 2], ticks: Ticks, point: &SeverityPoint) -> Miss {
+        let options = self.sweep.simulation.options;
+        let up_to_limit = self.limits.first().is_some_and(|limit| ticks <= limit);
         let tolerance_s = if up_to_limit { options.tolerance_up_to_limit_s } else { options.tolerance_beyond_s };
-        let tolerance_s = tolerance_s.max(2.0 * self.sweep.wandering_s());
+        let tolerance_s = tolerance_s.max(2.0 * self.sweep.simulation.wandering_s());
         let miss = |stroke: Stroke| {
             let time_s = point.time_s(stroke).unwrap_or(f64::NAN);
-            let error_s = (curves[stroke as usize].value(point.leak_area_m2) - time_s).abs();
+            let error_s = (curves[stroke as usize].value(point.severity) - time_s).abs();
             Miss { stroke, share: error_s / tolerance_s, error_s }
         };
         let (close, open) = (miss(Stroke::Close), miss(Stroke::Open));
@@ -201,59 +225,69 @@ impl Refinement<'_> {
 
     /// Ends the table before an obstacle, if the limit is not beyond it.
     fn end_before(&mut self, obstacle: Obstacle) -> Result<(), BuildError> {
-        let limit = self.limits.first().unwrap_or(Area::MAX);
+        let limit = self.limits.first().unwrap_or(Ticks::MAX);
         if obstacle.sound < limit || obstacle.at <= limit {
-            return Err(obstacle.error);
+            return Err(*obstacle.error);
         }
         let end = obstacle.sound;
         self.sweep.forget_beyond(end);
         self.knots.retain(|knot| *knot <= end);
         self.range = Range { last: end, stall: None };
-        self.limits.close = self.limits.close.filter(|area| *area <= end);
-        self.limits.open = self.limits.open.filter(|area| *area <= end);
+        self.limits.close = self.limits.close.filter(|ticks| *ticks <= end);
+        self.limits.open = self.limits.open.filter(|ticks| *ticks <= end);
         self.notices.retain(|notice| !matches!(notice, Notice::EndsEarly { .. }));
-        let (fault, stroke) = (self.sweep.fault, obstacle.stroke);
-        self.notices.push(Notice::EndsEarly { fault, stroke, area_m2: area::m2(end) });
+        let (fault, stroke, at) = (self.sweep.simulation.id(), obstacle.stroke, self.sweep.simulation.named(end));
+        self.notices.push(Notice::EndsEarly { fault, stroke, at });
         Ok(())
     }
 
     /// The table, with one row more where the valve stalls.
-    fn finish(mut self, curves: &[MonotoneCubic; 2]) -> Result<FaultTable, BuildError> {
+    fn finish(self, curves: &[MonotoneCubic; 2]) -> Result<(FaultTable, Sweep<'a>), BuildError> {
         let interpolation_error = self.measured_error(curves);
-        let mut rows: Vec<LeakPoint> = self.knots.iter().map(|area| *self.sweep.at(*area)).collect();
+        let row = |(index, ticks): (usize, &Ticks)| {
+            let [close, open] = curves;
+            let time = |curve: &MonotoneCubic| Some(stored(curve.y()[index]));
+            SeverityPoint {
+                severity: self.sweep.simulation.si(*ticks),
+                close_time_s: time(close),
+                open_time_s: time(open),
+            }
+        };
+        let mut rows: Vec<SeverityPoint> = self.knots.iter().enumerate().map(row).collect();
         let stall = self.range.stall.map(|stall| *self.sweep.at(stall));
-        let fault = self.sweep.fault;
-        let as_table = |rows: Vec<LeakPoint>| LeakTable::new(fault, rows).map_err(row_error);
+        let degradation = &self.sweep.simulation.wear.degradation;
+        let as_table = |rows: Vec<SeverityPoint>| SeverityTable::new(degradation, rows).map_err(row_error);
         let table = match stall {
             // The stroke that still finishes may have turned there; the row is then left out.
-            Some(stall) if LeakTable::new(fault, [rows.clone(), vec![stall]].concat()).is_ok() => {
+            Some(stall) if SeverityTable::new(degradation, [rows.clone(), vec![stall]].concat()).is_ok() => {
                 rows.push(stall);
                 as_table(rows)?
             }
             _ => as_table(rows)?,
         };
-        let info = |stroke: Stroke, limit: Option<Area>| StrokeInfo {
-            limit_area_m2: limit.map(area::m2),
-            stall_area_m2: stall.filter(|point| point.time_s(stroke).is_none()).map(|point| point.leak_area_m2),
+        let info = |stroke: Stroke, limit: Option<Ticks>| StrokeInfo {
+            limit_severity: limit.map(|ticks| self.sweep.simulation.si(ticks)),
+            stall_severity: stall.filter(|point| point.time_s(stroke).is_none()).map(|point| point.severity),
         };
         let info = FaultInfo {
             close: info(Stroke::Close, self.limits.close),
             open: info(Stroke::Open, self.limits.open),
             interpolation_error,
         };
-        self.sweep.simulate(&[], Stage::Points, 1.0)?;
-        Ok(FaultTable { table, info, notices: self.notices, simulated_areas: self.sweep.simulated_areas() })
+        let simulated = self.sweep.simulated();
+        let table = FaultTable { table, info, over_conditions: None, notices: self.notices, simulated };
+        Ok((table, self.sweep))
     }
 
     /// The largest difference between interpolation and simulation at the samples.
     fn measured_error(&self, curves: &[MonotoneCubic; 2]) -> InterpolationError {
         let mut error = InterpolationError::default();
-        let limit = self.limits.first().unwrap_or(Area::MAX);
-        for (area, point) in self.sweep.samples().range(..=self.range.last) {
+        let limit = self.limits.first().unwrap_or(Ticks::MAX);
+        for (ticks, point) in self.sweep.samples().range(..=self.range.last) {
             for stroke in Stroke::ALL {
                 let Some(time_s) = point.time_s(stroke) else { continue };
-                let miss_s = (curves[stroke as usize].value(point.leak_area_m2) - time_s).abs();
-                let worst = if *area <= limit { &mut error.up_to_limit_s } else { &mut error.beyond_limit_s };
+                let miss_s = (curves[stroke as usize].value(point.severity) - time_s).abs();
+                let worst = if *ticks <= limit { &mut error.up_to_limit_s } else { &mut error.beyond_limit_s };
                 *worst = worst.max(miss_s);
             }
         }

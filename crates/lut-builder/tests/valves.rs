@@ -36,7 +36,7 @@ fn sound(file: &ValveFile) -> Built {
     for fault in Fault::ALL {
         let table = built.bundle.table(fault);
         let limit_m2 = built.bundle.limit_area_m2(fault);
-        let last_m2 = [Stroke::Close, Stroke::Open].map(|stroke| table.curve(stroke).range_m2().1);
+        let last_m2 = [Stroke::Close, Stroke::Open].map(|stroke| table.curve(stroke).range().1);
         let last_m2 = last_m2[0].min(last_m2[1]);
         let areas: Vec<f64> = (1..24).map(|i| (f64::from(i) * 0.618_034).fract() * last_m2).collect();
         let conditions = areas.iter().map(|area| {
@@ -94,10 +94,10 @@ fn a_valve_beyond_its_limit_is_refused() {
 fn a_limit_beyond_the_cycle_ends_life_at_the_stall() {
     let built = sound(&changed(&[("close_within = \"3 s\"", "close_within = \"9 s\"")]));
     let expected =
-        Notice::LimitBeyondCycle { fault: Fault::Atmosphere, stroke: Stroke::Close, limit_s: 9.0, window_s: 4.0 };
+        Notice::LimitBeyondCycle { fault: "atmosphere".into(), stroke: Stroke::Close, limit_s: 9.0, window_s: 4.0 };
     assert_eq!(built.notices, [expected]);
     let info = built.bundle.manifest().fault(Fault::Atmosphere).close;
-    let (limit, stall) = (info.limit_area_m2.expect("the stall"), info.stall_area_m2.expect("it stalls"));
+    let (limit, stall) = (info.limit_severity.expect("the stall"), info.stall_severity.expect("it stalls"));
     assert!(limit < stall && stall - limit < 1e-5 * stall);
 }
 
@@ -143,10 +143,9 @@ fn a_tighter_tolerance_is_met_with_more_points() {
     }
     let seen = seen.into_inner().expect("no panic");
     for fault in Fault::ALL {
-        let reports: Vec<&Progress> = seen.iter().filter(|report| report.fault == fault).collect();
-        let rises = |a: &&Progress, b: &&Progress| {
-            a.stage <= b.stage && a.share <= b.share && a.simulated_areas <= b.simulated_areas
-        };
+        let reports: Vec<&Progress> = seen.iter().filter(|report| report.place == fault as usize).collect();
+        let rises =
+            |a: &&Progress, b: &&Progress| a.stage <= b.stage && a.share <= b.share && a.simulated <= b.simulated;
         assert!(reports.is_sorted_by(rises), "{reports:?}");
         assert_eq!(reports.last().map(|report| report.share), Some(1.0));
     }

@@ -95,7 +95,7 @@ impl OlsEstimator {
         for fault in Fault::ALL {
             let stroke = stroke_of(fault);
             if let Some(time) = reading.time_s(stroke) {
-                let leak = tables.table(fault).curve(stroke).extrapolated_area(time);
+                let leak = tables.table(fault).curve(stroke).extrapolated_severity(time);
                 self.lines[fault as usize].add(x, leak);
             }
         }

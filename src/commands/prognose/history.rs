@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 
-use leak_table::{AreaAt, Fault, Stroke, TableBundle, mm2_from_m2};
+use leak_table::{Fault, SeverityAt, Stroke, TableBundle, mm2_from_m2};
 use prognoser::{FaultCall, Prognosis, Reading, Status};
 use report::figures::{PrognosisFigure, PrognosisPoint};
 
@@ -169,9 +169,9 @@ impl History {
 
 /// The leak that one time alone would give, mm2.
 fn leak_alone(tables: &TableBundle, fault: Fault, stroke: Stroke, reading: &Reading) -> Option<f64> {
-    match tables.table(fault).curve(stroke).area_at(reading.time_s(stroke)?) {
-        AreaAt::Within(area_m2) => Some(mm2_from_m2(area_m2)),
-        AreaAt::BelowRange | AreaAt::AboveRange => None,
+    match tables.table(fault).curve(stroke).severity_at(reading.time_s(stroke)?) {
+        SeverityAt::Within(area_m2) => Some(mm2_from_m2(area_m2)),
+        SeverityAt::BelowRange | SeverityAt::AboveRange | SeverityAt::Untold => None,
     }
 }
 

@@ -32,10 +32,8 @@ pub fn strokes(file: &ValveFile) -> Section {
 
 /// The tables of both kinds of leak.
 pub fn tables(bundle: &TableBundle) -> Section {
-    let table = Table {
-        columns: build_tables::SUMMARY_COLUMNS.map(str::to_owned).into(),
-        rows: build_tables::summary_rows(bundle),
-    };
+    let table =
+        Table { columns: build_tables::summary_columns(bundle).into(), rows: build_tables::summary_rows(bundle) };
     let figures = Fault::ALL.map(|fault| pictures::figure(bundle, fault));
     let figure =
         TableFigure::side_by_side("Stroke times over the leak area", "periodic cycles, as simulated", &figures);

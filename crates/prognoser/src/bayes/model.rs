@@ -41,14 +41,14 @@ impl<'t> FaultModel<'t> {
     /// The leak, as a fraction of the limit, that gives this time.
     pub(crate) fn leak_at(&self, stroke: Stroke, time_s: f64) -> f64 {
         let curve = self.bundle.table(self.fault).curve(stroke);
-        curve.extrapolated_area(time_s) / self.limit_m2
+        curve.extrapolated_severity(time_s) / self.limit_m2
     }
 
     /// The leak, as a fraction of the limit, from which on the stroke is not
     /// finished within the cycle.
     pub(crate) fn stall(&self, stroke: Stroke) -> Option<f64> {
         let info = self.bundle.manifest().fault(self.fault).stroke(stroke);
-        info.stall_area_m2.map(|area| area / self.limit_m2)
+        info.stall_severity.map(|area| area / self.limit_m2)
     }
 
     /// The time within which a stroke counts as finished, in s.

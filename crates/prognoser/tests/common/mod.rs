@@ -5,7 +5,8 @@ use std::fs;
 use std::path::Path;
 
 use leak_table::{
-    BundleInfo, CycleSchedule, Fault, FaultInfo, LeakPoint, LeakTable, Limits, Stroke, TableBundle, TimeAt, m2_from_mm2,
+    BundleInfo, BundlePart, CycleSchedule, Fault, FaultInfo, Limits, SeverityPoint, SeverityTable, Stroke, TableBundle,
+    TimeAt, m2_from_mm2,
 };
 use prognoser::study::NoiseSource;
 use prognoser::{LogRow, Method, Prognoser, Prognosis, Reading};
@@ -20,26 +21,28 @@ pub fn tables() -> TableBundle {
             .skip(1)
             .map(|line| {
                 let fields: Vec<&str> = line.split(',').collect();
-                LeakPoint {
-                    leak_area_m2: m2_from_mm2(fields[0].parse().expect("an area")),
+                SeverityPoint {
+                    severity: m2_from_mm2(fields[0].parse().expect("an area")),
                     close_time_s: fields[1].parse().ok(),
                     open_time_s: fields[2].parse().ok(),
                 }
             })
             .collect();
-        LeakTable::new(fault, points).expect("test data are monotone")
+        SeverityTable::new(fault.degradation(), points).expect("test data are monotone")
     };
     let limits = Limits { close_within_s: 3.0, open_within_s: 6.0 };
-    let (atmosphere, supply) = (table(Fault::Atmosphere), table(Fault::Supply));
+    let part = |fault| {
+        let table = table(fault);
+        BundlePart { info: FaultInfo::from_table(&table, &limits), table, over_conditions: None }
+    };
     let info = BundleInfo {
         valve: "test valve".into(),
         model_hash: String::new(),
         schedule: CycleSchedule { close_at_s: 0.0, open_at_s: 4.0, end_s: 12.0 },
         limits,
-        atmosphere: FaultInfo::from_table(&atmosphere, &limits),
-        supply: FaultInfo::from_table(&supply, &limits),
+        reference: None,
     };
-    TableBundle::new(info, &atmosphere, &supply).expect("limits are inside the tables")
+    TableBundle::new(info, &[part(Fault::Atmosphere), part(Fault::Supply)]).expect("limits are inside the tables")
 }
 
 /// The reading of a cycle at a leak given as a fraction of the limit.

@@ -1,0 +1,15 @@
+//! Gas escapes from the pipe to the atmosphere: the valve closes more slowly and opens faster.
+
+use std::borrow::Cow;
+
+use super::LEAK_AREA;
+use crate::degradation::{Degradation, Moves};
+use crate::fault::Direction;
+
+pub(super) const INFO: Degradation = Degradation {
+    id: Cow::Borrowed("atmosphere"),
+    name: Cow::Borrowed("leak to atmosphere"),
+    severity: LEAK_AREA,
+    moves: Moves { close: Some(Direction::Rising), open: Some(Direction::Falling) },
+    prior: 1.0,
+};

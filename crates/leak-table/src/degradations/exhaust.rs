@@ -1,0 +1,15 @@
+//! The vent path clogs: the valve opens more slowly. It closes as before until it no longer vents in time for the next closing, which then starts early.
+
+use std::borrow::Cow;
+
+use super::share;
+use crate::degradation::{Degradation, Moves};
+use crate::fault::Direction;
+
+pub(super) const INFO: Degradation = Degradation {
+    id: Cow::Borrowed("exhaust"),
+    name: Cow::Borrowed("clogged exhaust"),
+    severity: share("clogged share of the vent area", "exhaust_blockage"),
+    moves: Moves { close: None, open: Some(Direction::Rising) },
+    prior: 1.0,
+};

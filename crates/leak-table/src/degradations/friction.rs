@@ -1,0 +1,19 @@
+//! Piston and rod rub: both strokes are slower.
+
+use std::borrow::Cow;
+
+use crate::degradation::{Degradation, Moves, Severity};
+use crate::fault::Direction;
+
+pub(super) const INFO: Degradation = Degradation {
+    id: Cow::Borrowed("friction"),
+    name: Cow::Borrowed("friction of piston and rod"),
+    severity: Severity {
+        quantity: Cow::Borrowed("added dry friction"),
+        unit: Cow::Borrowed("N"),
+        column: Cow::Borrowed("friction_force_n"),
+        per_si: 1.0,
+    },
+    moves: Moves { close: Some(Direction::Rising), open: Some(Direction::Rising) },
+    prior: 1.0,
+};

@@ -1,0 +1,149 @@
+//! Batches of lanes: the periodic cycle of a worn valve at many severities and conditions.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use leak_table::{Degradation, Limits, SeverityPoint, Stroke};
+use rayon::prelude::*;
+use valve_model::cycle::{CycleTimes, cycles};
+use valve_model::dispatch::LANES;
+use valve_model::{Conditions, Valve};
+
+use crate::error::BuildError;
+use crate::model::{Options, TableModel};
+use crate::ticks::{self, Ticks};
+use crate::wear::Wear;
+
+/// Times that wander by no more than this from cycle to cycle are periodic for all purposes, s.
+const WANDERING_S: f64 = 5e-3;
+
+/// Cycles over which times that wander are averaged.
+const WANDERING_CYCLES: usize = 10;
+
+/// A valve of which one thing wears.
+pub(crate) struct Simulation<'a> {
+    pub(crate) model: &'a TableModel<'a>,
+    pub(crate) options: &'a Options,
+    pub(crate) wear: &'a Wear,
+    /// Bits of the widest wandering seen, s; positive numbers order as their bits do.
+    wandering: AtomicU64,
+}
+
+impl<'a> Simulation<'a> {
+    pub(crate) fn new(model: &'a TableModel<'a>, options: &'a Options, wear: &'a Wear) -> Self {
+        Self { model, options, wear, wandering: AtomicU64::new(0) }
+    }
+
+    /// By how much the times of one severity wander from cycle to cycle, at worst, s. No table can be more
+    /// accurate than that.
+    pub(crate) fn wandering_s(&self) -> f64 {
+        f64::from_bits(self.wandering.load(Ordering::Relaxed))
+    }
+
+    /// The id of what wears.
+    pub(crate) fn id(&self) -> String {
+        self.wear.degradation.id.to_string()
+    }
+
+    /// A severity in SI.
+    pub(crate) fn si(&self, ticks: Ticks) -> f64 {
+        ticks::si(&self.wear.degradation.severity, ticks)
+    }
+
+    /// The nearest ticks to a severity in SI.
+    pub(crate) fn nearest(&self, severity: f64) -> Ticks {
+        ticks::nearest(&self.wear.degradation.severity, severity)
+    }
+
+    /// A severity in words: "a leak area of 0.1 mm2".
+    pub(crate) fn named(&self, ticks: Ticks) -> String {
+        named(&self.wear.degradation, self.si(ticks))
+    }
+
+    /// The valve's own conditions but for pressure and temperature.
+    pub(crate) fn under(&self, conditions: &leak_table::Conditions) -> Conditions {
+        Conditions {
+            supply_pressure_pa: conditions.supply_pressure_pa,
+            temperature_k: conditions.temperature_k,
+            ..Conditions::nominal(self.model.valve.parameters())
+        }
+    }
+
+    /// The limits as tables have them.
+    pub(crate) fn limits(&self) -> Limits {
+        let limits = &self.model.limits;
+        Limits { close_within_s: limits.close_within_s, open_within_s: limits.open_within_s }
+    }
+
+    /// The stroke times at each severity under its conditions, in parallel.
+    pub(crate) fn points(&self, wanted: &[(Conditions, Ticks)]) -> Result<Vec<SeverityPoint>, BuildError> {
+        let batches: Vec<Vec<SeverityPoint>> =
+            wanted.par_chunks(LANES).map(|batch| self.batch(batch)).collect::<Result<_, _>>()?;
+        Ok(batches.into_iter().flatten().collect())
+    }
+
+    fn batch(&self, wanted: &[(Conditions, Ticks)]) -> Result<Vec<SeverityPoint>, BuildError> {
+        let worn = |(conditions, ticks): &(Conditions, Ticks)| {
+            self.wear.worn(self.model.valve, *conditions, self.si(*ticks)).map_err(|source| BuildError::Worn {
+                fault: self.id(),
+                at: self.named(*ticks),
+                source: Box::new(source),
+            })
+        };
+        let worn: Vec<(Valve, Conditions)> = wanted.iter().map(worn).collect::<Result<_, _>>()?;
+        let runs: Vec<_> = worn.iter().map(|(valve, conditions)| (valve, *conditions)).collect();
+        let simulated = cycles(&runs, &self.model.schedule, self.options.most_cycles, self.options.step_s);
+        wanted.iter().zip(simulated).map(|((_, ticks), times)| self.periodic(*ticks, &times)).collect()
+    }
+
+    /// The last of the cycles, which must be like those before it. Sticking and slipping at the stops
+    /// can keep the times of a valve with dry friction wandering by a millisecond or so for
+    /// ever; their mean over the last cycles is then taken.
+    fn periodic(&self, ticks: Ticks, times: &[CycleTimes]) -> Result<SeverityPoint, BuildError> {
+        let mut last = times[times.len() - 1];
+        if times.len() == self.options.most_cycles {
+            let tail = &times[times.len().saturating_sub(WANDERING_CYCLES)..];
+            let settle = |of: fn(&CycleTimes) -> Option<f64>| {
+                let reached: Vec<f64> = tail.iter().filter_map(of).collect();
+                let lowest = reached.iter().copied().fold(f64::INFINITY, f64::min);
+                let highest = reached.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+                let mean = reached.iter().sum::<f64>() / reached.len().max(1) as f64;
+                if highest > lowest {
+                    self.wandering.fetch_max((highest - lowest).to_bits(), Ordering::Relaxed);
+                }
+                let settled = reached.is_empty() || (reached.len() == tail.len() && highest - lowest <= WANDERING_S);
+                (settled, (!reached.is_empty()).then_some(mean))
+            };
+            let (close_settled, close_time_s) = settle(|cycle| cycle.close_time_s);
+            let (open_settled, open_time_s) = settle(|cycle| cycle.open_time_s);
+            if !(close_settled && open_settled) {
+                let cycles = times.len();
+                return Err(BuildError::NotPeriodic { fault: self.id(), at: self.named(ticks), cycles });
+            }
+            last = CycleTimes { close_time_s, open_time_s };
+        }
+        let point = SeverityPoint {
+            severity: self.si(ticks),
+            close_time_s: last.close_time_s.map(stored),
+            open_time_s: last.open_time_s.map(stored),
+        };
+        for stroke in Stroke::ALL {
+            if let Some(found_s) = point.time_s(stroke)
+                && !(found_s.is_finite() && found_s >= 0.0)
+            {
+                return Err(BuildError::NotFinite { fault: self.id(), stroke, at: self.named(ticks), found_s });
+            }
+        }
+        Ok(point)
+    }
+}
+
+/// A severity (SI) in words.
+pub(crate) fn named(degradation: &Degradation, severity: f64) -> String {
+    let what = &degradation.severity;
+    format!("a {} of {}", what.quantity, what.text(severity))
+}
+
+/// A time as a table's file holds it: whole nanoseconds.
+pub(crate) fn stored(time_s: f64) -> f64 {
+    (time_s * 1e9).round() / 1e9
+}

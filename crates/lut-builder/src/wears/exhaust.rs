@@ -1,0 +1,20 @@
+//! The vent path passes less.
+
+use valve_model::EffectKind;
+
+use super::{described, shares};
+use crate::wear::Wear;
+
+pub(super) fn wear() -> Wear {
+    Wear {
+        degradation: described("exhaust"),
+        reach: shares,
+        apply: |worn, clogged| {
+            if clogged == 0.0 {
+                return Ok(());
+            }
+            let factor = worn.size_of(EffectKind::VentRestriction).unwrap_or(1.0);
+            worn.set(EffectKind::VentRestriction, &[Some(factor * (1.0 - clogged))])
+        },
+    }
+}

@@ -1,0 +1,37 @@
+//! Dry friction of piston and rod, beyond what the valve has.
+
+use valve_model::{EffectKind, Valve};
+
+use super::described;
+use crate::wear::Wear;
+
+/// Largest frictions tried, in forces that the supply has left over on the piston.
+const REACH: [f64; 3] = [0.5, 1.0, 2.0];
+
+pub(super) fn wear() -> Wear {
+    Wear {
+        degradation: described("friction"),
+        reach: |valve| REACH.map(|reach| reach * gas_force_n(valve)).into(),
+        apply: |worn, force_n| {
+            if force_n == 0.0 {
+                return Ok(());
+            }
+            let present = worn.effects.iter().find(|effect| effect.kind() == EffectKind::DryFriction);
+            // What rubs more while moving holds more at rest.
+            let values = present.map_or_else(
+                || vec![Some(force_n)],
+                |effect| {
+                    let values = effect.values();
+                    vec![Some(values[0] + force_n), Some(values[1] + force_n), Some(values[2])]
+                },
+            );
+            worn.set(EffectKind::DryFriction, &values)
+        },
+    }
+}
+
+/// The force of the full supply pressure on the piston, N.
+fn gas_force_n(valve: &Valve) -> f64 {
+    let parameters = valve.parameters();
+    (parameters.supply_pressure_pa - parameters.ambient_pressure_pa) * parameters.piston_area_m2
+}
