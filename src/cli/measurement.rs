@@ -112,6 +112,9 @@ pub struct ExplainArgs {
     /// Draw what effects that cannot be told apart predict for the next experiment to an .svg or .png file
     #[arg(long, value_name = "FILE")]
     pub plot_experiment: Option<PathBuf>,
+    /// An error that does not matter to you, such as "0.2 mm": nothing smaller is looked for
+    #[arg(long, value_name = "LENGTH", value_parser = crate::cli::quantities::length_m)]
+    pub good_enough: Option<f64>,
     /// How the result is printed
     #[arg(long, value_enum, default_value_t = Format::Text)]
     pub format: Format,

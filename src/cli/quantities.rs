@@ -14,6 +14,12 @@ pub fn duration_s(text: &str) -> Result<f64, String> {
     if duration > 0.0 { Ok(duration) } else { Err("a time above zero is needed".to_owned()) }
 }
 
+/// A length above zero, m.
+pub fn length_m(text: &str) -> Result<f64, String> {
+    let length = si(text, Dimension::Length)?;
+    if length > 0.0 { Ok(length) } else { Err("a length above zero is needed".to_owned()) }
+}
+
 /// A temperature, K.
 pub fn temperature_k(text: &str) -> Result<f64, String> {
     si(text, Dimension::Temperature)

@@ -2,19 +2,12 @@
 
 use std::fmt::Write;
 
-use model_lab::calibrate::{Settled, polished};
-use model_lab::explain::Watch;
-use model_lab::explain::candidate::{Effort, add_effect};
-use model_lab::explain::held_out::held_out_rms;
-use model_lab::explain::report::{FittedParameter, StepReport, fitted_parameters};
-use model_lab::explain::view::View;
-use model_lab::explain::{Calibrated, calibrated};
-use model_lab::fit::{self, Fit, FitOptions};
+use identify::Stop;
+use model_lab::diagnosis::adopt::{Addition, Rung, sequence};
+use model_lab::diagnosis::{FittedParameter, StepReport};
 use model_lab::space::Target;
-use model_lab::{Dataset, Space};
 use serde_json::json;
 use valve_file::{HistoryEntry, ValveFile};
-use valve_model::custom::CustomEffect;
 use valve_model::{EffectKind, ParameterId};
 
 use super::adopt_life::Lives;
@@ -24,13 +17,7 @@ use crate::cli::{AdoptArgs, Format};
 use crate::failure::{Answer, Hinted};
 use crate::output::{self, PlotFile};
 
-/// Something to add.
-enum Addition {
-    Catalogue(EffectKind),
-    Own(CustomEffect),
-}
-
-/// Adds, refits, writes and prints the ladder.
+/// Adds, refits, writes and prints the model sequence.
 pub fn run(args: &AdoptArgs) -> anyhow::Result<Answer> {
     let input = CampaignInput::read(&args.valve, &args.campaign)?;
     if !args.force && args.out.exists() {
@@ -41,51 +28,28 @@ pub fn run(args: &AdoptArgs) -> anyhow::Result<Answer> {
     }
     let plot = PlotFile::create(args.plot.as_deref())?;
     let (additions, without) = additions(&input.file, &args.effects)?;
-    let data = &input.data;
-    let Calibrated { datasheet, fit, scatter } = calibrated(data, &Space::tolerated(&without)).ok_or_else(|| {
+    let sequence = sequence(&without, &input.campaign, &additions, Stop::never()).ok_or_else(|| {
         Hinted::error(
             format!("{}: its strokes cannot be simulated", input.file.file_name()),
-            "look at the valve with `valve simulate`",
+            "look at the valve with `valve simulate`, and at the effects' parameters with `valve effects`",
         )
     })?;
-    let mut climb = Climb::new(&additions, data, View::new(data.clone(), scatter), &datasheet, fit)?;
-    // Strokes of which none was repeated may differ for all that.
-    if !climb.view.explains(climb.best())
-        && let Some(settled) = Settled::supposed(data, &climb.view.scatter, climb.best())
-    {
-        let view = View::new(settled.data, settled.scatter);
-        let calibrated = view.finely(&climb.rungs[1].1);
-        let again = Climb::new(&additions, data, view, &datasheet, calibrated)?;
-        if again.view.explains(again.best()) {
-            climb = again;
-        }
-    }
-    let scatter = &climb.view.scatter;
-    let mut steps = Vec::new();
+    let steps: Vec<StepReport> = sequence.rungs.iter().map(|rung| rung.step.clone()).collect();
     let mut models = Vec::new();
-    for (step, fit) in &climb.rungs {
-        steps.push(step.clone());
-        models.push((step.step.clone(), adopted(&without, fit)?));
+    for rung in &sequence.rungs {
+        models.push((rung.step.step.clone(), adopted(&without, rung)?));
     }
-    let best = climb.best();
+    let best = &sequence.rungs[sequence.rungs.len() - 1];
     let lives = args.log.as_deref().map(|log| Lives::read(log, &models)).transpose()?;
-    let names: Vec<&str> = additions.iter().map(name).collect();
+    let names: Vec<&str> = additions.iter().map(Addition::name).collect();
     let action = format!("added {}", names.join(" and "));
     let last = &steps[steps.len() - 1];
     let entry = HistoryEntry::new(&action, &input.campaign.name, steps[0].normalised_rms, last.normalised_rms);
     adopted(&input.file, best)?.with_history(entry)?.write(&args.out, args.force)?;
-    let kinds: Vec<EffectKind> = additions
-        .iter()
-        .filter_map(|addition| match addition {
-            Addition::Catalogue(kind) => Some(*kind),
-            Addition::Own(_) => None,
-        })
-        .collect();
-    let parameters = fitted_parameters(best, &kinds, scatter);
     match args.format {
         Format::Text => {
             let mut text = format!("{action} on {}\n\n{}\n", input.campaign.name, ladder::table(&steps));
-            text.push_str(&parameter_lines(&parameters));
+            text.push_str(&parameter_lines(&sequence.parameters));
             for effect in best.space.custom_at(&best.u) {
                 for parameter in effect.parameters() {
                     let (value, unit) = scaled(parameter.value, &parameter.unit);
@@ -95,79 +59,21 @@ pub fn run(args: &AdoptArgs) -> anyhow::Result<Answer> {
             if let Some(lives) = &lives {
                 let _ = write!(text, "\n{}", lives.table());
             }
-            let _ = writeln!(text, "\nwritten: {}", args.out.display());
+            let _ = writeln!(text, "\nwritten: {0}\nnext: valve build-tables {0} --out tables", args.out.display());
             output::print_text(&text)?;
         }
         Format::Json => output::print_json(&json!({
             "effects": names,
             "steps": ladder::value(&steps),
-            "parameters": super::explain_json::parameters(&parameters),
+            "parameters": super::explain_json::parameters(&sequence.parameters),
             "end_of_life": lives.as_ref().map(Lives::value),
             "out": args.out.display().to_string(),
         }))?,
     }
     if let Some(plot) = plot {
-        plot.write(&ladder::figure(&input.campaign.name, &action, &steps, scatter).figure())?;
+        plot.write(&ladder::figure(&input.campaign.name, &action, &steps).figure())?;
     }
     Ok(Answer::Fine)
-}
-
-/// The datasheet's model, the calibrated one, and that with one effect after the other.
-struct Climb {
-    view: View,
-    /// What was done with what error, and the fit after it.
-    rungs: Vec<(StepReport, Fit)>,
-}
-
-impl Climb {
-    fn new(
-        additions: &[Addition],
-        data: &Dataset,
-        mut view: View,
-        datasheet: &Fit,
-        calibrated: Fit,
-    ) -> anyhow::Result<Self> {
-        let mut best = polished(&view.fine, &view.scatter, calibrated);
-        let rung = |step: &str, view: &View, fit: &Fit, held_out: Option<f64>| {
-            let normalised_rms = fit.normalised_rms(&view.scatter);
-            (StepReport { step: step.to_owned(), normalised_rms, held_out_normalised_rms: held_out }, fit.clone())
-        };
-        let held_out = |view: &View, fit: &Fit| held_out_rms(&view.fine, &view.scatter, fit);
-        let mut rungs =
-            vec![rung("datasheet", &view, datasheet, None), rung("calibrated", &view, &best, held_out(&view, &best))];
-        for addition in additions {
-            let base = view.roughly(&best);
-            let added = match addition {
-                Addition::Catalogue(kind) => add_effect(&view, &base, *kind, Effort::THOROUGH, &Watch::nobody()),
-                // A formula has values of its own to start from.
-                Addition::Own(effect) => {
-                    let space = base.space.with_custom(effect);
-                    let own = space.start().into_iter().skip(base.u.len());
-                    let start: Vec<f64> = base.u.iter().copied().chain(own).collect();
-                    fit::fit(&view.rough, &view.scatter, &space, &start, FitOptions::default())
-                }
-            };
-            let added = added.ok_or_else(|| {
-                Hinted::error(
-                    format!("{}: the strokes cannot be simulated with it", name(addition)),
-                    "look at its parameters with `valve effects`",
-                )
-            })?;
-            best = view.finely(&added);
-            if view.scatter.is_known() {
-                view = view.through(data, &best);
-                best = view.finely(&best);
-            }
-            best = polished(&view.fine, &view.scatter, best);
-            rungs.push(rung(name(addition), &view, &best, held_out(&view, &best)));
-        }
-        Ok(Self { view, rungs })
-    }
-
-    /// The model with all effects.
-    fn best(&self) -> &Fit {
-        &self.rungs[self.rungs.len() - 1].1
-    }
 }
 
 /// One line for each fitted parameter of an effect.
@@ -215,13 +121,6 @@ impl std::fmt::Display for Shown {
     }
 }
 
-fn name(addition: &Addition) -> &str {
-    match addition {
-        Addition::Catalogue(kind) => kind.id(),
-        Addition::Own(effect) => effect.name(),
-    }
-}
-
 /// What to add, and the valve file without the custom effects that are to be refitted.
 fn additions(file: &ValveFile, names: &[String]) -> anyhow::Result<(Vec<Addition>, ValveFile)> {
     let mut without = file.clone();
@@ -246,7 +145,7 @@ fn additions(file: &ValveFile, names: &[String]) -> anyhow::Result<(Vec<Addition
 }
 
 /// The valve file with everything that a fit moved.
-fn adopted(file: &ValveFile, best: &Fit) -> anyhow::Result<ValveFile> {
+fn adopted(file: &ValveFile, best: &Rung) -> anyhow::Result<ValveFile> {
     let base = best.space.base_at(&best.u);
     let moved: Vec<(ParameterId, f64)> = best
         .space

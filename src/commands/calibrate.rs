@@ -3,13 +3,13 @@
 use std::fmt::Write;
 
 use model_lab::calibrate::{CalibrateOptions, Calibration, Verdict};
+use model_lab::Scatter;
 use model_lab::scatter::Origin;
 use report::figures::{ParameterShift, ParametersFigure};
 use serde_json::{Map, Value, json};
 
 use super::campaign_input::CampaignInput;
 use super::compare_json::comparison_value;
-use super::explain_json::scatter;
 use crate::cli::{CalibrateArgs, Format};
 use crate::failure::{Answer, Hinted};
 use crate::output::{self, Align, PlotFile, TextTable};
@@ -269,4 +269,11 @@ pub fn picture(input: &CampaignInput, calibration: &Calibration) -> ParametersFi
             })
             .collect(),
     }
+}
+
+/// How strokes differ from one to the next, one standard deviation, and where that is known from.
+fn scatter(scatter: &Scatter) -> Value {
+    let sizes: Map<String, Value> =
+        scatter.sources().map(|(source, size)| (source.name().to_owned(), json!(size))).collect();
+    json!({ "known_from": scatter.origin.id(), "one_sigma": sizes })
 }

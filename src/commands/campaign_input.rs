@@ -1,6 +1,6 @@
 //! A valve file and a campaign, read together.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use campaign::Campaign;
 use model_lab::Dataset;
@@ -18,6 +18,8 @@ pub struct CampaignInput {
     pub file: ValveFile,
     /// The campaign.
     pub campaign: Campaign,
+    /// Where the campaign was read from.
+    pub campaign_path: PathBuf,
     /// The campaign made ready for the model.
     pub data: Dataset,
 }
@@ -39,7 +41,7 @@ impl CampaignInput {
                 "record the planned runs and name their files in [[run]]",
             ));
         }
-        Ok(Self { file, campaign: read, data })
+        Ok(Self { file, campaign: read, campaign_path: campaign.to_path_buf(), data })
     }
 
     /// Where the noise figure came from.

@@ -2,15 +2,13 @@
 
 use std::fmt::Write;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
-use model_lab::Space;
-use model_lab::explain::experiment::DECISIVE;
-use model_lab::explain::outside::Outside;
-use model_lab::explain::report::fitted_parameters;
-use model_lab::explain::{Explanation, Progress, Verdict, Watch, explain};
-use model_lab::scatter::Origin;
-
+use identify::Stop;
+use model_lab::diagnosis::errors::Errors;
+use model_lab::diagnosis::experiment::DECISIVE;
+use model_lab::diagnosis::outside::Outside;
+use model_lab::diagnosis::{DiagnoseOptions, Explanation, Progress, TwinReport, Verdict, explain};
 use valve_model::EffectKind;
 
 use super::adopt::{parameter_lines, with_error};
@@ -27,16 +25,17 @@ pub fn run(args: &ExplainArgs) -> anyhow::Result<Answer> {
     let plot_steps = PlotFile::create(args.plot_steps.as_deref())?;
     let plot_missing = PlotFile::create(args.plot_missing.as_deref())?;
     let plot_experiment = PlotFile::create(args.plot_experiment.as_deref())?;
-    let answer = search(&input)?;
+    let options = DiagnoseOptions { good_enough_m: args.good_enough, ..DiagnoseOptions::default() };
+    let answer = search(&input, &options)?;
     match args.format {
-        Format::Text => output::print_text(&text(&answer, &input.campaign.name))?,
+        Format::Text => output::print_text(&text(&answer, &input))?,
         Format::Json => output::print_json(&explain_json::document(&answer, &input.campaign.name))?,
     }
     if let Some(plot) = plot {
         plot.write(&explain_figures::leaderboard(&answer, &input.campaign.name, &headline(&answer)).figure())?;
     }
     if let Some(plot) = plot_steps {
-        let figure = ladder::figure(&input.campaign.name, &headline(&answer), &answer.steps, &answer.scatter);
+        let figure = ladder::figure(&input.campaign.name, &headline(&answer), &answer.steps);
         plot.write(&figure.figure())?;
     }
     if let Some(plot) = plot_missing {
@@ -46,7 +45,7 @@ pub fn run(args: &ExplainArgs) -> anyhow::Result<Answer> {
         }
     }
     if let Some(plot) = plot_experiment {
-        match explain_figures::next_experiment(&answer, &input.data) {
+        match explain_figures::next_experiment(&answer) {
             Some(figure) => plot.write(&figure.figure())?,
             None => output::note("no effects are left to be told apart: no picture of an experiment was drawn"),
         }
@@ -55,16 +54,15 @@ pub fn run(args: &ExplainArgs) -> anyhow::Result<Answer> {
 }
 
 /// Searches for what is missing, with a line of progress; Ctrl-C ends it with what is known by then.
-pub fn search(input: &CampaignInput) -> anyhow::Result<Explanation> {
-    let stop = Arc::new(AtomicBool::new(false));
+pub fn search(input: &CampaignInput, options: &DiagnoseOptions) -> anyhow::Result<Explanation> {
+    let stop = Arc::new(Stop::new());
     let asked = Arc::clone(&stop);
     // Without the handler, Ctrl-C ends the program at once; the search itself does not need it.
-    let _ = ctrlc::set_handler(move || asked.store(true, Ordering::Relaxed));
+    let _ = ctrlc::set_handler(move || asked.ask());
     let line = ProgressLine::new();
     let done = AtomicUsize::new(0);
     let tell = |progress: Progress| show(&line, &done, &progress);
-    let space = Space::tolerated(&input.file);
-    explain(&input.data, &space, &Watch { report: &tell, stop: &stop }).ok_or_else(|| {
+    explain(&input.file, &input.campaign, options, &tell, &stop).ok_or_else(|| {
         Hinted::error(
             format!("{}: its strokes cannot be simulated", input.file.file_name()),
             "look at the valve with `valve simulate`",
@@ -74,20 +72,20 @@ pub fn search(input: &CampaignInput) -> anyhow::Result<Explanation> {
 
 fn show(line: &ProgressLine, done: &AtomicUsize, progress: &Progress) {
     match progress {
-        Progress::Tried { depth, total, kind, .. } => {
-            let count = done.fetch_add(1, Ordering::Relaxed) + 1;
-            line.show(count as f64 / *total as f64, &format!("effects: {depth} at a time, {}", kind.id()));
+        Progress::Tried { kinds, of } => {
+            let count = done.fetch_add(1, Ordering::Relaxed) % of + 1;
+            line.show(count as f64 / *of as f64, &format!("trying {}", joined(kinds)));
         }
-        Progress::Accepted { kinds, .. } => {
+        Progress::Reached { kinds, gain } => {
             done.store(0, Ordering::Relaxed);
-            let ids: Vec<&str> = kinds.iter().map(|kind| kind.id()).collect();
-            line.show(0.0, &format!("found {}, looking further", ids.join(" + ")));
-        }
-        Progress::Calibrated { normalised_rms } => {
-            line.show(0.0, &format!("calibrated: error {normalised_rms:.2} times the noise"));
+            line.show(0.0, &format!("{} gains {gain:.0} nats, looking further", joined(kinds)));
         }
         Progress::Doing(what) => line.show(0.99, what),
     }
+}
+
+fn joined(kinds: &[EffectKind]) -> String {
+    kinds.iter().map(|kind| kind.id()).collect::<Vec<_>>().join(" + ")
 }
 
 fn ids(answer: &Explanation) -> String {
@@ -107,14 +105,17 @@ fn groups(answer: &Explanation) -> String {
 /// The answer in a sentence.
 pub fn headline(answer: &Explanation) -> String {
     match answer.verdict {
-        Verdict::Adequate if answer.scatter.origin == Origin::Supposed => {
-            "nothing is missing beyond noise, the stated tolerances and strokes that would differ".into()
+        Verdict::Adequate => {
+            "nothing is missing beyond noise, tolerances and what instruments and conditions may be off by".into()
         }
-        Verdict::Adequate => "nothing is missing beyond noise and the stated tolerances".into(),
         Verdict::EffectFound => format!("missing: {}", groups(answer)),
-        Verdict::OutsideCatalogue => {
-            "something is missing, and no effect of the catalogue, nor a pair or triple, explains it".into()
+        Verdict::PartlyExplained => {
+            format!("missing: {}; that explains most of it, and an error of {} is left", groups(answer), left(answer))
         }
+        Verdict::OutsideCatalogue => format!(
+            "something is missing ({} are left), and no effect of the catalogue, nor a pair, explains it",
+            left(answer)
+        ),
         Verdict::NotEnoughData if answer.interrupted && answer.recommended.is_empty() => {
             "the search was cut short before it was known what is missing, if anything is".into()
         }
@@ -127,8 +128,17 @@ pub fn headline(answer: &Explanation) -> String {
     }
 }
 
-fn text(answer: &Explanation, campaign: &str) -> String {
-    let mut text = format!("{campaign}: {}\n\n", headline(answer));
+/// The error that is left, in words.
+fn left(answer: &Explanation) -> String {
+    let last = answer.steps.last();
+    match last.and_then(|step| step.held_out_rmse_m.or(step.rmse_m)) {
+        Some(rmse) => format!("{:.3} mm", 1e3 * rmse),
+        None => last.and_then(|step| step.time_rmse_s).map_or("some".into(), |rmse| format!("{:.1} ms", 1e3 * rmse)),
+    }
+}
+
+fn text(answer: &Explanation, input: &CampaignInput) -> String {
+    let mut text = format!("{}: {}\n\n", input.campaign.name, headline(answer));
     let parameters = parameter_lines(&answer.parameters);
     if !parameters.is_empty() {
         let _ = writeln!(text, "{parameters}");
@@ -136,57 +146,97 @@ fn text(answer: &Explanation, campaign: &str) -> String {
     text.push_str(&ladder::table(&answer.steps));
     text.push('\n');
     for twin in &answer.twins {
-        if twin.with.is_empty() {
-            let _ = writeln!(text, "{}: no other effect explains these data as well", twin.kind.id());
-            continue;
-        }
-        let _ = writeln!(text, "{} cannot be told from:", twin.kind.id());
-        for (other, likeness) in twin.with.iter().zip(&twin.likeness) {
-            let _ = writeln!(
-                text,
-                "  {} (chi-squared {:+.1}; what both change in the records is {:.4} alike)",
-                other.kind.id(),
-                other.behind,
-                likeness
-            );
-            for line in parameter_lines(&fitted_parameters(&other.model.fit, &[other.kind], &answer.scatter)).lines() {
-                let _ = writeln!(text, "    {line}");
-            }
-        }
-        if let Some(plan) = &twin.experiment {
-            let verb = if plan.separation >= DECISIVE { "would tell them apart" } else { "would help most" };
-            let _ = writeln!(
-                text,
-                "  {verb}: {} (expected difference of chi-squared {:.0})\n",
-                plan.purpose, plan.separation
-            );
-            for line in explain_json::run_toml(plan).lines() {
-                let _ = writeln!(text, "    {line}");
-            }
-        }
+        twin_text(&mut text, twin);
+    }
+    let nuisances = nuisance_lines(answer);
+    if !nuisances.is_empty() {
+        let _ = writeln!(text, "\nInstruments and conditions were found to be off by:\n{nuisances}");
     }
     if let Some(outside) = &answer.outside {
-        text.push_str(&outside_text(outside, answer));
+        text.push_str(&outside_text(outside));
     }
     text.push('\n');
     text.push_str(&candidate_table(answer));
     for note in &answer.notes {
         let _ = writeln!(text, "\nnote: {note}");
     }
+    let _ = write!(text, "\n{}", next_step(answer, input));
     text
 }
 
-fn outside_text(outside: &Outside, answer: &Explanation) -> String {
+fn twin_text(text: &mut String, twin: &TwinReport) {
+    if twin.with.is_empty() {
+        let _ = writeln!(text, "{}: no other effect explains these data as well", twin.kind.id());
+        return;
+    }
+    let _ = writeln!(text, "{} cannot be told from:", twin.kind.id());
+    for other in &twin.with {
+        let _ = writeln!(text, "  {} (log evidence {:+.1} nats)", other.kind.id(), -other.behind);
+        for line in parameter_lines(&other.parameters).lines() {
+            let _ = writeln!(text, "    {line}");
+        }
+    }
+    if let Some(plan) = &twin.experiment {
+        let verb = if plan.separation >= DECISIVE { "would tell them apart" } else { "would help most" };
+        let _ = writeln!(
+            text,
+            "  {verb}: {} (expected difference of chi-squared {:.0})\n",
+            plan.purpose, plan.separation
+        );
+        for line in explain_json::run_toml(plan).lines() {
+            let _ = writeln!(text, "    {line}");
+        }
+    }
+}
+
+/// One line for each instrument or condition that was found to be off by much.
+pub fn nuisance_lines(answer: &Explanation) -> String {
+    let mut text = String::new();
+    for nuisance in &answer.nuisances {
+        let (value, sigma, unit) = match nuisance.unit {
+            "" => (100.0 * nuisance.value, 100.0 * nuisance.sigma, "%"),
+            "m" => (1e3 * nuisance.value, 1e3 * nuisance.sigma, "mm"),
+            "s" => (1e3 * nuisance.value, 1e3 * nuisance.sigma, "ms"),
+            "Pa" => (1e-3 * nuisance.value, 1e-3 * nuisance.sigma, "kPa"),
+            unit => (nuisance.value, nuisance.sigma, unit),
+        };
+        let of = nuisance.record.as_ref().map_or(String::new(), |record| format!(" ({record})"));
+        let bound = if nuisance.is_at_bound { ", at its bound: something may be missing" } else { "" };
+        let _ = writeln!(text, "  {}{of}: {value:+.3} +- {sigma:.3} {unit}{bound}", nuisance.what);
+    }
+    text
+}
+
+/// What to do next, ready to paste.
+fn next_step(answer: &Explanation, input: &CampaignInput) -> String {
+    let (valve, campaign) = (input.file.file_name(), input.campaign_path.display());
+    match answer.verdict {
+        Verdict::Adequate => {
+            format!("next: valve calibrate {valve} {campaign} --out calibrated.toml\n")
+        }
+        Verdict::EffectFound | Verdict::PartlyExplained => {
+            let effects: Vec<String> = answer.recommended.iter().map(|kind| format!("--effect {}", kind.id())).collect();
+            format!("next: valve adopt {valve} {campaign} {} --out better.toml\n", effects.join(" "))
+        }
+        Verdict::OutsideCatalogue if answer.outside.is_some() => {
+            format!("next: paste the [[effect]] above into {valve}, then valve adopt {valve} {campaign} --effect unexplained --out better.toml\n")
+        }
+        _ => String::new(),
+    }
+}
+
+fn outside_text(outside: &Outside) -> String {
     let (target, along) = (outside.axis.target.id(), outside.axis.variable);
-    let mut text = format!("What is missing acts as {target} along {along}: {}\n", outside.effect.formula().source());
+    let mut text = format!("\nWhat is missing acts as {target} along {along}: {}\n", outside.effect.formula().source());
     for (parameter, sigma) in outside.effect.parameters().iter().zip(&outside.parameter_sigmas) {
         let _ = writeln!(text, "  {} = {}", parameter.name, with_error(parameter.value, *sigma, &parameter.unit));
     }
+    let left = |errors: Errors| errors.rmse_m.map_or_else(|| "-".to_owned(), |rmse| format!("{:.3} mm", 1e3 * rmse));
     let _ = write!(
         text,
-        "It leaves an error of {:.3} ({} on conditions left out). Paste it into the valve file, then `valve adopt --effect {}`:\n\n{}",
-        outside.fit.normalised_rms(&answer.scatter),
-        outside.held_out.map_or_else(|| "-".to_owned(), |error| format!("{error:.3}")),
+        "It leaves an error of {} ({} on what was held out). Paste it into the valve file, then `valve adopt --effect {}`:\n\n{}",
+        left(outside.errors),
+        outside.held_out.map_or_else(|| "-".to_owned(), left),
         outside.effect.name(),
         explain_json::effect_toml(outside),
     );
@@ -196,17 +246,23 @@ fn outside_text(outside: &Outside, answer: &Explanation) -> String {
 fn candidate_table(answer: &Explanation) -> String {
     let mut table = TextTable::new(&[
         ("candidate", Align::Left),
-        ("chi-squared gained", Align::Right),
-        ("error", Align::Right),
-        ("left out", Align::Right),
+        ("log evidence", Align::Right),
+        ("error (mm)", Align::Right),
+        ("in noise", Align::Right),
+        ("held out", Align::Right),
         ("", Align::Left),
     ]);
     for candidate in answer.candidates.iter().take(12) {
-        let name = candidate.kinds.iter().map(|kind| kind.id()).collect::<Vec<_>>().join(" + ");
         let why = candidate.rejected.clone().unwrap_or_else(|| "chosen".into());
-        let left_out = candidate.held_out_normalised_rms.map_or_else(String::new, |error| format!("{error:.3}"));
-        let error = format!("{:.3}", candidate.normalised_rms);
-        table.row(vec![name, format!("{:.1}", candidate.gain), error, left_out, why]);
+        let held_out = candidate.held_out_normalised_rms.map_or_else(String::new, |error| format!("{error:.2}"));
+        table.row(vec![
+            joined(&candidate.kinds),
+            format!("{:+.1}", candidate.gain),
+            candidate.rmse_m.map_or_else(|| "-".into(), |rmse| format!("{:.4}", 1e3 * rmse)),
+            format!("{:.2}", candidate.normalised_rms),
+            held_out,
+            why,
+        ]);
     }
     table.render()
 }

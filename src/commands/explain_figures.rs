@@ -1,11 +1,8 @@
 //! The pictures of `valve explain`.
 
-use model_lab::Dataset;
-use model_lab::explain::Explanation;
-use model_lab::explain::experiment::position_noise_m;
-use model_lab::explain::outside::Outside;
-use model_lab::explain::report::CandidateReport;
-use model_lab::explain::search::ACCEPT;
+use identify::select::SelectOptions;
+use model_lab::diagnosis::outside::Outside;
+use model_lab::diagnosis::{CandidateReport, Explanation};
 use model_lab::forward::{Predicted, record};
 use report::figures::{
     Candidate, ExperimentFigure, LeaderboardFigure, MissingPoint, Prediction, TwinBracket, UnexplainedFigure,
@@ -22,16 +19,11 @@ pub fn leaderboard(answer: &Explanation, campaign: &str, headline: &str) -> Lead
         .filter(|candidate| candidate.kinds.len() == 1 || candidate.rejected.is_none())
         .take(18)
         .collect();
-    let count = answer.best.residual.len() as f64;
-    let calibrated = answer.steps.iter().find(|step| step.step == "calibrated");
-    let unexplained = calibrated.and_then(|step| step.held_out_normalised_rms);
     let candidates = shown.iter().map(|candidate| Candidate {
         name: candidate.kinds.iter().map(|kind| kind.id()).collect::<Vec<_>>().join(" + "),
         gain: candidate.gain,
-        held_out_gain: unexplained
-            .zip(candidate.held_out_normalised_rms)
-            .map(|(before, after)| count * (before * before - after * after)),
-        agreeing: candidate.agreeing,
+        held_out_gain: None,
+        agreeing: None,
         recommended: candidate.rejected.is_none(),
     });
     let row = |kind: EffectKind| shown.iter().position(|candidate| candidate.kinds == [kind]);
@@ -46,7 +38,7 @@ pub fn leaderboard(answer: &Explanation, campaign: &str, headline: &str) -> Lead
         subtitle: headline.to_owned(),
         brackets: brackets.collect(),
         candidates: candidates.collect(),
-        acceptance_gain: ACCEPT,
+        acceptance_gain: SelectOptions::default().accept,
     }
 }
 
@@ -86,7 +78,7 @@ pub fn unexplained(outside: &Outside, campaign: &str) -> UnexplainedFigure {
 }
 
 /// What the closest two effects that cannot be told apart predict for the run that would tell them apart.
-pub fn next_experiment(answer: &Explanation, data: &Dataset) -> Option<ExperimentFigure> {
+pub fn next_experiment(answer: &Explanation) -> Option<ExperimentFigure> {
     let twins = answer.twins.iter().find(|twins| twins.experiment.is_some())?;
     let (plan, other) = (twins.experiment.as_ref()?, twins.with.first()?);
     let time_s: Vec<f64> = (0..=CURVE).map(|i| plan.run.end_s * f64::from(i) / f64::from(CURVE)).collect();
@@ -100,8 +92,8 @@ pub fn next_experiment(answer: &Explanation, data: &Dataset) -> Option<Experimen
     Some(ExperimentFigure {
         title: format!("next: {}", plan.purpose),
         subtitle: format!("expected difference of chi-squared: {:.0}", plan.separation),
-        predictions: vec![predict(twins.kind, &answer.valve()), predict(other.kind, &other.model.fit.valve())],
-        noise_mm: position_noise_m(data) * 1e3,
+        predictions: vec![predict(twins.kind, &answer.valve), predict(other.kind, &other.valve)],
+        noise_mm: answer.noise_m.unwrap_or(1e-4) * 1e3,
         time_s,
     })
 }

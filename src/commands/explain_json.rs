@@ -3,18 +3,20 @@
 use std::fmt::Write;
 
 use leak_table::mm2_from_m2;
-use model_lab::Scatter;
-use model_lab::explain::Explanation;
-use model_lab::explain::experiment::Experiment;
-use model_lab::explain::outside::Outside;
-use model_lab::explain::report::FittedParameter;
+use model_lab::diagnosis::experiment::Experiment;
+use model_lab::diagnosis::outside::Outside;
+use model_lab::diagnosis::{Explanation, FittedParameter};
 use serde_json::{Map, Value, json};
+use valve_model::EffectKind;
 
 use super::ladder;
 
+/// The version of the document; raised when a key changes its meaning.
+const SCHEMA: u32 = 2;
+
 /// The whole answer.
 pub fn document(answer: &Explanation, campaign: &str) -> Value {
-    let recommended: Vec<&str> = answer.recommended.iter().map(|kind| kind.id()).collect();
+    let ids = |kinds: &[EffectKind]| kinds.iter().map(|kind| kind.id()).collect::<Vec<_>>();
     let mut indistinguishable = Map::new();
     for twin in &answer.twins {
         let with: Vec<&str> = twin.with.iter().map(|other| other.kind.id()).collect();
@@ -22,8 +24,7 @@ pub fn document(answer: &Explanation, campaign: &str) -> Value {
             twin.kind.id().into(),
             json!({
                 "with": with,
-                "delta_chi2": twin.with.iter().map(|other| other.behind).collect::<Vec<_>>(),
-                "likeness": twin.likeness,
+                "delta_log_evidence": twin.with.iter().map(|other| -other.behind).collect::<Vec<_>>(),
                 "next_experiment": twin.experiment.as_ref().map(experiment),
             }),
         );
@@ -33,37 +34,72 @@ pub fn document(answer: &Explanation, campaign: &str) -> Value {
         .iter()
         .map(|candidate| {
             json!({
-                "effects": candidate.kinds.iter().map(|kind| kind.id()).collect::<Vec<_>>(),
+                "effects": ids(&candidate.kinds),
                 "parameters": parameters(&candidate.parameters),
+                "log_evidence_gain": candidate.gain,
+                "probability": candidate.probability,
                 "normalised_rms": candidate.normalised_rms,
                 "held_out_normalised_rms": candidate.held_out_normalised_rms,
+                "rmse_m": candidate.rmse_m,
                 "delta_bic": candidate.delta_bic,
-                "delta_chi2": candidate.gain,
                 "rejected": candidate.rejected,
             })
         })
         .collect();
+    let models: Vec<Value> = answer
+        .candidates
+        .iter()
+        .filter_map(|candidate| Some(json!({ "effects": ids(&candidate.kinds), "probability": candidate.probability? })))
+        .collect();
+    let effects: Map<String, Value> =
+        answer.inclusion.iter().map(|(kind, share)| (kind.id().to_owned(), json!(share))).collect();
+    let nuisances: Vec<Value> = answer
+        .nuisances
+        .iter()
+        .map(|nuisance| {
+            json!({
+                "what": nuisance.what,
+                "run": nuisance.record,
+                "value": nuisance.value,
+                "standard_error": nuisance.sigma,
+                "prior_standard_deviation": nuisance.prior,
+                "unit": nuisance.unit,
+                "at_bound": nuisance.is_at_bound,
+            })
+        })
+        .collect();
+    let moved: Vec<Value> = answer
+        .moved
+        .iter()
+        .map(|moved| {
+            json!({
+                "key": moved.id.key(), "before": moved.before, "after": moved.after,
+                "standard_error": moved.sigma, "pull": moved.pull, "unit": moved.id.si_unit(),
+            })
+        })
+        .collect();
     json!({
+        "schema": SCHEMA,
         "campaign": campaign,
         "verdict": answer.verdict.id(),
-        "recommended": recommended,
+        "recommended": ids(&answer.recommended),
         "parameters": parameters(&answer.parameters),
+        "calibrated_parameters": moved,
+        "nuisances": nuisances,
         "indistinguishable": indistinguishable,
         "candidates": candidates,
+        "probability": { "effects": effects, "models": models },
         "steps": ladder::value(&answer.steps),
-        "residual": answer.outside.as_ref().map(|found| outside(found, &answer.scatter)),
-        "lack_of_fit": answer.lack,
-        "scatter": scatter(&answer.scatter),
+        "remainder": {
+            "model_error_share_of_stroke": answer.remainder.discrepancy,
+            "correlation_time_s": answer.remainder.time_s,
+            "log_evidence": answer.remainder.nats,
+            "noise_multiplier": answer.remainder.multiplier,
+        },
+        "residual": answer.outside.as_ref().map(outside),
         "notes": answer.notes,
         "interrupted": answer.interrupted,
     })
-}
-
-/// How strokes differ from one to the next, one standard deviation, and where that is known from.
-pub fn scatter(scatter: &Scatter) -> Value {
-    let sizes: Map<String, Value> =
-        scatter.sources().map(|(source, size)| (source.name().to_owned(), json!(size))).collect();
-    json!({ "known_from": scatter.origin.id(), "one_sigma": sizes })
 }
 
 /// Fitted parameters, SI.
@@ -118,7 +154,7 @@ pub fn run_toml(plan: &Experiment) -> String {
     text
 }
 
-fn outside(found: &Outside, scatter: &Scatter) -> Value {
+fn outside(found: &Outside) -> Value {
     let custom: Map<String, Value> = found
         .effect
         .parameters()
@@ -135,11 +171,13 @@ fn outside(found: &Outside, scatter: &Scatter) -> Value {
         "acts_on": found.axis.target.id(),
         "along": found.axis.variable,
         "table": { "at": found.knots, "value": found.values, "standard_error": found.sigmas },
-        "table_held_out_normalised_rms": found.table_held_out,
         "custom": { "acts_on": found.effect.target().id(), "formula": found.effect.formula().source(), "parameters": custom },
         "toml": effect_toml(found),
-        "normalised_rms_with_custom": found.fit.normalised_rms(scatter),
-        "held_out_normalised_rms": found.held_out,
+        "log_evidence_gain": found.gain,
+        "normalised_rms_with_custom": found.errors.normalised_rms,
+        "rmse_m_with_custom": found.errors.rmse_m,
+        "held_out_normalised_rms": found.held_out.map(|errors| errors.normalised_rms),
+        "held_out_rmse_m": found.held_out.and_then(|errors| errors.rmse_m),
     })
 }
 

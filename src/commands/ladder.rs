@@ -1,20 +1,33 @@
 //! The error after each step, for `explain` and `adopt`.
 
-use model_lab::Scatter;
-use model_lab::explain::report::StepReport;
-use model_lab::scatter::Origin;
+use model_lab::diagnosis::StepReport;
 use report::figures::{StaircaseFigure, StaircaseStep};
 use serde_json::{Value, json};
 
 use crate::output::{Align, TextTable};
 
-/// The steps as a table.
+/// The steps as a table: errors in mm (or ms) and in units of the noise, fitted and held out.
 pub fn table(steps: &[StepReport]) -> String {
-    let mut table =
-        TextTable::new(&[("step", Align::Left), ("error, fitted", Align::Right), ("error, left out", Align::Right)]);
+    let has_traces = steps.iter().any(|step| step.rmse_m.is_some());
+    let unit = if has_traces { ("error (mm)", "held out (mm)") } else { ("error (ms)", "") };
+    let mut columns = vec![("step", Align::Left), (unit.0, Align::Right)];
+    if has_traces {
+        columns.push((unit.1, Align::Right));
+    }
+    columns.extend([("in noise", Align::Right), ("held out", Align::Right)]);
+    let mut table = TextTable::new(&columns);
+    let shown = |value: Option<f64>, digits: usize| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.digits$}"));
     for step in steps {
-        let left_out = step.held_out_normalised_rms.map_or_else(|| "-".to_owned(), |error| format!("{error:.3}"));
-        table.row(vec![step.step.clone(), format!("{:.3}", step.normalised_rms), left_out]);
+        let mut row = vec![step.step.clone()];
+        if has_traces {
+            row.push(shown(step.rmse_m.map(|rmse| 1e3 * rmse), 4));
+            row.push(shown(step.held_out_rmse_m.map(|rmse| 1e3 * rmse), 4));
+        } else {
+            row.push(shown(step.time_rmse_s.map(|rmse| 1e3 * rmse), 3));
+        }
+        row.push(format!("{:.3}", step.normalised_rms));
+        row.push(shown(step.held_out_normalised_rms, 3));
+        table.row(row);
     }
     table.render()
 }
@@ -28,13 +41,17 @@ pub fn value(steps: &[StepReport]) -> Value {
                 "step": step.step,
                 "normalised_rms": step.normalised_rms,
                 "held_out_normalised_rms": step.held_out_normalised_rms,
+                "rmse_m": step.rmse_m,
+                "held_out_rmse_m": step.held_out_rmse_m,
+                "time_rmse_s": step.time_rmse_s,
+                "model_error_share_of_stroke": step.discrepancy,
             })
         })
         .collect()
 }
 
 /// The steps as a picture.
-pub fn figure(title: &str, subtitle: &str, steps: &[StepReport], scatter: &Scatter) -> StaircaseFigure {
+pub fn figure(title: &str, subtitle: &str, steps: &[StepReport]) -> StaircaseFigure {
     StaircaseFigure {
         title: title.to_owned(),
         subtitle: subtitle.to_owned(),
@@ -46,6 +63,6 @@ pub fn figure(title: &str, subtitle: &str, steps: &[StepReport], scatter: &Scatt
                 held_out: step.held_out_normalised_rms,
             })
             .collect(),
-        repeatability: (scatter.origin == Origin::Repeats).then_some(1.0),
+        repeatability: None,
     }
 }

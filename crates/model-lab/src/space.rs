@@ -80,6 +80,9 @@ impl Coordinate {
     }
 }
 
+/// The range of a refinement is this many standard deviations of its prior wide.
+const REFINEMENT_SIGMAS: f64 = 3.5;
+
 /// The parameters that may move, around a valve.
 #[derive(Debug, Clone)]
 pub struct Space {
@@ -155,6 +158,41 @@ impl Space {
                 let given = self.effects.get(slot).filter(|effect| effect.kind() == kind);
                 space.coordinates.push(effect_coordinate(kind, index, target, &self.parameters, given));
             }
+        }
+        space
+    }
+
+    /// The same with the effect's refinements free as well: shapes that hardly anybody knows, each with a prior about
+    /// its default.
+    #[must_use]
+    pub fn with_refined_effect(&self, kind: EffectKind) -> Self {
+        let mut space = self.with_effect(kind);
+        let Some(slot) = space.effects.iter().position(|effect| effect.kind() == kind) else { return space };
+        for (index, parameter) in kind.parameters().iter().enumerate().filter(|(_, parameter)| parameter.refinement) {
+            let target = Target::Effect(slot, index);
+            if space.coordinates.iter().any(|coordinate| coordinate.target == target) {
+                continue;
+            }
+            let range = (parameter.range)(&self.parameters);
+            let centre = space.effects[slot].values()[index];
+            let is_positive = range.lower > 0.0 && centre > 0.0;
+            let (map, scale) = if is_positive {
+                (Map::Logarithmic, (range.upper / range.lower).ln() / REFINEMENT_SIGMAS)
+            } else {
+                (Map::Linear, (range.upper - range.lower) / REFINEMENT_SIGMAS)
+            };
+            let at = |value: f64| if is_positive { (value / centre).ln() / scale } else { (value - centre) / scale };
+            space.coordinates.push(Coordinate {
+                target,
+                map,
+                centre,
+                scale,
+                lower: at(range.lower),
+                upper: at(range.upper),
+                start: 0.0,
+                prior: Some((0.0, 1.0)),
+                step: 0.05,
+            });
         }
         space
     }

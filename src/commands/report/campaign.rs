@@ -4,7 +4,7 @@ use std::path::Path;
 
 use model_lab::calibrate::{CalibrateOptions, Calibration};
 use model_lab::compare::Comparison;
-use model_lab::explain::Explanation;
+use model_lab::diagnosis::{DiagnoseOptions, Explanation};
 use model_lab::residual_force::ResidualForce;
 use report::Figure;
 use report::html::{Block, Section};
@@ -21,7 +21,7 @@ pub fn sections(valve: &Path, campaign: &Path) -> anyhow::Result<Vec<Section>> {
         let calibration = Calibration::new(&input.file, &input.campaign, CalibrateOptions::default())?;
         sections.push(calibrated(&input, &calibration));
     }
-    let answer = explain::search(&input)?;
+    let answer = explain::search(&input, &DiagnoseOptions::default())?;
     sections.push(explained(&input, &answer));
     Ok(sections)
 }
@@ -62,7 +62,7 @@ fn explained(input: &CampaignInput, answer: &Explanation) -> Section {
     let parameters = adopt::parameter_lines(&answer.parameters);
     blocks.extend(parameters.lines().map(|line| Block::Text(line.to_owned())));
     blocks.extend(answer.notes.iter().cloned().map(Block::Text));
-    blocks.push(figure(ladder::figure(name, &headline, &answer.steps, &answer.scatter).figure()));
+    blocks.push(figure(ladder::figure(name, &headline, &answer.steps).figure()));
     blocks.push(figure(explain_figures::leaderboard(answer, name, &headline).figure()));
     for twin in &answer.twins {
         if let Some(plan) = &twin.experiment {
@@ -72,7 +72,7 @@ fn explained(input: &CampaignInput, answer: &Explanation) -> Section {
             blocks.push(Block::Code(explain_json::run_toml(plan)));
         }
     }
-    blocks.extend(explain_figures::next_experiment(answer, &input.data).map(|found| figure(found.figure())));
+    blocks.extend(explain_figures::next_experiment(answer).map(|found| figure(found.figure())));
     if let Some(outside) = &answer.outside {
         blocks.push(figure(explain_figures::unexplained(outside, name).figure()));
         blocks.push(Block::Text("The same as an effect for the valve file:".to_owned()));

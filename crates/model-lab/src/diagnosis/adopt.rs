@@ -70,7 +70,7 @@ pub fn sequence(file: &ValveFile, campaign: &Campaign, additions: &[Addition], s
     rungs.push(rung("calibrated", &model));
     for addition in additions {
         space = match addition {
-            Addition::Catalogue(kind) => space.with_effect(*kind),
+            Addition::Catalogue(kind) => space.with_refined_effect(*kind),
             Addition::Own(effect) => space.with_custom(effect),
         };
         let grown = subject.problem(space.clone(), Level::Low, stop);

@@ -188,7 +188,7 @@ impl<'a> Family for Catalogue<'a> {
     fn member(&self, set: &[usize], level: Level) -> Option<Self::Member> {
         let mut space = self.subject.space.clone();
         for kind in self.kinds_of(set) {
-            space = space.with_effect(kind);
+            space = space.with_refined_effect(kind);
         }
         Some(self.subject.problem(space, level, self.stop))
     }

@@ -31,8 +31,8 @@ pub struct NuisanceSizes {
     pub bore: f64,
     /// Zero of a pressure sensor, as a share of the supply's gauge pressure.
     pub pressure_zero: f64,
-    /// Temperature by run, K.
-    pub temperature_k: f64,
+    /// Damping of the stops, as a share of the critical one.
+    pub stop_damping: f64,
 }
 
 impl Default for NuisanceSizes {
@@ -48,7 +48,7 @@ impl Default for NuisanceSizes {
             load: 0.01,
             bore: 0.01,
             pressure_zero: 0.01,
-            temperature_k: 3.0,
+            stop_damping: 0.3,
         }
     }
 }
@@ -82,6 +82,8 @@ pub enum Nuisance {
     Gauge,
     /// Piston area.
     Bore,
+    /// Damping of the stops.
+    StopDamping,
     /// Zero of a pressure sensor.
     PressureZero(Channel),
     /// Gain of a pressure sensor.
@@ -123,6 +125,7 @@ impl Nuisance {
             Self::Clock => ("clock of the recorder", "s"),
             Self::Gauge => ("supply gauge throughout", ""),
             Self::Bore => ("piston area", ""),
+            Self::StopDamping => ("damping of the stops", "N s/m"),
             Self::PressureZero(Channel::ChamberPressure) => ("zero of the chamber pressure sensor", "Pa"),
             Self::PressureZero(_) => ("zero of the pipe pressure sensor", "Pa"),
             Self::PressureGain(Channel::ChamberPressure) => ("gain of the chamber pressure sensor", ""),
@@ -142,6 +145,7 @@ impl Nuisance {
                 | Self::StartSpeed(_)
                 | Self::Gauge
                 | Self::Bore
+                | Self::StopDamping
                 | Self::DrivingZero
         )
     }
@@ -163,6 +167,9 @@ impl Entry {
     pub fn new(nuisance: Nuisance, size: f64) -> Self {
         let mut coordinate = Coordinate::standard(format!("{nuisance:?}"), nuisance.scope(), BOUND);
         coordinate.step = 0.1;
+        if nuisance == Nuisance::StopDamping {
+            coordinate.lower = 0.0;
+        }
         Self { nuisance, size, coordinate }
     }
 }
@@ -218,6 +225,8 @@ pub fn nuisances(
     if !is_bore_tolerated {
         all.push((Nuisance::Bore, sizes.bore));
     }
+    let critical = 2.0 * (parameters.contact_stiffness_n_per_m * parameters.moving_mass_kg).sqrt();
+    all.push((Nuisance::StopDamping, sizes.stop_damping * critical));
     for channel in pressures {
         all.push((Nuisance::PressureZero(channel), sizes.pressure_zero * span_pa(setup)));
         all.push((Nuisance::PressureGain(channel), sizes.gain));

@@ -91,6 +91,7 @@ impl<'a> ValveProblem<'a> {
         } else {
             parameters.moving_mass_kg *= 1.0 + load;
         }
+        parameters.stop_damping_n_s_per_m += self.nuisance(u, Nuisance::StopDamping);
         parameters.piston_area_m2 *= 1.0 + self.nuisance(u, Nuisance::Bore);
         let factor = (1.0 + self.nuisance(u, Nuisance::Supply(index))) * (1.0 + self.nuisance(u, Nuisance::Gauge));
         let ambient = self.setup.ambient_pa;
