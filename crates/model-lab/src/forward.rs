@@ -3,9 +3,9 @@
 use rayon::prelude::*;
 use valve_model::cycle::{CycleTimes, cycles, cycles_with};
 use valve_model::dispatch::LANES;
+use valve_model::measurement::Measurement;
 use valve_model::simulate::DEFAULT_STEP_S;
-use valve_model::stroke::{Place, pressures};
-use valve_model::{EffectKind, Nodes, Outcome, Prepared, Run, Valve, simulate};
+use valve_model::{Nodes, Outcome, Prepared, Run, Valve, simulate};
 
 use crate::data::{Channel, ChannelData, Dataset, Fineness, RunData};
 
@@ -19,102 +19,20 @@ const BATCH: (usize, usize) = (LANES, 8 * LANES);
 const TASKS: usize = 4;
 
 /// What a recorder would have written down of a simulated run, at its sample times.
-#[derive(Debug, Clone, Default)]
-pub struct Predicted {
-    /// Position, m.
-    pub position_m: Vec<f64>,
-    /// Chamber pressure, Pa; empty if the run has no such channel.
-    pub chamber_pressure_pa: Vec<f64>,
-    /// Pipe pressure, Pa; empty if the run has no such channel.
-    pub pipe_pressure_pa: Vec<f64>,
-    /// The sample times among the nodes of the run.
-    places: Vec<Place>,
-}
+pub use valve_model::measurement::Record as Predicted;
 
-impl Predicted {
-    /// A channel.
-    pub fn channel(&self, channel: Channel) -> &[f64] {
-        match channel {
-            Channel::Position => &self.position_m,
-            Channel::ChamberPressure => &self.chamber_pressure_pa,
-            Channel::PipePressure => &self.pipe_pressure_pa,
-        }
+/// A channel of a record.
+pub fn channel_of(record: &Predicted, channel: Channel) -> &[f64] {
+    match channel {
+        Channel::Position => &record.position_m,
+        Channel::ChamberPressure => &record.chamber_pressure_pa,
+        Channel::PipePressure => &record.pipe_pressure_pa,
     }
-}
-
-/// The measurement effects of a valve: sensor time constant and clock offset, s.
-fn measurement(valve: &Valve) -> (f64, f64) {
-    let value =
-        |kind| valve.effects().iter().find(|effect| effect.kind() == kind).map_or(0.0, |effect| effect.values()[0]);
-    (value(EffectKind::SensorLag), value(EffectKind::ClockOffset))
 }
 
 /// The record of a simulated run as the sensors of the valve would give it.
 pub fn record(valve: &Valve, nodes: &Nodes, times_s: &[f64], into: &mut Predicted) {
-    let (lag, offset) = measurement(valve);
-    nodes.places_at(times_s, &mut into.places);
-    if lag == 0.0 && offset == 0.0 {
-        nodes.positions(&into.places, &mut into.position_m);
-    } else {
-        let shifted: Vec<f64> = times_s.iter().map(|time| time - offset).collect();
-        let slow = (lag > 0.0).then(|| lagged(nodes, lag));
-        slow.as_ref().unwrap_or(nodes).positions_at(&shifted, &mut into.position_m);
-    }
-    for (channel_pa, into_pa) in [
-        (&nodes.chamber_pressure_pa, &mut into.chamber_pressure_pa),
-        (&nodes.pipe_pressure_pa, &mut into.pipe_pressure_pa),
-    ] {
-        into_pa.clear();
-        if !channel_pa.is_empty() {
-            pressures(channel_pa, &into.places, into_pa);
-        }
-    }
-}
-
-/// Longest step between the nodes of a lagged motion, in time constants: beyond it a cubic no longer follows
-/// the decay.
-const LAG_STEP: f64 = 0.125;
-
-/// No step of the integrator is longer than this, s; a longer one is a valve at rest.
-const AT_REST_S: f64 = 5e-3;
-
-/// Time constants after which nothing of a lag is left.
-const LAG_IS_OVER: f64 = 40.0;
-
-/// The motion as a first-order lag shows it, exact for straight lines between nodes. While the valve rests,
-/// the sensor still comes after it; nodes are added there.
-fn lagged(nodes: &Nodes, lag: f64) -> Nodes {
-    let mut shown = Nodes::default();
-    let mut add = |time: f64, x: f64, y: f64| {
-        shown.time_s.push(time);
-        shown.position_m.push(y);
-        shown.velocity_m_per_s.push((x - y) / lag);
-    };
-    let (time, x) = (&nodes.time_s, &nodes.position_m);
-    let mut y = x[0];
-    add(time[0], x[0], y);
-    // Most steps are of one length.
-    let (mut length, mut decay) = (0.0, 1.0);
-    for i in 1..x.len() {
-        let (start, whole) = (time[i - 1], time[i] - time[i - 1]);
-        let slope = if whole > 0.0 { (x[i] - x[i - 1]) / whole } else { 0.0 };
-        let from = y;
-        // x - slope lag + (y0 - x0 + slope lag) exp(-t/lag)
-        let after = |t: f64, decay: f64| x[i - 1] + slope * (t - lag) + (from - x[i - 1] + slope * lag) * decay;
-        if whole > AT_REST_S {
-            let mut t = LAG_STEP * lag;
-            while t < whole.min(LAG_IS_OVER * lag) {
-                add(start + t, x[i - 1] + slope * t, after(t, (-t / lag).exp()));
-                t += LAG_STEP * lag;
-            }
-        }
-        if whole != length {
-            (length, decay) = (whole, (-whole / lag).exp());
-        }
-        y = after(whole, decay);
-        add(time[i], x[i], y);
-    }
-    shown
+    Measurement::from_effects(valve.effects()).record(nodes, times_s, into);
 }
 
 /// A run to simulate with a valve, the recordings to compare it with, and where the residuals of each go.
@@ -230,7 +148,7 @@ fn run_residuals(run: &RunData, predicted: &Predicted, into: &mut [f64]) {
     let mut rest = into;
     for channel in &run.channels {
         if let Some(stretch) = rest.split_off_mut(..channel.blocks.len()) {
-            channel_residuals(channel, predicted.channel(channel.channel), stretch);
+            channel_residuals(channel, channel_of(predicted, channel.channel), stretch);
         }
     }
 }
@@ -281,7 +199,7 @@ pub fn timing_predictions(data: &Dataset, valves: &[Valve]) -> Vec<Vec<CycleTime
             .collect();
         for ((group, set), cycle) in jobs.iter().zip(parts.into_iter().flatten()) {
             if let Some(last) = cycle.last() {
-                let (_, offset) = measurement(&valves[*set]);
+                let offset = Measurement::from_effects(valves[*set].effects()).offset_s;
                 let shifted = |time: Option<f64>| time.map(|time| time + offset);
                 times[*set][*group] =
                     CycleTimes { close_time_s: shifted(last.close_time_s), open_time_s: shifted(last.open_time_s) };
@@ -309,29 +227,5 @@ fn timing_residual(measured: Option<f64>, model: Option<f64>, window: f64, noise
         (Some(measured), model) => bounded((measured - model.unwrap_or(beyond)) / noise),
         (None, Some(model)) => bounded((window - model).max(0.0) / noise),
         (None, None) => 0.0,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_slow_sensor_still_moves_while_the_valve_rests() {
-        // 20 mm in 10 ms, then at rest in one step of two seconds.
-        let step = |i: u32| f64::from(i) * 1e-3;
-        let time_s: Vec<f64> = (0..=10).map(step).chain([2.01]).collect();
-        let position_m: Vec<f64> = (0..=10).map(|i| 2.0 * step(i)).chain([0.02]).collect();
-        let velocity_m_per_s = [vec![2.0; 10], vec![0.0; 2]].concat();
-        let nodes = Nodes { time_s, position_m, velocity_m_per_s, ..Nodes::default() };
-        let lag: f64 = 0.09;
-        let behind = 2.0 * lag * (1.0 - (-0.01 / lag).exp());
-        let times: Vec<f64> = (0..400).map(|i| 0.01 + f64::from(i) * 5e-3).collect();
-        let mut shown = Vec::new();
-        lagged(&nodes, lag).positions_at(&times, &mut shown);
-        for (time, shown) in times.iter().zip(shown) {
-            let expected = 0.02 - behind * (-(time - 0.01) / lag).exp();
-            assert!((shown - expected).abs() < 1e-7, "{time} s: {shown} instead of {expected}");
-        }
     }
 }

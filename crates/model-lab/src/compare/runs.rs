@@ -7,7 +7,7 @@ use super::crossing::Smoothed;
 use super::phases::{Direction, LevelTimes, Phase, StrokeWindow, boundaries, level_times, phase_at, phase_time_error};
 use super::score::{Score, Squares};
 use crate::data::{Channel, RunData};
-use crate::forward::Predicted;
+use crate::forward::{Predicted, channel_of};
 
 /// One stroke of a run.
 #[derive(Debug, Clone)]
@@ -92,7 +92,7 @@ pub(super) fn compare_run(valve: &Valve, data: &RunData, predicted: Predicted, r
         .channels
         .iter()
         .map(|channel| {
-            let model = predicted.channel(channel.channel);
+            let model = channel_of(&predicted, channel.channel);
             let (mut sum, mut count) = (0.0, 0.0);
             for error in channel.samples.iter().zip(model).map(|(a, b)| a - b).filter(|error| error.is_finite()) {
                 sum += error * error;
