@@ -88,6 +88,9 @@ const TRUSTED: f64 = 0.3;
 /// Share of the least that a step must promise from which a more damped one is tried beside it.
 const LEAST_SHARE: f64 = 0.1;
 
+/// So many of the steps tried are corrected for what they showed.
+const CORRECTED: usize = 2;
+
 /// A step that was tried.
 struct Trial {
     u: Vec<f64>,
@@ -157,8 +160,10 @@ impl<P: Problem + ?Sized> Fitting<'_, P> {
             steps.into_iter().map(|(factor, step)| (step.to, factor, step.promised)).collect();
         self.try_all(&whitened, firsts, &mut tried);
         // Along a curved valley a step ends beside its floor: the same derivatives lead back down.
+        tried.sort_by(|a, b| a.cost.total_cmp(&b.cost));
         let seconds: Vec<(Vec<f64>, f64, f64)> = tried
             .iter()
+            .take(CORRECTED)
             .filter_map(|trial: &Trial| {
                 let posterior = Posterior::new(coordinates, &trial.u, &trial.normal);
                 let step = posterior.step(trial.factor * self.damping)?;

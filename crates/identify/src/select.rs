@@ -23,6 +23,8 @@ pub type Set = Vec<usize>;
 /// How exactly a set is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Level {
+    /// A few of the records, cheaply: for a first look at many sets.
+    Screen,
     /// Cheaply, for the way.
     Low,
     /// As it is reported.
@@ -39,6 +41,10 @@ pub trait Family: Sync {
 
     /// The problem of a set; nothing where its effects exclude one another.
     fn member(&self, set: &[usize], level: Level) -> Option<Self::Member>;
+
+    /// A point of a problem at one level as one of the same set at another; coordinates that only the other has are
+    /// at their prior means.
+    fn carried(&self, from: &Self::Member, u: &[f64], to: &Self::Member) -> Vec<f64>;
 
     /// Where fits of a set start that know nothing; the best of them is taken.
     fn cold(&self, member: &Self::Member) -> Vec<Vec<f64>>;
@@ -151,7 +157,8 @@ impl<P: Problem> Selection<P> {
     /// A set that was fitted, as exactly as it was.
     pub fn model(&self, set: &[usize]) -> Option<&Model<P>> {
         let of_set = || self.models.iter().filter(|model| model.set == set);
-        of_set().find(|model| model.level == Level::High).or_else(|| of_set().next())
+        let at = |level: Level| of_set().find(|model| model.level == level);
+        at(Level::High).or_else(|| at(Level::Low)).or_else(|| at(Level::Screen))
     }
 
     /// The set that was accepted.
@@ -171,6 +178,9 @@ pub fn select<F: Family>(family: &F, options: &SelectOptions) -> Option<Selectio
     let mut search = Search { family, options, models: HashMap::new() };
     for level in [Level::Low, Level::High] {
         search.base(level)?;
+    }
+    if !search.is_explained(&[]) {
+        search.base(Level::Screen)?;
     }
     let mut steps: Vec<Set> = vec![Vec::new()];
     loop {
@@ -220,7 +230,7 @@ impl<F: Family> Search<'_, F> {
         let problem = self.family.member(&[], level)?;
         let mut starts = self.family.cold(&problem);
         if let Some(low) = self.models.get(&(Vec::new(), Level::Low)) {
-            starts = vec![low.fit.u.clone()];
+            starts = vec![self.family.carried(&low.problem, &low.fit.u, &problem)];
         }
         let options = self.family.options();
         let fits: Vec<Fit> = starts.par_iter().filter_map(|start| fit(&problem, start, &options)).collect();
@@ -288,16 +298,19 @@ impl<F: Family> Search<'_, F> {
                     is_new
                 });
             }
-            let best = runners.first().map_or(best_known, |runner| runner.fit.log_evidence.max(best_known));
+            let best = runners.first().map_or(f64::NEG_INFINITY, |runner| runner.fit.log_evidence);
             let share = (self.options.kept * runners.len() as f64).ceil() as usize;
             let (kept, behind): (Vec<_>, Vec<_>) = runners.into_iter().enumerate().partition(|(place, runner)| {
                 *place < self.options.finalists
                     || (*place < share && (round == 0 || runner.fit.log_evidence > best - self.options.hopeless))
             });
             for (_, runner) in behind {
-                self.keep(runner.set, Level::Low, runner.problem, runner.fit);
+                self.keep(runner.set, Level::Screen, runner.problem, runner.fit);
             }
-            let kept: Vec<Runner<F::Member>> = kept.into_iter().map(|(_, runner)| runner).collect();
+            let mut kept: Vec<Runner<F::Member>> = kept.into_iter().map(|(_, runner)| runner).collect();
+            if derivatives == usize::MAX {
+                kept = self.with_all_records(kept);
+            }
             runners = self.carried_on(kept, derivatives);
         }
         runners.sort_by(|a, b| b.fit.log_evidence.total_cmp(&a.fit.log_evidence));
@@ -316,22 +329,40 @@ impl<F: Family> Search<'_, F> {
 
     fn first_round(&self, sets: &[Set], from: &[usize]) -> Vec<Runner<F::Member>> {
         let family = self.family;
-        let origin = self.models.get(&(from.to_vec(), Level::Low));
+        let origin = self.models.get(&(from.to_vec(), Level::Low)).and_then(|model| {
+            let member = family.member(from, Level::Screen)?;
+            let u = family.carried(&model.problem, &model.fit.u, &member);
+            Some((member, u))
+        });
         let tasks: Vec<(&Set, bool)> = sets.iter().flat_map(|set| [(set, false), (set, true)]).collect();
         let options = FitOptions { annealed: self.options.rounds[0], settled: 0, ..family.options() };
         let of = tasks.len();
         tasks
             .par_iter()
             .filter_map(|(set, is_warm)| {
-                let problem = family.member(set, Level::Low)?;
-                let starts = match (is_warm, origin) {
-                    (true, Some(origin)) => family.warm(&problem, &origin.problem, &origin.fit.u),
+                let problem = family.member(set, Level::Screen)?;
+                let starts = match (is_warm, &origin) {
+                    (true, Some((origin, u))) => family.warm(&problem, origin, u),
                     _ => family.cold(&problem),
                 };
                 let start = best_start(&problem, starts)?;
                 let fit = fit(&problem, &start, &options)?;
                 family.tell(News::Fitted { set, log_evidence: fit.log_evidence, of });
                 Some(Runner { set: (*set).clone(), problem, fit })
+            })
+            .collect()
+    }
+
+    /// Runners that saw a few of the records, before all of them.
+    fn with_all_records(&self, runners: Vec<Runner<F::Member>>) -> Vec<Runner<F::Member>> {
+        let options = FitOptions { annealed: 1, settled: 0, ..self.family.options() };
+        runners
+            .into_par_iter()
+            .filter_map(|runner| {
+                let problem = self.family.member(&runner.set, Level::Low)?;
+                let start = self.family.carried(&runner.problem, &runner.fit.u, &problem);
+                let fit = fit(&problem, &start, &options)?;
+                Some(Runner { set: runner.set, problem, fit })
             })
             .collect()
     }
@@ -369,7 +400,8 @@ impl<F: Family> Search<'_, F> {
             .filter_map(|set| {
                 let low = self.models.get(&(set.clone(), Level::Low))?;
                 let problem = self.family.member(set, Level::High)?;
-                let fit = fit(&problem, &low.fit.u, &self.family.options())?;
+                let start = self.family.carried(&low.problem, &low.fit.u, &problem);
+                let fit = fit(&problem, &start, &self.family.options())?;
                 self.family.tell(News::Fitted { set, log_evidence: fit.log_evidence, of });
                 Some((set.clone(), problem, fit))
             })
@@ -463,7 +495,8 @@ impl<F: Family> Search<'_, F> {
         for one in &set {
             let rest: Set = set.iter().copied().filter(|other| other != one).collect();
             for grown in self.grown(&rest) {
-                if grown != set && !swapped.contains(&grown) && !self.models.contains_key(&(grown.clone(), Level::Low)) {
+                let is_known = [Level::Screen, Level::Low].iter().any(|level| self.models.contains_key(&(grown.clone(), *level)));
+                if grown != set && !swapped.contains(&grown) && !is_known {
                     swapped.push(grown);
                 }
             }

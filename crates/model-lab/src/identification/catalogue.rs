@@ -3,7 +3,7 @@
 use campaign::{Campaign, Uncertainty};
 use identify::problem::predict_all;
 use identify::select::{Family, Level, News};
-use identify::{FitOptions, Problem, Stop};
+use identify::{Coordinate, FitOptions, Problem, Scope, Stop};
 use valve_file::{Tolerance, ValveFile};
 use valve_model::{EffectKind, ParameterId};
 
@@ -20,6 +20,10 @@ pub struct Subject {
     low: Setup,
     high: Setup,
     nuisances: Vec<Entry>,
+    /// A few of the records, their nuisances, and where those stand among all of them.
+    screen: Setup,
+    screen_nuisances: Vec<Entry>,
+    places: Vec<usize>,
     /// The tolerated parameters.
     pub space: Space,
     /// Whether the valve file names no tolerances, so that default ones stand in.
@@ -51,16 +55,21 @@ impl Subject {
             low: Setup::new(campaign, &data, stroke_m, ambient_pa, Fidelity::Low),
             high: Setup::new(campaign, &data, stroke_m, ambient_pa, Fidelity::High),
             nuisances: Vec::new(),
+            screen: Setup::new(campaign, &data, stroke_m, ambient_pa, Fidelity::Low),
+            screen_nuisances: Vec::new(),
+            places: Vec::new(),
             space,
             tolerances_are_assumed,
         };
         subject.find_unseen_edges(&campaign.uncertainty, sizes);
+        subject.choose_screen();
         subject
     }
 
     /// The campaign as finely as results are computed.
     pub fn setup(&self, level: Level) -> &Setup {
         match level {
+            Level::Screen => &self.screen,
             Level::Low => &self.low,
             Level::High => &self.high,
         }
@@ -73,7 +82,27 @@ impl Subject {
 
     /// The problem of a space on the campaign.
     pub fn problem<'a>(&'a self, space: Space, level: Level, stop: &'a Stop) -> ValveProblem<'a> {
-        ValveProblem::new(self.setup(level), space, &self.nuisances, stop)
+        let nuisances = if level == Level::Screen { &self.screen_nuisances } else { &self.nuisances };
+        ValveProblem::new(self.setup(level), space, nuisances, stop)
+    }
+
+    /// Records for a first look: those whose conditions and commands lie farthest apart.
+    fn choose_screen(&mut self) {
+        let chosen = farthest_apart(&self.low);
+        self.screen = self.low.only(&chosen);
+        for (place, entry) in self.nuisances.iter().enumerate() {
+            let own = match entry.nuisance.scope() {
+                Scope::Shared => Some(entry.nuisance),
+                Scope::Record(record) => {
+                    chosen.iter().position(|one| *one == record).map(|new| entry.nuisance.of_record(new))
+                }
+            };
+            if let Some(nuisance) = own {
+                let coordinate = Coordinate { scope: nuisance.scope(), ..entry.coordinate.clone() };
+                self.screen_nuisances.push(Entry { nuisance, size: entry.size, coordinate });
+                self.places.push(place);
+            }
+        }
     }
 
     /// Records that begin with the command on and the valve still open: whether it was given before, and about when.
@@ -128,6 +157,44 @@ impl Subject {
             }
         }
     }
+}
+
+/// Records of a first look: all up to the first number, then that many and a share of the others.
+const SCREENED: (usize, f64) = (3, 0.25);
+
+/// A few records whose conditions and commands lie far apart, by index.
+fn farthest_apart(setup: &Setup) -> Vec<usize> {
+    let count = setup.units.len();
+    let wanted = SCREENED.0 + (SCREENED.1 * count.saturating_sub(SCREENED.0) as f64).floor() as usize;
+    if count <= wanted + 1 {
+        return (0..count).collect();
+    }
+    let features = |unit: usize| {
+        let run = &setup.units[unit].run;
+        let conditions = &run.conditions;
+        let span = (setup.units.iter().map(|unit| unit.run.conditions.supply_pressure_pa)).fold(0.0, f64::max);
+        let leak = setup.units.iter().map(|unit| unit.run.conditions.leak_to_atmosphere_m2).fold(1e-12, f64::max);
+        let fed = setup.units.iter().map(|unit| unit.run.conditions.leak_from_supply_m2).fold(1e-12, f64::max);
+        [
+            4.0 * conditions.supply_pressure_pa / span,
+            conditions.leak_to_atmosphere_m2 / leak,
+            conditions.leak_from_supply_m2 / fed,
+            conditions.temperature_k / 50.0,
+            run.commands.len() as f64,
+            run.commands.last().map_or(0.0, |edge| edge.time_s) / run.end_s.max(1e-9),
+        ]
+    };
+    let distance = |one: usize, other: usize| -> f64 {
+        features(one).iter().zip(features(other)).map(|(a, b)| (a - b).powi(2)).sum()
+    };
+    let mut chosen = vec![0];
+    while chosen.len() < wanted {
+        let nearest = |unit: usize| chosen.iter().map(|one| distance(unit, *one)).fold(f64::INFINITY, f64::min);
+        let next = (0..count).filter(|unit| !chosen.contains(unit)).max_by(|a, b| nearest(*a).total_cmp(&nearest(*b)));
+        chosen.extend(next);
+    }
+    chosen.sort_unstable();
+    chosen
 }
 
 /// The effects that a search adds to a subject.
@@ -193,6 +260,24 @@ impl<'a> Family for Catalogue<'a> {
         Some(self.subject.problem(space, level, self.stop))
     }
 
+    fn carried(&self, from: &Self::Member, u: &[f64], to: &Self::Member) -> Vec<f64> {
+        let own = from.space.coordinates.len();
+        let (had, has) = (from.nuisances.len(), to.nuisances.len());
+        if had == has {
+            return u.to_vec();
+        }
+        let mut carried = u[..own].to_vec();
+        if had < has {
+            carried.extend(to.nuisances.iter().map(|entry| entry.coordinate.mean));
+            for (place, value) in self.subject.places.iter().zip(&u[own..]) {
+                carried[own + place] = *value;
+            }
+        } else {
+            carried.extend(self.subject.places.iter().map(|place| u[own + place]));
+        }
+        carried
+    }
+
     fn cold(&self, member: &Self::Member) -> Vec<Vec<f64>> {
         let kinds: Vec<EffectKind> = member.space.effects().iter().map(valve_model::Effect::kind).collect();
         let start = member.start();
@@ -202,7 +287,7 @@ impl<'a> Family for Catalogue<'a> {
     fn warm(&self, member: &Self::Member, from: &Self::Member, u: &[f64]) -> Vec<Vec<f64>> {
         // What both have keeps its values: parameters, effects and nuisances.
         let mut start = member.start();
-        let nuisances = self.subject.nuisances.len();
+        let nuisances = member.nuisances.len();
         let (own, theirs) = (member.space.coordinates.len(), from.space.coordinates.len());
         start[own..own + nuisances].copy_from_slice(&u[theirs..theirs + nuisances]);
         for (place, coordinate) in member.space.coordinates.iter().enumerate() {

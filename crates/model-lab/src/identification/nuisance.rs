@@ -109,6 +109,23 @@ impl Nuisance {
         }
     }
 
+    /// The same of another record.
+    #[must_use]
+    pub fn of_record(self, record: usize) -> Self {
+        match self {
+            Self::Zero(_) => Self::Zero(record),
+            Self::Drift(_) => Self::Drift(record),
+            Self::Supply(_) => Self::Supply(record),
+            Self::Load(_) => Self::Load(record),
+            Self::CloseDelay(_) => Self::CloseDelay(record),
+            Self::OpenDelay(_) => Self::OpenDelay(record),
+            Self::UnseenEdge(_) => Self::UnseenEdge(record),
+            Self::StartPressure(_) => Self::StartPressure(record),
+            Self::StartSpeed(_) => Self::StartSpeed(record),
+            shared => shared,
+        }
+    }
+
     /// What it is in words, and the SI unit of its value (empty for a share).
     pub fn words(self) -> (&'static str, &'static str) {
         match self {

@@ -13,7 +13,7 @@ use super::nuisance::{Entry, Nuisance};
 use super::setup::{Kind, Setup, Trace, Unit};
 use super::start::{Beginning, balance_pa};
 use crate::data::Channel;
-use crate::forward::{Predicted, record};
+use crate::forward::{Predicted, channel_of, record};
 use crate::space::{Space, Target};
 
 /// Bound of a tolerated parameter, in tolerances.
@@ -65,7 +65,7 @@ impl<'a> ValveProblem<'a> {
 
     /// The point with every coordinate at its prior mean, effects at where their fits start.
     pub fn start(&self) -> Vec<f64> {
-        self.space.start().into_iter().chain(self.nuisances.iter().map(|_| 0.0)).collect()
+        self.space.start().into_iter().chain(self.nuisances.iter().map(|entry| entry.coordinate.mean)).collect()
     }
 
     /// The campaign.
@@ -145,7 +145,7 @@ impl<'a> ValveProblem<'a> {
         for channel in &trace.channels {
             let times: Vec<f64> = channel.samples_s.iter().map(|time| time - clock - origin_s).collect();
             record(valve, nodes, &times, &mut recorded);
-            let sampled = recorded.channel(channel.channel);
+            let sampled = channel_of(&recorded, channel.channel);
             let means = channel.rows.iter().map(|(first, end)| {
                 sampled[*first..*end].iter().sum::<f64>() / (end - first) as f64
             });

@@ -11,7 +11,7 @@ use valve_model::driven::Driven;
 use valve_model::{Run, Schedule, Start};
 
 use super::start::{Beginning, beginning};
-use crate::data::{Channel, Dataset, RunData, TimingGroup, same_conditions};
+use crate::data::{Channel, ChannelData, Dataset, RunData, TimingGroup, same_conditions};
 
 /// How finely a campaign is simulated and sampled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -120,7 +120,7 @@ const LEAD_S: f64 = 0.1;
 const FILLING_LEAD: f64 = 2.0;
 
 /// Steps over the travel of a stroke, at least, and the longest and shortest step, s.
-const STEPS: (f64, f64, f64) = (1000.0, 0.02, 2e-4);
+const STEPS: (f64, f64, f64) = (500.0, 0.02, 2e-4);
 
 impl Setup {
     /// Makes a campaign ready. `data` is the same campaign as the comparison sees it.
@@ -201,37 +201,41 @@ impl Setup {
     }
 }
 
-/// The median time in which recorded strokes go from a twentieth to nineteen twentieths of what they travel, s.
+/// How long a recorded stroke travels at its quickest, s: five times the shortest time in which a fifth of the span is
+/// covered, the median over the runs.
 fn travel_s(data: &Dataset, stroke_m: f64) -> f64 {
-    let mut travels = Vec::new();
-    for run in &data.runs {
-        let channel = &run.channels[0];
-        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-        for block in &channel.blocks {
-            low = low.min(block.mean);
-            high = high.max(block.mean);
-        }
-        if high - low < 0.1 * stroke_m {
-            continue;
-        }
-        let (lower, upper) = (low + 0.1 * (high - low), high - 0.1 * (high - low));
-        let mut left: Option<(bool, f64)> = None;
-        for block in &channel.blocks {
-            let end = if block.mean <= lower { Some(false) } else if block.mean >= upper { Some(true) } else { None };
-            if let Some(end) = end {
-                if let Some((from, at)) = left
-                    && from != end
-                {
-                    travels.push((block.time_s - at) * 1.25);
-                }
-                left = Some((end, block.time_s));
+    let mut travels: Vec<f64> = data.runs.iter().filter_map(|run| quickest_s(&run.channels[0], stroke_m)).collect();
+    travels.sort_by(f64::total_cmp);
+    travels
+        .get(travels.len() / 2)
+        .copied()
+        .unwrap_or_else(|| 0.2 * data.runs.first().map_or(1.0, |run| run.run.end_s))
+}
+
+/// Share of the span over which the quickest travel is looked for.
+const QUICKEST_SHARE: f64 = 0.2;
+
+fn quickest_s(channel: &ChannelData, stroke_m: f64) -> Option<f64> {
+    let blocks = &channel.blocks;
+    let (low, high) =
+        blocks.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |ends, b| (ends.0.min(b.mean), ends.1.max(b.mean)));
+    let far = QUICKEST_SHARE * (high - low);
+    if high - low < 0.1 * stroke_m {
+        return None;
+    }
+    let mut quickest = f64::INFINITY;
+    for (index, first) in blocks.iter().enumerate() {
+        for later in &blocks[index + 1..] {
+            let time = later.time_s - first.time_s;
+            if time >= quickest {
+                break;
+            }
+            if (later.mean - first.mean).abs() >= far {
+                quickest = time;
             }
         }
     }
-    travels.sort_by(f64::total_cmp);
-    travels.get(travels.len() / 2).copied().unwrap_or_else(|| {
-        0.2 * data.runs.first().map_or(1.0, |run| run.run.end_s)
-    })
+    quickest.is_finite().then_some(quickest / QUICKEST_SHARE)
 }
 
 /// About how long a stroke takes from its command, s.
