@@ -101,8 +101,10 @@ pub struct SelectOptions {
     pub kept: f64,
     /// Sets that are fitted to the end, at least.
     pub finalists: usize,
-    /// Sets this far behind are not followed to the end, nats.
+    /// Sets this far behind are not followed, nats, and by so much more as the best one leaves to be explained.
     pub hopeless: f64,
+    /// Sets that are followed to the end, at most.
+    pub followed: usize,
     /// What is left counts as nothing where its evidence is below this, nats.
     pub nothing_left: f64,
     /// What is left is given up once the error that was held out is below this (in the units of the rows' noise);
@@ -116,11 +118,12 @@ impl Default for SelectOptions {
             accept: 10.0,
             held_out_fall: 0.1,
             companion: 0.05,
-            most: 3,
+            most: 2,
             rounds: [2, 3],
             kept: 0.4,
             finalists: 3,
             hopeless: 60.0,
+            followed: 8,
             nothing_left: 3.0,
             good_enough: 0.0,
         }
@@ -299,10 +302,16 @@ impl<F: Family> Search<'_, F> {
                 });
             }
             let best = runners.first().map_or(f64::NEG_INFINITY, |runner| runner.fit.log_evidence);
+            // What the best leaves to be explained is what another can still gain on it.
+            let left = runners.first().map_or(0.0, |runner| {
+                left_nats(&runner.problem, &runner.fit, &self.family.options()).max(0.0)
+            });
+            let most = if round == 0 { runners.len() } else { self.options.followed };
             let share = (self.options.kept * runners.len() as f64).ceil() as usize;
             let (kept, behind): (Vec<_>, Vec<_>) = runners.into_iter().enumerate().partition(|(place, runner)| {
                 *place < self.options.finalists
-                    || (*place < share && (round == 0 || runner.fit.log_evidence > best - self.options.hopeless))
+                    || (*place < share && round == 0)
+                    || (*place < most && runner.fit.log_evidence > best - self.options.hopeless - left)
             });
             for (_, runner) in behind {
                 self.keep(runner.set, Level::Screen, runner.problem, runner.fit);
@@ -424,7 +433,7 @@ impl<F: Family> Search<'_, F> {
                     let problem = self.family.member(set, Level::High)?;
                     let mut starts = self.family.warm(&problem, &origin.problem, &origin.fit.u);
                     if let Some(low) = self.models.get(&(set.clone(), Level::Low)) {
-                        starts.push(low.fit.u.clone());
+                        starts.push(self.family.carried(&low.problem, &low.fit.u, &problem));
                     }
                     let start = best_start(&problem, starts)?;
                     let fit = fit(&problem, &start, &self.family.options())?;

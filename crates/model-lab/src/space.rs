@@ -81,7 +81,7 @@ impl Coordinate {
 }
 
 /// The range of a refinement is this many standard deviations of its prior wide.
-const REFINEMENT_SIGMAS: f64 = 3.5;
+const REFINEMENT_SIGMAS: f64 = 8.0;
 
 /// The parameters that may move, around a valve.
 #[derive(Debug, Clone)]
@@ -176,11 +176,12 @@ impl Space {
             let range = (parameter.range)(&self.parameters);
             let centre = space.effects[slot].values()[index];
             let is_positive = range.lower > 0.0 && centre > 0.0;
-            let (map, scale) = if is_positive {
-                (Map::Logarithmic, (range.upper / range.lower).ln() / REFINEMENT_SIGMAS)
+            let (map, width) = if is_positive {
+                (Map::Logarithmic, (range.upper / range.lower).ln())
             } else {
-                (Map::Linear, (range.upper - range.lower) / REFINEMENT_SIGMAS)
+                (Map::Linear, range.upper - range.lower)
             };
+            let scale = width / REFINEMENT_SIGMAS;
             let at = |value: f64| if is_positive { (value / centre).ln() / scale } else { (value - centre) / scale };
             space.coordinates.push(Coordinate {
                 target,
@@ -220,6 +221,15 @@ impl Space {
             });
         }
         space
+    }
+
+    /// Writes what a point of another space says of the coordinates that both have.
+    pub fn carry(&self, from: &Self, u: &[f64], into: &mut [f64]) {
+        for (place, coordinate) in self.coordinates.iter().enumerate() {
+            if let Some(same) = from.coordinates.iter().position(|other| self.is_same(coordinate, from, other)) {
+                into[place] = u[same];
+            }
+        }
     }
 
     /// Whether a coordinate moves the same as one of another space does.

@@ -2,7 +2,7 @@
 
 use campaign::Campaign;
 use identify::select::{Family, Level, Model, held_out_error};
-use identify::{Fit, FitOptions, Problem, Stop, fit};
+use identify::{Fit, FitOptions, Stop, fit};
 use rayon::prelude::*;
 use valve_file::ValveFile;
 use valve_model::EffectKind;
@@ -68,16 +68,21 @@ pub fn sequence(file: &ValveFile, campaign: &Campaign, additions: &[Addition], s
     let fitted = best(&subject, &space, &[start], &options, stop)?;
     let mut model = fitted;
     rungs.push(rung("calibrated", &model));
+    let mut plain = space.clone();
     for addition in additions {
-        space = match addition {
-            Addition::Catalogue(kind) => space.with_refined_effect(*kind),
-            Addition::Own(effect) => space.with_custom(effect),
+        // On the way without refinements, as in a search.
+        (plain, space) = match addition {
+            Addition::Catalogue(kind) => (plain.with_effect(*kind), space.with_refined_effect(*kind)),
+            Addition::Own(effect) => (plain.with_custom(effect), space.with_custom(effect)),
         };
-        let grown = subject.problem(space.clone(), Level::Low, stop);
-        let mut starts = vec![grown.start()];
-        let warm = catalogue.warm(&grown, &model.problem, &model.fit.u);
-        starts.extend(least(&grown, warm));
-        model = best(&subject, &space, &starts, &options, stop)?;
+        let low = subject.problem(plain.clone(), Level::Low, stop);
+        let mut starts = vec![low.start()];
+        starts.extend(least(&low, catalogue.warm(&low, &model.problem, &model.fit.u)));
+        let fits: Vec<Fit> = starts.par_iter().filter_map(|start| fit(&low, start, &options)).collect();
+        let first = fits.into_iter().max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))?;
+        let high = subject.problem(space.clone(), Level::High, stop);
+        let start = catalogue.carried(&low, &first.u, &high);
+        model = best(&subject, &space, &[start], &options, stop)?;
         rungs.push(rung(addition.name(), &model));
     }
     let kinds: Vec<EffectKind> = additions
@@ -98,7 +103,7 @@ fn least(problem: &ValveProblem<'_>, points: Vec<Vec<f64>>) -> Option<Vec<f64>> 
     points.into_iter().map(|u| (error(&u), u)).min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, u)| u)
 }
 
-/// The best fit of a space from several starts, cheaply first.
+/// The best fit of a space from several starts.
 fn best<'a>(
     subject: &'a Subject,
     space: &Space,
@@ -106,11 +111,9 @@ fn best<'a>(
     options: &FitOptions,
     stop: &'a Stop,
 ) -> Option<Model<ValveProblem<'a>>> {
-    let low = subject.problem(space.clone(), Level::Low, stop);
-    let fits: Vec<Fit> = starts.par_iter().filter_map(|start| fit(&low, start, options)).collect();
-    let first = fits.into_iter().max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))?;
     let problem = subject.problem(space.clone(), Level::High, stop);
-    let fit = fit(&problem, &first.u, options)?;
+    let fits: Vec<Fit> = starts.par_iter().filter_map(|start| fit(&problem, start, options)).collect();
+    let fit = fits.into_iter().max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))?;
     let held_out = held_out_error(&problem, &fit);
     Some(Model { set: Vec::new(), level: Level::High, problem, fit, held_out })
 }
@@ -120,6 +123,5 @@ fn rung(name: &str, model: &Model<ValveProblem<'_>>) -> Rung {
     let step = errors::fitted(model).step(name.to_owned(), errors::left_out(model), discrepancy);
     let space = model.problem.space.clone();
     let u = model.fit.u[..space.coordinates.len()].to_vec();
-    debug_assert!(model.problem.coordinates().len() >= u.len());
     Rung { step, space, u }
 }

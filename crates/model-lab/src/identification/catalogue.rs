@@ -255,25 +255,27 @@ impl<'a> Family for Catalogue<'a> {
     fn member(&self, set: &[usize], level: Level) -> Option<Self::Member> {
         let mut space = self.subject.space.clone();
         for kind in self.kinds_of(set) {
-            space = space.with_refined_effect(kind);
+            // Refinements are for the end of a fit: on the way they open valleys that lead nowhere.
+            space = if level == Level::High { space.with_refined_effect(kind) } else { space.with_effect(kind) };
         }
         Some(self.subject.problem(space, level, self.stop))
     }
 
     fn carried(&self, from: &Self::Member, u: &[f64], to: &Self::Member) -> Vec<f64> {
-        let own = from.space.coordinates.len();
-        let (had, has) = (from.nuisances.len(), to.nuisances.len());
-        if had == has {
-            return u.to_vec();
-        }
-        let mut carried = u[..own].to_vec();
-        if had < has {
-            carried.extend(to.nuisances.iter().map(|entry| entry.coordinate.mean));
-            for (place, value) in self.subject.places.iter().zip(&u[own..]) {
+        let mut carried = to.start();
+        to.space.carry(&from.space, u, &mut carried);
+        let (own, theirs) = (to.space.coordinates.len(), from.space.coordinates.len());
+        let (has, had) = (to.nuisances.len(), from.nuisances.len());
+        if has == had {
+            carried[own..].copy_from_slice(&u[theirs..]);
+        } else if has > had {
+            for (place, value) in self.subject.places.iter().zip(&u[theirs..]) {
                 carried[own + place] = *value;
             }
         } else {
-            carried.extend(self.subject.places.iter().map(|place| u[own + place]));
+            for (value, place) in carried[own..].iter_mut().zip(&self.subject.places) {
+                *value = u[theirs + place];
+            }
         }
         carried
     }
@@ -290,12 +292,7 @@ impl<'a> Family for Catalogue<'a> {
         let nuisances = member.nuisances.len();
         let (own, theirs) = (member.space.coordinates.len(), from.space.coordinates.len());
         start[own..own + nuisances].copy_from_slice(&u[theirs..theirs + nuisances]);
-        for (place, coordinate) in member.space.coordinates.iter().enumerate() {
-            let same = from.space.coordinates.iter().position(|other| member.space.is_same(coordinate, &from.space, other));
-            if let Some(same) = same {
-                start[place] = u[same];
-            }
-        }
+        member.space.carry(&from.space, u, &mut start);
         let has = |kind: EffectKind| from.space.effects().iter().any(|effect| effect.kind() == kind);
         let kinds: Vec<EffectKind> =
             member.space.effects().iter().map(valve_model::Effect::kind).filter(|kind| !has(*kind)).collect();

@@ -119,8 +119,10 @@ const LEAD_S: f64 = 0.1;
 /// A simulation of a record that begins while the valve fills begins this many travel times before it.
 const FILLING_LEAD: f64 = 2.0;
 
-/// Steps over the travel of a stroke, at least, and the longest and shortest step, s.
-const STEPS: (f64, f64, f64) = (500.0, 0.02, 2e-4);
+/// The step of the integrator, s: a millisecond, longer where a stroke takes very long, shorter where it is over at once.
+fn step_s(travel_s: f64) -> f64 {
+    (travel_s / 100.0).clamp(2e-4, (travel_s / 600.0).clamp(1e-3, 0.02))
+}
 
 impl Setup {
     /// Makes a campaign ready. `data` is the same campaign as the comparison sees it.
@@ -161,7 +163,7 @@ impl Setup {
             stroke_m,
             ambient_pa,
             is_driven,
-            step_s: (travel_s / STEPS.0).clamp(STEPS.2, STEPS.1),
+            step_s: step_s(travel_s),
             travel_s,
         }
     }
