@@ -12,10 +12,11 @@ use std::time::{Duration, Instant};
 use argmin::core::{CostFunction, Error, Executor, State};
 use argmin::solver::neldermead::NelderMead;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use leak_table::{Fault, Stroke, TableBundle};
+use leak_table::{ConditionRange, Conditions, Fault, Stroke, TableBundle};
+use lut_builder::{Options, Request, build_request};
 use prognoser::bayes::{BayesConfig, BayesEstimator};
 use prognoser::{Method, OlsEstimator, Prognoser, Reading, TimingLog};
-use reference_valve::{CYCLE, base_valve, leaking, periodic, spread, testbed};
+use reference_valve::{CYCLE, base_valve, leaking, periodic, spread, table_model, testbed, testbed_file};
 use valve_model::Valve;
 use valve_model::simulate::DEFAULT_STEP_S;
 
@@ -46,15 +47,53 @@ fn life(tables: &TableBundle) -> Vec<Reading> {
     (0..25).map(reading).collect()
 }
 
+/// A stroke time from a leak, and a leak from a stroke time, side by side.
 fn inversion(criterion: &mut Criterion) {
     let tables = reference_tables();
     let curve = tables.table(Fault::Atmosphere).curve(Stroke::Close);
     let (first, last) = curve.end_times_s();
     let times: Vec<f64> = spread(256, 0.3).map(|u| first + u * (last - first)).collect();
+    let leaks: Vec<f64> = times.iter().map(|time| curve.extrapolated_severity(*time)).collect();
     let mut group = criterion.benchmark_group("table inversion");
     group.throughput(Throughput::Elements(times.len() as u64));
+    group.bench_function("leak to time", |b| {
+        b.iter(|| leaks.iter().map(|leak| curve.extrapolated_time_and_slope(black_box(*leak)).0).sum::<f64>());
+    });
     group.bench_function("time to leak", |b| {
         b.iter(|| times.iter().map(|time| curve.extrapolated_severity(black_box(*time))).sum::<f64>());
+    });
+    group.finish();
+}
+
+/// Both stroke times with their slopes, a whole slice and a leak, each at a pressure of its own.
+fn over_pressure(criterion: &mut Criterion) {
+    let file = testbed_file();
+    let text = file.canonical_model();
+    let own_k = file.valve().parameters().temperature_k;
+    let range = ConditionRange { supply_pressure_pa: (560e3, 680e3), temperature_k: (own_k, own_k) };
+    let request = Request { conditions: Some(range), ..Request::default() };
+    let built = build_request(&table_model(&file, &text), &request, &Options::default(), &|_| {}).expect("tables");
+    let table = built.bundle.entry(0).over_conditions.expect("was built");
+    let at: Vec<(f64, Conditions)> = spread(256, 0.3)
+        .zip(spread(256, 0.7))
+        .map(|(leak, pressure)| {
+            let supply_pressure_pa = 560e3 + 120e3 * pressure;
+            (0.55e-6 * leak, Conditions { supply_pressure_pa, temperature_k: own_k })
+        })
+        .collect();
+    let mut group = criterion.benchmark_group("table over pressure");
+    group.throughput(Throughput::Elements(at.len() as u64));
+    group.bench_function("leak to both times and slopes", |b| {
+        b.iter(|| {
+            at.iter().map(|(leak, at)| table.times(black_box(*leak), at).expect("covered").close.time_s).sum::<f64>()
+        });
+    });
+    group.bench_function("slice", |b| {
+        b.iter(|| {
+            at.iter()
+                .map(|(_, at)| table.slice(black_box(at)).expect("covered").curve(Stroke::Close).range().1)
+                .sum::<f64>()
+        });
     });
     group.finish();
 }
@@ -194,6 +233,6 @@ fn per_row_ns(time: Duration) -> f64 {
 criterion_group! {
     name = benches;
     config = Criterion::default().sample_size(20).warm_up_time(Duration::from_millis(500)).measurement_time(Duration::from_secs(2));
-    targets = inversion, update, table_and_optimiser, long_log
+    targets = inversion, over_pressure, update, table_and_optimiser, long_log
 }
 criterion_main!(benches);

@@ -41,7 +41,7 @@ pub enum Verb {
     #[command(visible_alias = "sim")]
     Simulate(SimulateArgs),
     /// Build the tables from leak area to stroke times, for both kinds of leak
-    BuildTables(BuildTablesArgs),
+    BuildTables(Box<BuildTablesArgs>),
     /// Estimate fault, leak and remaining useful life from a timing log
     Prognose(PrognoseArgs),
     /// Say how good the prognosis of a valve is, on simulated lives with known ends

@@ -5,6 +5,8 @@
 //! ([`lagrange`](crate::lagrange)), and so is the end. Over the severity they are then the monotone cubic of an
 //! ordinary table: a worn valve is never told to stroke as a less worn one, whatever the conditions.
 
+use std::ops::Range;
+
 use crate::conditions::{Condition, ConditionRange, Conditions, ConditionsError};
 use crate::curve::limited;
 use crate::degradation::Degradation;
@@ -183,7 +185,7 @@ impl ConditionTable {
 
     /// The severity at which the table ends under these conditions.
     pub fn end(&self, conditions: &Conditions) -> Result<f64, ConditionsError> {
-        Ok(self.place(conditions)?.sum(&self.ends, 1, 0)[0])
+        Ok(self.place(conditions)?.sum(&self.ends)[0])
     }
 
     /// Both stroke times at a severity and how they change with it and with the conditions.
@@ -192,7 +194,7 @@ impl ConditionTable {
     /// [`TimingCurve::extrapolated_time_and_slope`] does.
     pub fn times(&self, severity: f64, conditions: &Conditions) -> Result<Times, ConditionsError> {
         let place = self.place(conditions)?;
-        let end = place.sum(&self.ends, 1, 0);
+        let end = place.sum(&self.ends);
         let share = severity / end[0];
         let last = self.shares.len() - 2;
         let piece = self.shares.partition_point(|knot| *knot <= share).saturating_sub(1).min(last);
@@ -213,9 +215,10 @@ impl ConditionTable {
     /// Both stroke times over the severity at one set of conditions.
     pub fn slice(&self, conditions: &Conditions) -> Result<Slice, ConditionsError> {
         let place = self.place(conditions)?;
-        let end = place.sum(&self.ends, 1, 0)[0];
+        let end = place.sum(&self.ends)[0];
         let curve = |stroke: Stroke| {
-            let mut times: Vec<f64> = (0..self.shares.len()).map(|knot| self.knot(stroke, &place, knot)[0]).collect();
+            let knots = self.knots(stroke, &place, 0..self.shares.len());
+            let mut times: Vec<f64> = knots[..self.shares.len()].iter().map(|knot| knot[0]).collect();
             // The nodes' rounding may make a time that stays go back by its last digit.
             for knot in 1..times.len() {
                 times[knot] = self.onwards(stroke, times[knot - 1], times[knot]);
@@ -240,9 +243,16 @@ impl ConditionTable {
         }
     }
 
+    /// One stroke's times at some of the shares; the others are left at 0.
     #[inline]
-    fn knot(&self, stroke: Stroke, place: &Place, knot: usize) -> Dual {
-        place.sum(&self.times_s[stroke as usize], self.shares.len(), knot)
+    fn knots(&self, stroke: Stroke, place: &Place, used: Range<usize>) -> [Dual; MOST_SHARES] {
+        let mut sums = [[0.0; MOST_SHARES]; 3];
+        place.add(&self.times_s[stroke as usize], self.shares.len(), used.clone(), &mut sums);
+        let mut knots = [[0.0; 3]; MOST_SHARES];
+        for knot in used {
+            knots[knot] = std::array::from_fn(|d| sums[d][knot]);
+        }
+        knots
     }
 
     /// The later of two times if the stroke slows down with wear, else the earlier.
@@ -259,11 +269,12 @@ impl ConditionTable {
         // A time that need not move is made monotone from its start on; the others are.
         let moves = self.degradation.moves.stroke(stroke).is_some();
         let from = if moves { used.start } else { 0 };
-        let mut knots = [[0.0; 3]; MOST_SHARES];
-        for knot in from..used.end {
-            knots[knot] = self.knot(stroke, place, knot);
-            if knot > from && !moves && self.onwards(stroke, knots[knot - 1][0], knots[knot][0]) != knots[knot][0] {
-                knots[knot] = knots[knot - 1];
+        let mut knots = self.knots(stroke, place, from..used.end);
+        if !moves {
+            for knot in from + 1..used.end {
+                if self.onwards(stroke, knots[knot - 1][0], knots[knot][0]) != knots[knot][0] {
+                    knots[knot] = knots[knot - 1];
+                }
             }
         }
         let slope = |knot: usize| self.slope(stroke, &knots, knot);
@@ -326,15 +337,10 @@ impl ConditionTable {
     fn check_nodes(&self, stroke: Stroke) -> Result<bool, RowError> {
         let knots = self.shares.len();
         let times = &self.times_s[stroke as usize];
-        let moves = self.degradation.moves.stroke(stroke);
-        let strictly = moves.is_some();
-        let rising = moves.map_or_else(
-            || {
-                let change = |node: &[f64]| node[knots - 1] - node[0];
-                times.chunks(knots).map(change).max_by(|a, b| a.abs().total_cmp(&b.abs())).is_none_or(|c| c >= 0.0)
-            },
-            |direction| direction == Direction::Rising,
-        );
+        let strictly = self.degradation.moves.stroke(stroke).is_some();
+        let change = |node: &[f64]| node[knots - 1] - node[0];
+        let largest = times.chunks(knots).map(change).max_by(|a, b| a.abs().total_cmp(&b.abs()));
+        let rising = largest.is_none_or(|change| change >= 0.0);
         for (node, times) in times.chunks(knots).enumerate() {
             for (knot, &found_s) in times.iter().enumerate() {
                 let row = node * knots + knot;
@@ -368,7 +374,8 @@ impl ConditionTable {
             for temperature_k in fine(&self.temperatures) {
                 let conditions = Conditions { supply_pressure_pa, temperature_k };
                 let place = self.place_unchecked(&conditions);
-                let times: Vec<f64> = (0..self.shares.len()).map(|knot| self.knot(stroke, &place, knot)[0]).collect();
+                let knots = self.knots(stroke, &place, 0..self.shares.len());
+                let times: Vec<f64> = knots[..self.shares.len()].iter().map(|knot| knot[0]).collect();
                 let onwards =
                     |pair: &[f64]| if self.rising[stroke as usize] { pair[0] < pair[1] } else { pair[0] > pair[1] };
                 if let Some(knot) = times.windows(2).position(|pair| !onwards(pair)) {
@@ -461,23 +468,35 @@ struct Place {
 }
 
 impl Place {
-    /// The sum over the nodes of one of the numbers that each has `stride` of, with its derivatives.
+    /// Adds up some of the `stride` numbers that each node has, with derivatives by pressure and temperature.
     #[inline]
-    fn sum(&self, numbers: &[f64], stride: usize, offset: usize) -> Dual {
-        let mut sum: Dual = [0.0; 3];
+    fn add(&self, numbers: &[f64], stride: usize, used: Range<usize>, sums: &mut [[f64; MOST_SHARES]; 3]) {
         let (pressures, temperatures) = self.counts;
+        let mut nodes = numbers.chunks_exact(stride);
         for i in 0..pressures {
-            let (mut inner, mut inner_slope) = (0.0, 0.0);
             for k in 0..temperatures {
-                let number = numbers[(i * temperatures + k) * stride + offset];
-                inner += self.temperature.value[k] * number;
-                inner_slope += self.temperature.derivative[k] * number;
+                let Some(node) = nodes.next() else { return };
+                let (pressure, temperature) = (self.pressure.value[i], self.temperature.value[k]);
+                let weights = [
+                    pressure * temperature,
+                    self.pressure.derivative[i] * temperature,
+                    pressure * self.temperature.derivative[k],
+                ];
+                for (sums, weight) in sums.iter_mut().zip(weights) {
+                    for (sum, number) in sums[used.clone()].iter_mut().zip(&node[used.clone()]) {
+                        *sum += weight * number;
+                    }
+                }
             }
-            sum[0] += self.pressure.value[i] * inner;
-            sum[1] += self.pressure.derivative[i] * inner;
-            sum[2] += self.pressure.value[i] * inner_slope;
         }
-        sum
+    }
+
+    /// The sum over the nodes of a number that each has, with its derivatives.
+    #[inline]
+    fn sum(&self, numbers: &[f64]) -> Dual {
+        let mut sums = [[0.0; MOST_SHARES]; 3];
+        self.add(numbers, 1, 0..1, &mut sums);
+        sums.map(|sum| sum[0])
     }
 }
 

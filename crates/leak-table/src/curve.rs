@@ -189,14 +189,15 @@ impl MonotoneCubic {
 struct Piece {
     width: f64,
     rise: f64,
+    /// One over the rise.
+    per_rise: f64,
     c0: f64,
     c1: f64,
     c2: f64,
     c3: f64,
-    /// The inverse, roughly: u = t (g1 + t (g2 + t g3)) for t = (y - c0) / rise, right at both ends with its slopes.
-    g1: f64,
-    g2: f64,
-    g3: f64,
+    /// The inverse, roughly, by rising powers of t = (y - c0) / rise from t on: right at both ends, with slope and
+    /// bend.
+    rough: [f64; 5],
 }
 
 impl Piece {
@@ -205,20 +206,21 @@ impl Piece {
         let width = x[1] - x[0];
         let rise = y[1] - y[0];
         let (start, end) = (slope[0] * width, slope[1] * width);
-        // At a level end there is no such slope; whatever stands in leads to the safe way.
-        let steepness = |slope: f64| if slope == 0.0 { 0.0 } else { rise / slope };
-        let (g_start, g_end) = (steepness(start), steepness(end));
-        Self {
-            width,
-            rise,
-            c0: y[0],
-            c1: start,
-            c2: 3.0 * rise - 2.0 * start - end,
-            c3: start + end - 2.0 * rise,
-            g1: g_start,
-            g2: 3.0 - 2.0 * g_start - g_end,
-            g3: g_start + g_end - 2.0,
-        }
+        let (c2, c3) = (3.0 * rise - 2.0 * start - end, start + end - 2.0 * rise);
+        // At a level end the inverse has no slope; whatever stands in leads to the safe way.
+        let inverse_slope = |slope: f64| if slope == 0.0 { 0.0 } else { rise / slope };
+        let (g0, g1) = (inverse_slope(start), inverse_slope(end));
+        let bend = |by_u: f64, slope: f64| if rise == 0.0 { 0.0 } else { -by_u / rise * slope * slope * slope };
+        let (h0, h1) = (bend(2.0 * c2, g0), bend(2.0 * c2 + 6.0 * c3, g1));
+        let rough = [
+            g0,
+            0.5 * h0,
+            10.0 - 6.0 * g0 - 4.0 * g1 - 1.5 * h0 + 0.5 * h1,
+            -15.0 + 8.0 * g0 + 7.0 * g1 + 1.5 * h0 - h1,
+            6.0 - 3.0 * g0 - 3.0 * g1 - 0.5 * h0 + 0.5 * h1,
+        ];
+        let per_rise = if rise == 0.0 { 0.0 } else { 1.0 / rise };
+        Self { width, rise, per_rise, c0: y[0], c1: start, c2, c3, rough }
     }
 
     #[inline]
@@ -239,21 +241,24 @@ impl Piece {
 
     /// The u in 0..1 at which the piece has the value `y`.
     ///
-    /// Two steps of Halley's method from the rough inverse are all that a piece without a strong
-    /// bend needs, and have no branch; whatever they do not settle is settled safely.
+    /// One step of Halley's method from the rough inverse is all that a smooth piece needs; a second one settles
+    /// most others, and the safe way what is left.
     #[inline]
     fn solve(&self, y: f64) -> f64 {
         let above = y - self.c0;
-        let t = above / self.rise;
-        let mut u = t * (self.g1 + t * (self.g2 + t * self.g3));
+        let t = above * self.per_rise;
+        let [a, b, c, d, e] = self.rough;
+        let mut u = t * (a + t * (b + t * (c + t * (d + t * e))));
         for _ in 0..2 {
             let miss = self.miss(u, above);
             let slope = self.derivative(u);
             let half_bend = self.c2 + 3.0 * self.c3 * u;
             u -= miss * slope / (slope * slope - miss * half_bend);
+            if self.miss(u, above).abs() <= SETTLED * self.rise.abs() && (0.0..=1.0).contains(&u) {
+                return u;
+            }
         }
-        let settled = self.miss(u, above).abs() <= SETTLED * self.rise.abs() && (0.0..=1.0).contains(&u);
-        if settled { u } else { self.solve_safely(y) }
+        self.solve_safely(y)
     }
 
     /// Newton's method, kept inside a shrinking bracket.
