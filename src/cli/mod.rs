@@ -13,7 +13,7 @@ use clap::{Parser, Subcommand, ValueEnum};
 
 pub use measurement::{AdoptArgs, CalibrateArgs, CompareArgs, ExplainArgs};
 pub use model::{EffectsArgs, ReportArgs, RevertArgs, SimulateArgs};
-pub use prognosis::{DemoArgs, EvaluateArgs, GrowthName, MethodName, PrognoseArgs, StartName, StreamFormat};
+pub use prognosis::{DemoArgs, EvaluateArgs, GrowthName, LearnArgs, MethodName, PrognoseArgs, StartName, StreamFormat};
 pub use tables::{BuildTablesArgs, QuantityRange};
 
 /// Physics-based prognosis of pneumatic valves from their stroke times
@@ -44,6 +44,8 @@ pub enum Verb {
     BuildTables(Box<BuildTablesArgs>),
     /// Estimate fault, leak and remaining useful life from a timing log
     Prognose(PrognoseArgs),
+    /// Learn from the logs of sister valves what to expect of the next one
+    Learn(LearnArgs),
     /// Say how good the prognosis of a valve is, on simulated lives with known ends
     Evaluate(EvaluateArgs),
     /// Show the whole chain on data that the program carries: nothing to set up

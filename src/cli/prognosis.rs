@@ -6,6 +6,7 @@ use clap::{Args, ValueEnum};
 
 use super::Format;
 use super::quantities::duration_s;
+use super::tables::{QuantityRange, supply_range};
 
 /// Options of `demo`.
 #[derive(Debug, Args)]
@@ -30,8 +31,13 @@ pub struct DemoArgs {
 #[derive(Debug, Args)]
 #[command(after_long_help = "\
 The log is CSV with the columns valve,cycle,close_time_s,open_time_s and, if you
-like, time. An empty time means that the valve did not get there. Valves may be
-interleaved.
+like, time (RFC 3339), supply_pressure_UNIT (psig, psia, barg, bara, kpag, kpa,
+mpa, pa) and temperature_UNIT (k, degc, degf). An empty time was not measured; the
+word stalled says that the valve did not get there. Valves may be interleaved.
+
+At the end of a text run every valve is listed, worst first. From good to bad they
+are healthy, unknown, watch, plan, act-now, eol-reached; replace_by_cycle is the
+last cycle before which the end comes with no more than --risk.
 
 Examples:
   valve prognose log.csv --tables tables
@@ -53,6 +59,21 @@ pub struct PrognoseArgs {
     /// One-sigma noise of the stroke times; without it, it is estimated from the log
     #[arg(long, value_name = "TIME", value_parser = duration_s)]
     pub noise: Option<f64>,
+    /// Risk that the end of life comes before `replace_by_cycle`
+    #[arg(long, value_name = "FRACTION", value_parser = risk, default_value = "0.05")]
+    pub risk: f64,
+    /// What sister valves have taught, as `valve learn` writes it
+    #[arg(long, value_name = "FILE")]
+    pub prior: Option<PathBuf>,
+    /// Supply pressures to expect, such as "70..80 psig": the end of life is told for the lowest
+    #[arg(long, value_name = "RANGE", value_parser = supply_range)]
+    pub expect_supply: Option<QuantityRange>,
+    /// An empty time means that the valve did not get there, as in logs made for version 0.1
+    #[arg(long)]
+    pub empty_is_stalled: bool,
+    /// Print every row as text, not only how the valves stand at the end
+    #[arg(long)]
+    pub all_rows: bool,
     /// What is known of the leak at the first cycle
     #[arg(long, value_enum, default_value_t = StartName::Healthy)]
     pub start: StartName,
@@ -96,8 +117,15 @@ the simulation and get normal noise. Reported are, over the lives:
   error to bound     rms error of the end over its Cramer-Rao bound, at a
                      quarter, half and three quarters of life and at its end
 
-Example:
-  valve evaluate valve.toml --seeds 300 --plot study.svg")]
+With --scenarios the lives are of worlds that are not as assumed: growth that
+curves, steps, rests or varies, two leaks at once, other wear, pressures and
+temperatures that change, blanks, correlated noise. With --log, the lives are those
+of the user's own valves that ran to their end.
+
+Examples:
+  valve evaluate valve.toml --seeds 300 --plot study.svg
+  valve evaluate valve.toml --scenarios --seeds 200
+  valve evaluate valve.toml --log history.csv")]
 pub struct EvaluateArgs {
     /// The valve file
     pub valve: PathBuf,
@@ -113,12 +141,48 @@ pub struct EvaluateArgs {
     /// First of the seeds; other seeds are other lives
     #[arg(long, default_value_t = 1, value_name = "SEED")]
     pub first_seed: u64,
+    /// Lives of worlds that are not as assumed
+    #[arg(long, conflicts_with = "plot")]
+    pub scenarios: bool,
+    /// Only the worlds whose name contains this
+    #[arg(long, value_name = "TEXT", requires = "scenarios")]
+    pub only: Option<String>,
+    /// A log of valves that ran to their end of life: scores the method on it
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["scenarios", "plot"])]
+    pub log: Option<PathBuf>,
     /// Half width of the cone around the true remaining life, a fraction
     #[arg(long, value_name = "FRACTION", value_parser = positive, default_value = "0.1")]
     pub alpha: f64,
     /// Draw the accuracy over the noise to an .svg or .png file
     #[arg(long, value_name = "FILE")]
     pub plot: Option<PathBuf>,
+    /// How the result is printed
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    pub format: Format,
+}
+
+/// Options of `learn`.
+#[derive(Debug, Args)]
+#[command(after_long_help = "\
+From the logs of sister valves, finished and unfinished lives, learns how long such
+valves last, how they wear, how far their healthy times are off and how noisy times
+are. `valve prognose --prior` starts from that.
+
+Example:
+  valve learn unit-1.csv unit-2.csv --tables tables --out prior.toml")]
+pub struct LearnArgs {
+    /// Timing logs
+    #[arg(required = true)]
+    pub logs: Vec<PathBuf>,
+    /// Directory of the tables, as `valve build-tables` writes them
+    #[arg(long, value_name = "DIR")]
+    pub tables: PathBuf,
+    /// The file to write
+    #[arg(long, value_name = "FILE")]
+    pub out: PathBuf,
+    /// Replace the file if it exists
+    #[arg(long)]
+    pub force: bool,
     /// How the result is printed
     #[arg(long, value_enum, default_value_t = Format::Text)]
     pub format: Format,
@@ -164,6 +228,13 @@ pub enum StreamFormat {
     Jsonl,
     /// CSV with a header
     Csv,
+}
+
+fn risk(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value < 1.0 => Ok(value),
+        _ => Err("a fraction between 0 and 1 is needed, such as 0.05".to_owned()),
+    }
 }
 
 fn positive(text: &str) -> Result<f64, String> {

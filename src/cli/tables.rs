@@ -55,7 +55,8 @@ pub struct QuantityRange {
     pub to: Quantity,
 }
 
-fn supply_range(text: &str) -> Result<QuantityRange, String> {
+/// A range of supply pressures.
+pub fn supply_range(text: &str) -> Result<QuantityRange, String> {
     range(text, Dimension::Pressure, "66..84 psig")
 }
 

@@ -95,7 +95,7 @@ fn states(path: &Path, mut prognoser: Prognoser) -> anyhow::Result<Vec<Prognosis
 impl Told {
     fn of(state: &Prognosis) -> Self {
         let at = |rul: Option<f64>| Some(state.cycle as f64 + rul?);
-        let named = state.fault.fault().is_some();
+        let named = state.fault.wears();
         // Once it is reached no cycles remain, whatever is known of when it was.
         let ahead = named && state.status != Status::EolReached;
         Self {

@@ -132,16 +132,15 @@ fn prognose(tables: &Arc<TableBundle>, true_eol_cycle: f64) -> anyhow::Result<Ch
     ]);
     let mut prognoses = Vec::new();
     let mut history = History::of(None);
-    let mut ends = Ends::default();
     while let Some(row) = log.next_row()? {
         let prognosis = prognoser.push(&row);
         history.add(&row.reading, &prognosis);
-        ends.add(&prognosis);
         if SHOWN.contains(&prognosis.cycle) {
             table.row(cells(&prognosis, true_eol_cycle));
         }
         prognoses.push(prognosis);
     }
+    let ends = Ends::of(prognoser.lasts().cloned());
     let last = ends.iter().map(super::prognose::End::sentence).collect::<Vec<_>>().join("\n");
     let figure = history.figure(tables, method.name(), Some(true_eol_cycle));
     Ok(Chain { table: table.render(), last, figure, prognoses })

@@ -15,6 +15,7 @@ mod explain;
 mod explain_figures;
 mod explain_json;
 mod ladder;
+mod learn;
 mod manual;
 mod prognose;
 mod report;
@@ -33,6 +34,7 @@ pub fn run(verb: &Verb) -> anyhow::Result<Answer> {
         Verb::Simulate(args) => simulate::run(args),
         Verb::BuildTables(args) => build_tables::run(args),
         Verb::Prognose(args) => prognose::run(args),
+        Verb::Learn(args) => learn::run(args),
         Verb::Evaluate(args) => evaluate::run(args),
         Verb::Demo(args) => demo::run(args),
         Verb::Compare(args) => compare::run(args),

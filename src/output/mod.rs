@@ -1,6 +1,7 @@
 //! Results to stdout and to files.
 
 mod figure;
+mod number;
 mod progress;
 mod sketch;
 mod staged;
@@ -12,6 +13,7 @@ use anyhow::Context;
 use serde::Serialize;
 
 pub use figure::PlotFile;
+pub use number::push_number;
 pub use progress::ProgressLine;
 pub use sketch::sketch;
 pub use staged::StagedFile;

@@ -14,19 +14,22 @@
 //! says how good they are.
 
 pub mod bayes;
+mod calendar;
+mod learn;
 mod log;
-mod monitor;
 mod notice;
 mod ols;
 mod output;
 mod prognoser;
 mod reading;
 mod record;
+mod status;
 pub mod study;
 
+pub use learn::{Learned, Learner, PRIOR_VERSION};
 pub use log::{FollowFailure, FollowedFile, LogError, LogErrorKind, LogRow, TimingLog};
 pub use notice::Notice;
 pub use ols::{OlsEstimate, OlsEstimator};
-pub use prognoser::{Method, Prognoser};
+pub use prognoser::{Method, Prognoser, ValveState};
 pub use reading::Reading;
 pub use record::{FaultCall, Prognosis, Status};

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use leak_table::{Fault, Stroke};
+use leak_table::Stroke;
 use serde::Serialize;
 use serde::ser::SerializeMap;
 
@@ -54,15 +54,14 @@ pub enum Notice {
         /// Its distance from what was expected, in s.
         residual_s: f64,
     },
-    /// The valve is healthy again; the estimate starts anew.
+    /// The wear fell.
     Repaired,
-    /// The leak stepped or changed its pace; the estimate starts anew.
+    /// The wear stepped up.
     GrowthChanged,
-    /// The leak grows exponentially rather than linearly.
-    GrowthExponential,
-    /// Earlier readings are taken for proper ones or glitches other than
-    /// before.
-    Reread,
+    /// The wear grows along a curve rather than by the same amount every cycle.
+    GrowthCurved,
+    /// The wear rests.
+    GrowthRests,
     /// The noise is larger than was stated.
     NoiseLarger {
         /// The stated standard deviation in s.
@@ -70,18 +69,20 @@ pub enum Notice {
         /// The standard deviation found, in s.
         found_s: f64,
     },
-    /// A time differs from the tables by a constant that no leak explains.
+    /// A time differs from the tables by a constant share that no wear explains.
     Offset {
         /// The stroke.
         stroke: Stroke,
-        /// Found minus expected, in s.
-        offset_s: f64,
+        /// Found over expected, less 1.
+        share: f64,
     },
-    /// Times differ from what any growing leak gives, and not at random.
-    Unexplained {
-        /// The fault that explains them best.
-        best: Fault,
-    },
+    /// Times drift as no table has it.
+    Unexplained,
+    /// A condition of the cycle is outside what the tables cover, or they cover
+    /// none.
+    ConditionsNotCovered,
+    /// The time of the row is no date.
+    NoDate,
 }
 
 impl Notice {
@@ -98,11 +99,13 @@ impl Notice {
             Self::Glitch { .. } => "glitch",
             Self::Repaired => "repaired",
             Self::GrowthChanged => "growth-changed",
-            Self::GrowthExponential => "growth-exponential",
-            Self::Reread => "reread",
+            Self::GrowthCurved => "growth-curved",
+            Self::GrowthRests => "growth-rests",
             Self::NoiseLarger { .. } => "noise-larger",
             Self::Offset { .. } => "offset",
-            Self::Unexplained { .. } => "unexplained",
+            Self::Unexplained => "unexplained",
+            Self::ConditionsNotCovered => "conditions-not-covered",
+            Self::NoDate => "no-date",
         }
     }
 }
@@ -133,26 +136,32 @@ impl fmt::Display for Notice {
             Self::Glitch { stroke, residual_s } => {
                 write!(f, "the {stroke} time is {residual_s:+.3} s off and counts as a glitch")
             }
-            Self::Repaired => write!(f, "the valve is healthy again; the estimate starts anew"),
-            Self::GrowthChanged => {
-                write!(f, "the leak stepped or changed its pace; the estimate starts anew")
+            Self::Repaired => write!(f, "the wear fell: the valve was repaired, or mended itself"),
+            Self::GrowthChanged => write!(f, "the wear stepped up; the estimate goes on from there"),
+            Self::GrowthCurved => {
+                write!(f, "the wear grows along a curve rather than by the same amount every cycle")
             }
-            Self::GrowthExponential => {
-                write!(f, "the leak grows by a factor rather than an amount per cycle")
-            }
-            Self::Reread => write!(f, "earlier readings were judged anew"),
+            Self::GrowthRests => write!(f, "the wear rests; when it will go on is not known"),
             Self::NoiseLarger { stated_s, found_s } => write!(
                 f,
                 "the noise is {found_s:.4} s, more than the stated {stated_s:.4} s; the bounds are too narrow; state it or leave it to be estimated"
             ),
-            Self::Offset { stroke, offset_s } => write!(
+            Self::Offset { stroke, share } => write!(
                 f,
-                "the {stroke} time is off by {offset_s:+.4} s throughout, which no leak explains; run `valve compare` and `valve explain` on a recording of this valve"
+                "the {stroke} time of this valve is {:+.1} % off the tables throughout, which is allowed for; `valve compare` and `valve explain` on a recording of this valve find out why",
+                100.0 * share
             ),
-            Self::Unexplained { best } => write!(
+            Self::Unexplained => write!(
                 f,
-                "no leak explains these times (a leak of kind {best} comes closest); another effect is at work: run `valve compare` and `valve explain` on a recording of this valve"
+                "no table explains these times; another effect is at work: run `valve compare` and `valve explain` on a recording of this valve"
             ),
+            Self::ConditionsNotCovered => write!(
+                f,
+                "supply pressure or temperature is outside the tables, and not or not fully corrected for; build them with --supply-range and --temperature-range"
+            ),
+            Self::NoDate => {
+                write!(f, "the time is no date of RFC 3339 such as 2026-01-31T06:00:00Z; no dates are told")
+            }
         }
     }
 }

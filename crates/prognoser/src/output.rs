@@ -1,8 +1,8 @@
 //! From estimates to what goes out.
 
-use leak_table::{Fault, Stroke, TableBundle, mm2_from_m2};
+use leak_table::{Condition, Stroke, TableBundle, mm2_from_m2};
 
-use crate::bayes::{BayesEstimate, Change};
+use crate::bayes::{BayesConfig, BayesEstimate, Change};
 use crate::notice::Notice;
 use crate::ols::OlsEstimate;
 use crate::reading::Reading;
@@ -10,9 +10,21 @@ use crate::record::{FaultCall, Prognosis, Status};
 
 /// Probability of being a proper reading below which a timing is called a
 /// glitch.
-pub(crate) const GLITCH_BELOW: f64 = 0.05;
+const GLITCH_BELOW: f64 = 0.05;
+/// Most faults that are named together.
+const LARGEST_GROUP: usize = 3;
 /// Standard deviations by which a time may lie outside the tables as noise.
 const OUTSIDE_FROM: f64 = 5.0;
+/// Share of the growth's stories from which on one is worth a word.
+const MOSTLY: f64 = 0.5;
+/// Share from which on it is said in so many words, once.
+const SURELY: f64 = 0.95;
+/// A healthy time that is off by less than this share is not worth a word.
+const SMALLEST_OFFSET: f64 = 0.01;
+/// Standard deviations from which on it is believed.
+const OFFSET_SIGMAS: f64 = 4.0;
+/// By how much a reading must count less for it to be said that noise goes on.
+const CORRELATED_FROM: f64 = 2.0;
 
 /// Notes strokes that did not finish or took too long; whether one of them
 /// would mean end of life if it is no glitch.
@@ -20,7 +32,7 @@ pub(crate) fn limits(tables: &TableBundle, reading: &Reading, notices: &mut Vec<
     Stroke::ALL.map(|stroke| {
         let limit_s = tables.manifest().limits.within_s(stroke);
         match reading.time_s(stroke) {
-            None => {
+            None if reading.stalled[stroke as usize] => {
                 notices.push(Notice::NotFinished { stroke });
                 true
             }
@@ -28,23 +40,20 @@ pub(crate) fn limits(tables: &TableBundle, reading: &Reading, notices: &mut Vec<
                 notices.push(Notice::AboveLimit { stroke, limit_s });
                 true
             }
-            Some(_) => false,
+            _ => false,
         }
     })
 }
 
-/// Notes what the estimator found odd.
+/// Notes what the estimator found odd about a row.
 pub(crate) fn remark(tables: &TableBundle, reading: &Reading, estimate: &BayesEstimate, notices: &mut Vec<Notice>) {
     for (i, stroke) in Stroke::ALL.into_iter().enumerate() {
         let Some(time) = reading.time_s(stroke) else {
             continue;
         };
-        let (mut shortest_s, mut longest_s) = (f64::INFINITY, f64::NEG_INFINITY);
-        for fault in Fault::ALL {
-            let (a, b) = tables.table(fault).curve(stroke).end_times_s();
-            shortest_s = shortest_s.min(a).min(b);
-            longest_s = longest_s.max(a).max(b);
-        }
+        let ends = tables.entries().map(|entry| entry.table.curve(stroke).end_times_s());
+        let (shortest_s, longest_s) = ends
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (a, b)| (low.min(a).min(b), high.max(a).max(b)));
         let margin = OUTSIDE_FROM * estimate.noise_sd_s;
         if time < shortest_s - margin || time > longest_s + margin {
             notices.push(Notice::OutsideTables { stroke, found_s: time, shortest_s, longest_s });
@@ -57,10 +66,53 @@ pub(crate) fn remark(tables: &TableBundle, reading: &Reading, estimate: &BayesEs
     }
     notices.extend(estimate.change.map(|change| match change {
         Change::Repaired => Notice::Repaired,
-        Change::Broken => Notice::GrowthChanged,
-        Change::Exponential => Notice::GrowthExponential,
-        Change::Reread => Notice::Reread,
+        Change::Stepped => Notice::GrowthChanged,
     }));
+}
+
+/// What is said once of a valve, as far as it holds now.
+pub(crate) fn findings(
+    tables: &TableBundle,
+    reading: &Reading,
+    estimate: &BayesEstimate,
+    one: &Prognosis,
+) -> Vec<Notice> {
+    let mut found = Vec::new();
+    if one.fault.wears() && estimate.curved > SURELY {
+        found.push(Notice::GrowthCurved);
+    }
+    if one.fault.wears() && estimate.resting > SURELY {
+        found.push(Notice::GrowthRests);
+    }
+    if one.fault == FaultCall::Other {
+        found.push(Notice::Unexplained);
+    }
+    for (stroke, (share, sd)) in Stroke::ALL.into_iter().zip(estimate.unit) {
+        if estimate.readings >= 10 && off(share, sd) && one.fault != FaultCall::Other {
+            found.push(Notice::Offset { stroke, share });
+        }
+    }
+    if !covered(tables, reading) {
+        found.push(Notice::ConditionsNotCovered);
+    }
+    found
+}
+
+fn off(share: f64, sd: f64) -> bool {
+    share.abs() > SMALLEST_OFFSET.max(OFFSET_SIGMAS * sd)
+}
+
+/// Whether the tables cover the conditions that a row states.
+fn covered(tables: &TableBundle, reading: &Reading) -> bool {
+    let stated =
+        [(Condition::SupplyPressure, reading.supply_pressure_pa), (Condition::Temperature, reading.temperature_k)];
+    stated.into_iter().all(|(condition, value)| {
+        let Some(value) = value else { return true };
+        tables.condition_range().is_some_and(|range| {
+            let (low, high) = range.get(condition);
+            low <= value && value <= high
+        })
+    })
 }
 
 pub(crate) fn blank(name: &str, cycle: u64) -> Prognosis {
@@ -72,57 +124,122 @@ pub(crate) fn blank(name: &str, cycle: u64) -> Prognosis {
         fault_probability: None,
         leak_area_mm2: None,
         leak_rate_mm2_per_cycle: None,
+        severity: None,
         eol_cycle: None,
         rul_cycles: None,
         rul_p05: None,
         rul_p50: None,
         rul_p95: None,
-        status: Status::Healthy,
+        replace_by_cycle: None,
+        eol_time: None,
+        replace_by: None,
+        fault_group: Vec::new(),
+        caveat: None,
+        status: Status::Unknown,
         noise_s: None,
         notices: Vec::new(),
     }
 }
 
+/// The fault to name, and the group it stands for if it cannot be told from
+/// others.
+fn named(estimate: &BayesEstimate, config: &BayesConfig) -> (FaultCall, Vec<FaultCall>) {
+    let probability = &estimate.probability;
+    if probability.none >= config.healthy_from {
+        return (FaultCall::None, Vec::new());
+    }
+    let ranked = probability.ranked();
+    let mut sum = 0.0;
+    for (count, (_, share)) in ranked.iter().enumerate().take(LARGEST_GROUP) {
+        sum += share;
+        if sum >= config.name_from {
+            let group =
+                if count == 0 { Vec::new() } else { ranked[..=count].iter().map(|(fault, _)| *fault).collect() };
+            return (ranked[0].0, group);
+        }
+    }
+    (FaultCall::Undecided, Vec::new())
+}
+
+/// Rounds to a number of decimals: no more is meant, and it is quicker to write.
+fn rounded(value: f64, decimals: i32) -> f64 {
+    let scale = 10_f64.powi(decimals);
+    (value * scale).round() / scale
+}
+
 pub(crate) fn from_bayes(
     name: &str,
+    tables: &TableBundle,
     reading: &Reading,
     estimate: &BayesEstimate,
-    name_from: f64,
-    over_limit: [bool; 2],
+    config: &BayesConfig,
 ) -> Prognosis {
-    let probability = estimate.probability;
-    let fault = if probability.none >= name_from {
-        FaultCall::None
-    } else if probability.of(estimate.leading) >= name_from {
-        estimate.leading.into()
-    } else {
-        FaultCall::Undecided
-    };
+    let (fault, fault_group) = named(estimate, config);
     let mut prognosis = blank(name, reading.cycle);
     prognosis.fault = fault;
-    prognosis.fault_probability = Some(probability);
-    prognosis.noise_s = Some(estimate.noise_sd_s);
+    prognosis.fault_group = fault_group;
+    prognosis.fault_probability = Some(estimate.probability.map(|share| rounded(share, 9)));
+    prognosis.noise_s = Some(rounded(estimate.noise_sd_s, 7));
+    prognosis.caveat = caveat(tables, reading, estimate, &prognosis);
     if fault == FaultCall::None {
         return prognosis;
     }
-    let remaining = |eol: f64| (eol - reading.cycle as f64).max(0.0);
-    prognosis.leak_area_mm2 = Some(mm2_from_m2(estimate.leak_area_m2));
-    prognosis.leak_rate_mm2_per_cycle = Some(mm2_from_m2(estimate.leak_rate_m2));
-    prognosis.eol_cycle = Some(estimate.eol_cycle);
-    prognosis.rul_cycles = Some(remaining(estimate.eol_cycle));
-    prognosis.rul_p05 = Some(remaining(estimate.eol.p05));
-    prognosis.rul_p50 = Some(remaining(estimate.eol.p50));
-    prognosis.rul_p95 = Some(remaining(estimate.eol.p95));
-    let over = (0..2).any(|i| over_limit[i] && estimate.inlier[i] > 0.5);
-    prognosis.status = match fault {
-        FaultCall::Undecided | FaultCall::None => Status::Healthy,
-        _ if over || estimate.eol.p50 <= reading.cycle as f64 => Status::EolReached,
-        _ => Status::Degrading,
-    };
+    prognosis.severity = Some(rounded(estimate.severity, 6));
+    if let Some(leak) = estimate.leading.fault() {
+        let limit_mm2 = mm2_from_m2(tables.limit_area_m2(leak));
+        prognosis.leak_area_mm2 = Some(rounded(estimate.severity * limit_mm2, 9));
+        prognosis.leak_rate_mm2_per_cycle = Some(rounded(estimate.growth * limit_mm2, 9));
+    }
+    let Some(end) = estimate.end else { return prognosis };
+    let remaining = |eol: f64| rounded((eol - reading.cycle as f64).max(0.0), 4);
+    prognosis.eol_cycle = Some(rounded(end.cycle, 4));
+    prognosis.rul_cycles = Some(remaining(end.cycle));
+    prognosis.rul_p05 = Some(remaining(end.quantiles.p05));
+    prognosis.rul_p50 = Some(remaining(end.quantiles.p50));
+    prognosis.rul_p95 = Some(remaining(end.quantiles.p95));
+    if fault.wears() {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "cycles not below zero")]
+        let by = end.at_risk.max(0.0).floor() as u64;
+        prognosis.replace_by_cycle = Some(by);
+    }
     prognosis
 }
 
-pub(crate) fn from_ols(name: &str, reading: &Reading, estimate: &OlsEstimate, over_limit: [bool; 2]) -> Prognosis {
+/// What to be careful about, in words; the weightiest first.
+fn caveat(tables: &TableBundle, reading: &Reading, estimate: &BayesEstimate, one: &Prognosis) -> Option<String> {
+    let mut parts: Vec<String> = Vec::new();
+    if let [first, others @ ..] = one.fault_group.as_slice() {
+        let others: Vec<&str> = others.iter().map(|fault| fault.name()).collect();
+        parts.push(format!("{} cannot be told from {}", first.name(), others.join(" or ")));
+    }
+    if one.fault == FaultCall::Other {
+        parts.push("no table explains these times; the end is where they would go on to".to_owned());
+    }
+    if one.fault.wears() {
+        let words = [
+            (estimate.resting, "growth rests; when it goes on is a guess"),
+            (estimate.rough, "growth varies from cycle to cycle"),
+            (estimate.curved, "growth is not steady"),
+        ];
+        parts.extend(words.into_iter().filter(|(share, _)| *share > MOSTLY).map(|(_, words)| words.to_owned()));
+    }
+    if estimate.readings >= 10 && one.fault != FaultCall::Other {
+        for (stroke, (share, sd)) in Stroke::ALL.into_iter().zip(estimate.unit) {
+            if off(share, sd) {
+                parts.push(format!("{stroke} time {:+.1} % off the tables", 100.0 * share));
+            }
+        }
+    }
+    if estimate.inflation > CORRELATED_FROM {
+        parts.push("noise goes on from cycle to cycle".to_owned());
+    }
+    if !covered(tables, reading) {
+        parts.push("conditions not corrected for".to_owned());
+    }
+    (!parts.is_empty()).then(|| parts.join("; "))
+}
+
+pub(crate) fn from_ols(name: &str, reading: &Reading, estimate: &OlsEstimate) -> Prognosis {
     let mut prognosis = blank(name, reading.cycle);
     let Some(fault) = estimate.fault else {
         return prognosis;
@@ -132,7 +249,5 @@ pub(crate) fn from_ols(name: &str, reading: &Reading, estimate: &OlsEstimate, ov
     prognosis.leak_rate_mm2_per_cycle = estimate.leak_rate_m2.map(mm2_from_m2);
     prognosis.eol_cycle = estimate.eol_cycle;
     prognosis.rul_cycles = estimate.rul_cycles;
-    let reached = estimate.eol_cycle.is_some_and(|eol| eol <= reading.cycle as f64);
-    prognosis.status = if reached || over_limit.contains(&true) { Status::EolReached } else { Status::Degrading };
     prognosis
 }

@@ -3,16 +3,18 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use leak_table::{Fault, Stroke, TableBundle};
+use leak_table::TableBundle;
+use serde::{Deserialize, Serialize};
 
-use crate::bayes::{BayesConfig, BayesEstimator, Change, Noise};
+use crate::bayes::{BayesConfig, BayesEstimate, BayesEstimator, Change, Noise, ValveRecord};
+use crate::calendar::Calendar;
 use crate::log::LogRow;
-use crate::monitor::Monitor;
 use crate::notice::Notice;
 use crate::ols::OlsEstimator;
-use crate::output::{GLITCH_BELOW, blank, from_bayes, from_ols, limits, remark};
+use crate::output::{blank, findings, from_bayes, from_ols, limits, remark};
 use crate::reading::Reading;
-use crate::record::{Prognosis, Status};
+use crate::record::Prognosis;
+use crate::status::Ladder;
 
 /// Rows in rising order below the latest cycle after which the cycle counter
 /// counts as restarted.
@@ -22,8 +24,16 @@ const RESTART_AFTER: usize = 3;
 /// whatever the reason; a single one may be a glitch.
 const OVER_FROM: u32 = 2;
 
+/// Weight of the newest residual in the running mean of their squares.
+const NEWEST: f64 = 0.05;
+/// Residuals before a stated noise is doubted.
+const ENOUGH: f64 = 20.0;
+/// Mean square over the stated variance from which on it is.
+const TOO_LARGE: f64 = 2.0;
+
 /// How the remaining life is estimated.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "there is one of it, and it is copied as a whole")]
 pub enum Method {
     /// Recursive Bayesian estimate from both timings.
     Bayes(BayesConfig),
@@ -60,15 +70,35 @@ enum Estimator {
     Ols(OlsEstimator),
 }
 
-struct Valve {
-    estimator: Estimator,
-    monitor: Monitor,
+/// All that is kept of a valve from row to row by the default method: plain
+/// numbers of a bounded size, which a store can write and go on from.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ValveState {
+    /// What the estimate remembers.
+    pub record: ValveRecord,
+    rows: Rows,
+}
+
+/// What is kept of a valve's rows beside the estimate.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+struct Rows {
     latest: Option<u64>,
     /// Whether a cycle below the latest is already known: the last ones seen.
     seen: [Option<u64>; 8],
-    late: Vec<Reading>,
     /// Cycles in a row with a stroke beyond its limit.
     over: u32,
+    ladder: Ladder,
+    calendar: Calendar,
+    /// Kinds of findings that were said.
+    said: Vec<String>,
+    /// Number and mean square of the residuals, in stated variances.
+    residuals: (f64, f64),
+}
+
+struct Valve {
+    estimator: Estimator,
+    rows: Rows,
+    late: Vec<Reading>,
     last: Option<Prognosis>,
 }
 
@@ -83,6 +113,36 @@ impl Prognoser {
         self.valves.len()
     }
 
+    /// The last prognosis of every valve, in no order.
+    pub fn lasts(&self) -> impl Iterator<Item = &Prognosis> {
+        self.valves.values().filter_map(|valve| valve.last.as_ref())
+    }
+
+    /// What is kept of a valve by the default method; none if it was not seen.
+    pub fn state(&self, valve: &str) -> Option<ValveState> {
+        let valve = self.valves.get(valve)?;
+        match &valve.estimator {
+            Estimator::Bayes(estimator) => {
+                Some(ValveState { record: estimator.record().clone(), rows: valve.rows.clone() })
+            }
+            Estimator::Ols(_) => None,
+        }
+    }
+
+    /// Goes on from what was kept of a valve, whose rows then need not be read
+    /// again. Says whether it could: the version must be this program's, the
+    /// method the default one.
+    pub fn resume(&mut self, valve: &str, state: ValveState) -> bool {
+        let Method::Bayes(config) = &self.method else { return false };
+        if state.record.version != crate::bayes::STATE_VERSION {
+            return false;
+        }
+        let estimator = Estimator::Bayes(Box::new(BayesEstimator::resume(config, state.record)));
+        let resumed = Valve { estimator, rows: state.rows, late: Vec::new(), last: None };
+        self.valves.insert(valve.to_owned(), resumed);
+        true
+    }
+
     /// Takes in one row and gives the prognosis after it. A row that cannot be
     /// used gives the last prognosis of its valve again, with a notice.
     pub fn push(&mut self, row: &LogRow<'_>) -> Prognosis {
@@ -90,7 +150,7 @@ impl Prognoser {
             self.valves.insert(row.valve.to_owned(), Valve::new(&self.method));
         }
         let valve = self.valves.get_mut(row.valve).expect("it was inserted if it was missing");
-        let mut prognosis = valve.push(&self.tables, &self.method, row.valve, &row.reading);
+        let mut prognosis = valve.push(&self.tables, &self.method, row);
         prognosis.time = row.time.map(str::to_owned);
         prognosis
     }
@@ -102,22 +162,15 @@ impl Valve {
             Method::Bayes(config) => Estimator::Bayes(Box::new(BayesEstimator::new(config))),
             Method::Ols => Estimator::Ols(OlsEstimator::new()),
         };
-        Self {
-            estimator,
-            monitor: Monitor::default(),
-            latest: None,
-            seen: [None; 8],
-            late: Vec::new(),
-            over: 0,
-            last: None,
-        }
+        Self { estimator, rows: Rows::default(), late: Vec::new(), last: None }
     }
 
-    fn push(&mut self, tables: &TableBundle, method: &Method, name: &str, reading: &Reading) -> Prognosis {
+    fn push(&mut self, tables: &TableBundle, method: &Method, row: &LogRow<'_>) -> Prognosis {
+        let (name, reading) = (row.valve, &row.reading);
         let mut notices = Vec::new();
-        if let Some(latest) = self.latest {
+        if let Some(latest) = self.rows.latest {
             if reading.cycle <= latest {
-                if self.seen.contains(&Some(reading.cycle)) && self.late.is_empty() {
+                if self.rows.seen.contains(&Some(reading.cycle)) && self.late.is_empty() {
                     return self.unused(name, reading, Notice::RepeatedCycle);
                 }
                 if self.late.last().is_some_and(|before| before.cycle >= reading.cycle) {
@@ -130,7 +183,7 @@ impl Valve {
                 let late = std::mem::take(&mut self.late);
                 *self = Self::new(method);
                 for earlier in &late[..late.len() - 1] {
-                    self.take(tables, method, name, earlier, Vec::new());
+                    self.take(tables, method, name, earlier, None, Vec::new());
                 }
                 notices.push(Notice::CounterRestarted);
             } else {
@@ -141,7 +194,7 @@ impl Valve {
                 }
             }
         }
-        self.take(tables, method, name, reading, notices)
+        self.take(tables, method, name, reading, row.time, notices)
     }
 
     /// The last prognosis again, for a row that is not used.
@@ -158,40 +211,77 @@ impl Valve {
         method: &Method,
         name: &str,
         reading: &Reading,
+        time: Option<&str>,
         mut notices: Vec<Notice>,
     ) -> Prognosis {
-        self.latest = Some(reading.cycle);
-        self.seen.rotate_right(1);
-        self.seen[0] = Some(reading.cycle);
+        let rows = &mut self.rows;
+        rows.latest = Some(reading.cycle);
+        rows.seen.rotate_right(1);
+        rows.seen[0] = Some(reading.cycle);
         let over_limit = limits(tables, reading, &mut notices);
-        self.over = if over_limit.contains(&true) { self.over + 1 } else { 0 };
+        let told = reading.close_time_s.is_some() || reading.open_time_s.is_some() || reading.stalled.contains(&true);
+        if over_limit.contains(&true) {
+            rows.over += 1;
+        } else if told {
+            rows.over = 0;
+        }
+        let mut repaired = false;
         let mut prognosis = match (&mut self.estimator, method) {
             (Estimator::Bayes(estimator), Method::Bayes(config)) => {
                 let estimate = estimator.update(tables, reading);
-                if matches!(estimate.change, Some(Change::Repaired | Change::Broken)) {
-                    self.monitor = Monitor::default();
-                }
                 remark(tables, reading, &estimate, &mut notices);
-                let sound = |i: usize| estimate.residual_s[i].filter(|_| estimate.inlier[i] >= GLITCH_BELOW);
-                let stated = match config.noise {
-                    Noise::Known { sd_s } => Some(sd_s),
-                    Noise::Estimated { .. } => None,
-                };
-                let residuals = [sound(0), sound(1)];
-                let healthy = Stroke::ALL.map(|stroke| tables.table(Fault::Atmosphere).curve(stroke).end_times_s().0);
-                self.monitor.look(residuals, healthy, stated, estimate.leading, &mut notices);
-                from_bayes(name, reading, &estimate, config.name_from, over_limit)
+                repaired = estimate.change == Some(Change::Repaired);
+                let prognosis = from_bayes(name, tables, reading, &estimate, config);
+                let mut found = findings(tables, reading, &estimate, &prognosis);
+                found.extend(rows.noise_larger(config, &estimate));
+                rows.once(found, &mut notices);
+                prognosis
             }
-            (Estimator::Ols(estimator), _) => from_ols(name, reading, &estimator.update(tables, reading), over_limit),
+            (Estimator::Ols(estimator), _) => from_ols(name, reading, &estimator.update(tables, reading)),
             (Estimator::Bayes(_), Method::Ols) => {
                 unreachable!("the estimator is made by the method, which never changes")
             }
         };
-        if self.over >= OVER_FROM {
-            prognosis.status = Status::EolReached;
+        if let Some(time) = time.filter(|time| !time.is_empty()) {
+            if rows.calendar.add(reading.cycle, time) {
+                prognosis.eol_time =
+                    prognosis.eol_cycle.filter(|_| prognosis.fault.wears()).and_then(|cycle| rows.calendar.date(cycle));
+                prognosis.replace_by =
+                    prognosis.replace_by_cycle.and_then(|cycle| rows.calendar.date_at_the_earliest(cycle as f64));
+            } else {
+                rows.once(vec![Notice::NoDate], &mut notices);
+            }
         }
+        prognosis.status = rows.ladder.step(&prognosis, rows.over >= OVER_FROM, repaired);
         prognosis.notices = notices;
         self.last = Some(Prognosis { notices: Vec::new(), ..prognosis.clone() });
         prognosis
+    }
+}
+
+impl Rows {
+    /// Adds those notices whose kind was not said before.
+    fn once(&mut self, found: Vec<Notice>, notices: &mut Vec<Notice>) {
+        for notice in found {
+            if !self.said.iter().any(|kind| kind == notice.kind()) {
+                self.said.push(notice.kind().to_owned());
+                notices.push(notice);
+            }
+        }
+    }
+
+    /// Whether the noise is larger than was stated.
+    fn noise_larger(&mut self, config: &BayesConfig, estimate: &BayesEstimate) -> Option<Notice> {
+        let Noise::Known { sd_s } = config.noise else { return None };
+        for (residual, inlier) in estimate.residual_s.iter().zip(estimate.inlier) {
+            if let Some(residual) = residual.filter(|_| inlier > 0.5) {
+                let (count, square) = &mut self.residuals;
+                *count += 1.0;
+                *square += NEWEST.max(1.0 / *count) * ((residual / sd_s).powi(2) - *square);
+            }
+        }
+        let (count, square) = self.residuals;
+        (count > ENOUGH && square > TOO_LARGE)
+            .then(|| Notice::NoiseLarger { stated_s: sd_s, found_s: sd_s * square.sqrt() })
     }
 }

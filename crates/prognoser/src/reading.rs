@@ -2,15 +2,22 @@
 
 use leak_table::Stroke;
 
-/// The stroke times of one valve in one cycle.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// The stroke times of one valve in one cycle, and the conditions if they are
+/// known.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Reading {
     /// The cycle's number.
     pub cycle: u64,
-    /// Closing time in s; none if the valve did not close within the cycle.
+    /// Closing time in s; none if it was not measured or the valve stalled.
     pub close_time_s: Option<f64>,
-    /// Opening time in s; none if the valve did not open within the cycle.
+    /// Opening time in s; none if it was not measured or the valve stalled.
     pub open_time_s: Option<f64>,
+    /// Strokes that did not arrive within the cycle, closing and opening.
+    pub stalled: [bool; 2],
+    /// Absolute supply pressure of the cycle in Pa; none if it is not known.
+    pub supply_pressure_pa: Option<f64>,
+    /// Temperature of the cycle in K; none if it is not known.
+    pub temperature_k: Option<f64>,
 }
 
 impl Reading {

@@ -1,19 +1,31 @@
 //! The line that goes out for every line that comes in.
 
 use leak_table::Fault;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::bayes::FaultProbability;
 use crate::notice::Notice;
 
 /// The fault named for a valve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "kebab-case")]
 pub enum FaultCall {
     /// A leak to atmosphere.
     Atmosphere,
     /// A leak from the supply.
     Supply,
+    /// Friction.
+    Friction,
+    /// A weak spring.
+    Spring,
+    /// A clogged exhaust.
+    Exhaust,
+    /// A clogged supply line.
+    SupplyLine,
+    /// Leaks of both kinds at once.
+    BothLeaks,
+    /// Times drift as no table has it.
+    Other,
     /// The valve does not degrade.
     None,
     /// The data do not decide.
@@ -21,22 +33,45 @@ pub enum FaultCall {
 }
 
 impl FaultCall {
+    /// All that can be named, kinds of wear in the order of their tables first.
+    pub const FAULTS: [Self; 8] = [
+        Self::Atmosphere,
+        Self::Supply,
+        Self::Friction,
+        Self::Spring,
+        Self::Exhaust,
+        Self::SupplyLine,
+        Self::BothLeaks,
+        Self::Other,
+    ];
+
     /// The name used in output.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Atmosphere => "atmosphere",
             Self::Supply => "supply",
+            Self::Friction => "friction",
+            Self::Spring => "spring",
+            Self::Exhaust => "exhaust",
+            Self::SupplyLine => "supply-line",
+            Self::BothLeaks => "both-leaks",
+            Self::Other => "other",
             Self::None => "none",
             Self::Undecided => "undecided",
         }
     }
 
-    /// The fault, if one is named.
+    /// Whether something is named that wears.
+    pub const fn wears(self) -> bool {
+        !matches!(self, Self::None | Self::Undecided)
+    }
+
+    /// The kind of leak, if a single one is named.
     pub const fn fault(self) -> Option<Fault> {
         match self {
             Self::Atmosphere => Some(Fault::Atmosphere),
             Self::Supply => Some(Fault::Supply),
-            Self::None | Self::Undecided => None,
+            _ => None,
         }
     }
 }
@@ -50,24 +85,36 @@ impl From<Fault> for FaultCall {
     }
 }
 
-/// How a valve stands.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+/// How a valve stands, from good to bad.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Status {
-    /// No fault is named.
+    /// Nothing grows.
     Healthy,
-    /// A fault is named.
-    Degrading,
-    /// The leak has reached its limit.
+    /// The log does not tell yet, or not any more.
+    Unknown,
+    /// A fault grows; there is time.
+    Watch,
+    /// A replacement should be planned.
+    Plan,
+    /// The valve should be replaced before its next cycles.
+    ActNow,
+    /// The limit is reached.
     EolReached,
 }
 
 impl Status {
+    /// All, from good to bad.
+    pub const ALL: [Self; 6] = [Self::Healthy, Self::Unknown, Self::Watch, Self::Plan, Self::ActNow, Self::EolReached];
+
     /// The name used in output.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Healthy => "healthy",
-            Self::Degrading => "degrading",
+            Self::Unknown => "unknown",
+            Self::Watch => "watch",
+            Self::Plan => "plan",
+            Self::ActNow => "act-now",
             Self::EolReached => "eol-reached",
         }
     }
@@ -95,6 +142,8 @@ pub struct Prognosis {
     pub leak_area_mm2: Option<f64>,
     /// Growth in mm2 per cycle.
     pub leak_rate_mm2_per_cycle: Option<f64>,
+    /// How far the wear has come: 1 at the limit.
+    pub severity: Option<f64>,
     /// Cycle at end of life.
     pub eol_cycle: Option<f64>,
     /// Remaining cycles, not below zero.
@@ -105,6 +154,20 @@ pub struct Prognosis {
     pub rul_p50: Option<f64>,
     /// Remaining cycles that are exceeded with a probability of 5 %.
     pub rul_p95: Option<f64>,
+    /// Last cycle before which the end comes with no more than the stated risk.
+    pub replace_by_cycle: Option<u64>,
+    /// Date of the end of life, RFC 3339, where the log has dates.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub eol_time: Option<String>,
+    /// Date of `replace_by_cycle`, RFC 3339, where the log has dates.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub replace_by: Option<String>,
+    /// Faults that these times cannot tell apart, the named one first; empty
+    /// where there is but one.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub fault_group: Vec<FaultCall>,
+    /// What to be careful about, in words.
+    pub caveat: Option<String>,
     /// How the valve stands.
     pub status: Status,
     /// Estimated standard deviation of the timings' noise in s; none with

@@ -7,7 +7,7 @@ use common::{log, noisy, notices, reading, run, tables};
 use leak_table::Fault;
 use prognoser::bayes::{BayesConfig, GrowthLaw, Noise};
 use prognoser::study::NoiseSource;
-use prognoser::{FaultCall, Method, Prognosis, Reading};
+use prognoser::{FaultCall, Method, Prognosis, Reading, Status};
 
 const SD: f64 = 0.02;
 
@@ -70,12 +70,12 @@ fn exponential_growth_is_told_from_linear_growth() {
         let asked = run(Method::Bayes(config), &readings);
         assert!((end(&asked[44]) - 50.0).abs() < 2.5, "{fault}: {:?}", asked[44]);
         let chosen = run(Method::default(), &readings);
-        let seen = first(&chosen, "growth-exponential").or(first(&chosen, "growth-changed"));
+        let seen = first(&chosen, "growth-curved").or(first(&chosen, "growth-changed"));
         assert!(seen.is_some(), "{fault}: nothing was said");
         assert!((end(&chosen[47]) - 50.0).abs() < 2.5, "{fault}: {:?}", chosen[47]);
         let config = BayesConfig { growth: GrowthLaw::Linear, ..BayesConfig::default() };
         let straight = run(Method::Bayes(config), &readings);
-        assert_eq!(first(&straight, "growth-exponential"), None);
+        assert_eq!(first(&straight, "growth-curved"), None);
     }
 }
 
@@ -85,7 +85,7 @@ fn steady_growth_raises_no_suspicion() {
         for seed in 0..50 {
             let readings = log(&tables(), fault, 50, SD, seed, |k| k / 51.0);
             let said = notices(&run(Method::default(), &readings));
-            let changes = ["repaired", "growth-changed", "growth-exponential", "unexplained"];
+            let changes = ["repaired", "growth-changed", "growth-curved", "unexplained"];
             assert!(!said.iter().any(|(_, kind)| changes.contains(kind)), "{seed}: {said:?}");
         }
     }
@@ -149,9 +149,27 @@ fn a_stroke_that_does_not_finish_pulls_the_end_closer() {
 }
 
 #[test]
+fn times_that_were_not_measured_are_no_stalls() {
+    for fault in Fault::ALL {
+        let mut readings = log(&tables(), fault, 45, SD, 8, |k| k / 50.0);
+        for reading in readings.iter_mut().filter(|reading| reading.cycle % 4 == 1) {
+            reading.close_time_s = None;
+            if reading.cycle % 8 == 1 {
+                reading.open_time_s = None;
+            }
+        }
+        let prognoses = run(Method::default(), &readings);
+        assert!(prognoses.iter().all(|one| one.status != Status::EolReached), "{fault}");
+        assert_eq!(first(&prognoses, "not-finished"), None);
+        assert!((end(&prognoses[40]) - 50.0).abs() < 1.5, "{fault}: {:?}", prognoses[40]);
+    }
+}
+
+#[test]
 fn a_lone_unfinished_stroke_of_a_healthy_valve_is_no_fault() {
     let mut readings = log(&tables(), Fault::Supply, 40, SD, 6, |_| 0.0);
     readings[20].close_time_s = None;
+    readings[20].stalled[0] = true;
     let prognoses = run(Method::default(), &readings);
     assert_eq!(first(&prognoses, "not-finished"), Some(20));
     assert_eq!(prognoses[39].fault, FaultCall::None);

@@ -32,16 +32,18 @@ fn the_end_is_told_within_half_a_cycle_from_cycle_2_on() {
 }
 
 #[test]
-fn the_state_goes_from_healthy_over_degrading_to_the_end() {
+fn the_state_climbs_the_ladder_to_the_end() {
     let tables = tables();
     for fault in Fault::ALL {
         let readings = log(&tables, fault, 27, 0.0, 0, |cycle| cycle / END);
         let prognoses = run(Method::default(), &readings);
-        assert_eq!(prognoses[0].status, Status::Healthy);
-        assert_eq!(prognoses[10].status, Status::Degrading);
-        assert_eq!(prognoses[24].status, Status::Degrading);
-        assert_eq!(prognoses[25].status, Status::EolReached);
-        assert_eq!(prognoses[25].rul_cycles, Some(0.0));
+        assert_eq!(prognoses[0].status, Status::Unknown);
+        assert_eq!(prognoses[10].status, Status::Watch);
+        assert_eq!(prognoses[20].status, Status::Plan);
+        assert_eq!(prognoses[24].status, Status::ActNow);
+        assert!(prognoses.windows(2).all(|pair| pair[0].status <= pair[1].status));
+        assert_eq!(prognoses[26].status, Status::EolReached);
+        assert_eq!(prognoses[26].rul_cycles, Some(0.0));
         let bounds = &prognoses[10];
         assert!(bounds.rul_p05 < bounds.rul_p50 && bounds.rul_p50 < bounds.rul_p95);
         let said = notices(&prognoses);

@@ -74,8 +74,8 @@ fn a_counter_that_starts_again_starts_the_estimate_anew() {
 
 #[test]
 fn a_valve_that_does_not_stroke_at_all_is_at_its_end_and_gives_finite_numbers() {
-    let dead = |cycle| Reading { cycle, close_time_s: None, open_time_s: None };
-    let absurd = |cycle| Reading { cycle, close_time_s: Some(1e300), open_time_s: Some(0.0) };
+    let dead = |cycle| Reading { cycle, stalled: [true; 2], ..Reading::default() };
+    let absurd = |cycle| Reading { cycle, close_time_s: Some(1e300), open_time_s: Some(0.0), ..Reading::default() };
     for method in [Method::default(), Method::Ols] {
         for make in [&dead as &dyn Fn(u64) -> Reading, &absurd] {
             let readings: Vec<Reading> = (0..30).map(make).collect();
@@ -104,13 +104,15 @@ fn json_has_the_names_others_rely_on() {
         "rul_p05",
         "rul_p50",
         "rul_p95",
+        "replace_by_cycle",
+        "caveat",
         "status",
         "notices",
     ] {
         assert!(value.get(key).is_some(), "{key} is missing in {value}");
     }
     assert_eq!(value["fault"], "supply");
-    assert_eq!(value["status"], "degrading");
+    assert_eq!(value["status"], "plan");
     for key in ["none", "atmosphere", "supply"] {
         assert!(value["fault_probability"][key].is_f64(), "{value}");
     }
@@ -118,11 +120,49 @@ fn json_has_the_names_others_rely_on() {
 
 #[test]
 fn the_state_of_a_valve_does_not_grow() {
-    // The Bayesian state holds at most 8 + 32 readings (tested where it is
-    // kept); here, that a long log runs through and stays sane.
-    let readings = log(&tables(), Fault::Supply, 20_000, 0.02, 6, |_| 0.0);
-    let last = run(Method::default(), &readings).pop().expect("rows");
-    assert!(last.fault_probability.expect("bayes").none > 0.999, "{last:?}");
+    let readings = log(&tables(), Fault::Supply, 5_000, 0.02, 6, |_| 0.0);
+    let mut prognoser = Prognoser::new(tables().into(), Method::default());
+    let mut largest = 0;
+    let mut last = None;
+    for (index, reading) in readings.iter().enumerate() {
+        last = Some(prognoser.push(&row("V", reading)));
+        if index < 30 || index % 500 == 0 {
+            largest = largest.max(numbers(&prognoser));
+        }
+    }
+    let last = last.expect("rows");
+    assert!(last.fault_probability.expect("bayes").none > 0.99, "{last:?}");
+    // In single precision, with three small enumerations a story.
+    assert!(4 * largest < 4096, "{largest} numbers");
+}
+
+/// How many numbers and words the state of the valve has.
+fn numbers(prognoser: &Prognoser) -> usize {
+    fn count(value: &serde_json::Value) -> usize {
+        match value {
+            serde_json::Value::Array(all) => all.iter().map(count).sum(),
+            serde_json::Value::Object(all) => all.values().map(count).sum(),
+            _ => 1,
+        }
+    }
+    count(&serde_json::to_value(prognoser.state("V").expect("was seen")).expect("is JSON"))
+}
+
+#[test]
+fn a_state_that_was_kept_goes_on_as_if_nothing_had_happened() {
+    let readings = supply_log(7);
+    let mut whole = Prognoser::new(tables().into(), Method::default());
+    let all: Vec<Prognosis> = readings.iter().map(|reading| whole.push(&row("V", reading))).collect();
+    let mut first = Prognoser::new(tables().into(), Method::default());
+    for reading in &readings[..12] {
+        first.push(&row("V", reading));
+    }
+    let kept = serde_json::to_string(&first.state("V").expect("was seen")).expect("is JSON");
+    let mut second = Prognoser::new(tables().into(), Method::default());
+    assert!(second.resume("V", serde_json::from_str(&kept).expect("was just written")));
+    for (reading, expected) in readings[12..].iter().zip(&all[12..]) {
+        assert_eq!(second.push(&row("V", reading)), *expected);
+    }
 }
 
 const HEADER: &str = "valve,cycle,close_time_s,open_time_s\n";

@@ -1,7 +1,10 @@
 //! `valve evaluate`: how good is the prognosis of this valve?
 
+mod own_log;
+mod scenarios;
 mod text;
 mod truth;
+mod world;
 
 use anyhow::Context;
 use prognoser::Method;
@@ -33,6 +36,12 @@ pub struct Study {
 /// Builds the tables, runs the lives, prints.
 pub fn run(args: &EvaluateArgs) -> anyhow::Result<Answer> {
     let file = ValveFile::read(&args.valve)?;
+    if args.scenarios {
+        return scenarios::run(args, &file);
+    }
+    if let Some(log) = &args.log {
+        return own_log::run(args, &file, log);
+    }
     let plot = PlotFile::create(args.plot.as_deref())?;
     let bundle = tables::build(&file).with_context(|| file.file_name().to_owned())?.bundle;
     let truth = Truth::new(&file);

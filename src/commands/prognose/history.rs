@@ -1,94 +1,140 @@
 //! What is kept of the stream: the last state of every valve, and the path of the
 //! one that is drawn.
 
-use std::collections::HashMap;
-
 use leak_table::{Fault, SeverityAt, Stroke, TableBundle, mm2_from_m2};
 use prognoser::{FaultCall, Prognosis, Reading, Status};
 use report::figures::{PrognosisFigure, PrognosisPoint};
 
-use crate::commands::tables::fault_name;
+use crate::output::{Align, TextTable};
 
 /// How a valve stood after its last row.
 #[derive(Debug, Clone)]
-pub struct End {
-    /// The valve.
-    pub valve: String,
-    /// Its last cycle.
-    pub cycle: u64,
-    /// The fault named.
-    pub fault: FaultCall,
-    /// Remaining cycles and their 5 and 95 % bounds.
-    pub rul_cycles: Option<(f64, Option<[f64; 2]>)>,
-    /// Leak area, mm2.
-    pub leak_area_mm2: Option<f64>,
-    /// How it stands.
-    pub status: Status,
-}
+pub struct End(Prognosis);
 
-/// The last state of every valve, in the order in which they appeared.
+/// The last state of every valve, the worst first.
 #[derive(Debug, Default)]
-pub struct Ends {
-    places: HashMap<String, usize>,
-    ends: Vec<End>,
-}
+pub struct Ends(Vec<End>);
 
 impl Ends {
-    /// Takes in the latest state of a valve.
-    pub fn add(&mut self, prognosis: &Prognosis) {
-        let place = if let Some(place) = self.places.get(&prognosis.valve) {
-            *place
-        } else {
-            self.places.insert(prognosis.valve.clone(), self.ends.len());
-            self.ends.push(End {
-                valve: prognosis.valve.clone(),
-                cycle: 0,
-                fault: FaultCall::Undecided,
-                rul_cycles: None,
-                leak_area_mm2: None,
-                status: Status::Healthy,
-            });
-            self.ends.len() - 1
-        };
-        let end = &mut self.ends[place];
-        end.cycle = prognosis.cycle;
-        end.fault = prognosis.fault;
-        end.rul_cycles = prognosis.rul_cycles.map(|rul| (rul, bounds(prognosis)));
-        end.leak_area_mm2 = prognosis.leak_area_mm2;
-        end.status = prognosis.status;
+    /// From the last prognosis of every valve.
+    pub fn of(lasts: impl Iterator<Item = Prognosis>) -> Self {
+        let mut ends: Vec<End> = lasts.map(End).collect();
+        let left = |end: &End| end.0.rul_p05.unwrap_or(f64::INFINITY);
+        ends.sort_by(|a, b| {
+            let worse = b.0.status.cmp(&a.0.status).then(left(a).total_cmp(&left(b)));
+            worse.then_with(|| a.0.valve.cmp(&b.0.valve))
+        });
+        Self(ends)
     }
 
     /// All valves.
     pub fn iter(&self) -> impl Iterator<Item = &End> {
-        self.ends.iter()
+        self.0.iter()
     }
 
     /// Number of valves.
     pub fn len(&self) -> usize {
-        self.ends.len()
+        self.0.len()
+    }
+
+    /// How many valves stand where, the worst first: "2 act-now, 5 healthy".
+    pub fn counts(&self) -> String {
+        let count = |status: Status| self.0.iter().filter(|end| end.0.status == status).count();
+        let words = Status::ALL.into_iter().rev().map(|status| (count(status), status.name()));
+        words
+            .filter(|(count, _)| *count > 0)
+            .map(|(count, name)| format!("{count} {name}"))
+            .collect::<Vec<_>>()
+            .join(", ")
+    }
+
+    /// All valves in a table.
+    pub fn table(&self) -> TextTable {
+        let mut table = TextTable::new(&[
+            ("valve", Align::Left),
+            ("cycle", Align::Right),
+            ("status", Align::Left),
+            ("fault", Align::Left),
+            ("severity", Align::Right),
+            ("cycles left", Align::Right),
+            ("5 to 95 %", Align::Right),
+            ("replace by", Align::Right),
+            ("caveat", Align::Left),
+        ]);
+        for End(one) in &self.0 {
+            let number = |value: Option<f64>, digits: usize| {
+                value.map_or_else(|| "-".to_owned(), |value| format!("{value:.digits$}"))
+            };
+            let named = one.fault.wears();
+            table.row(vec![
+                one.valve.clone(),
+                one.cycle.to_string(),
+                one.status.name().to_owned(),
+                one.fault.name().to_owned(),
+                number(one.severity.filter(|_| named), 2),
+                number(one.rul_cycles.filter(|_| named), 1),
+                bounds(one)
+                    .filter(|_| named)
+                    .map_or_else(|| "-".to_owned(), |[low, high]| format!("{low:.1} to {high:.1}")),
+                one.replace_by
+                    .clone()
+                    .or(one.replace_by_cycle.map(|by| by.to_string()))
+                    .unwrap_or_else(|| "-".to_owned()),
+                one.caveat.clone().unwrap_or_default(),
+            ]);
+        }
+        table
     }
 }
 
 impl End {
+    /// The last row.
+    pub fn row(&self) -> &Prognosis {
+        &self.0
+    }
+
     /// The state in a sentence.
     pub fn sentence(&self) -> String {
-        let name = &self.valve;
-        let cycle = self.cycle;
-        let Some(fault) = self.fault.fault() else {
-            let known = if self.fault == FaultCall::None { "no growing leak" } else { "no fault can be named yet" };
-            return format!("{name}, cycle {cycle}: {known}");
+        let one = &self.0;
+        let (name, cycle) = (&one.valve, one.cycle);
+        let mut sentence = if one.fault.wears() {
+            let kind = fault_words(one.fault);
+            let leak = one.leak_area_mm2.map_or_else(String::new, |area| format!(" of {area:.4} mm²"));
+            let life = match (one.status, one.rul_cycles, bounds(one)) {
+                (Status::EolReached, ..) => "end of life is reached".to_owned(),
+                (_, Some(rul), Some([low, high])) => format!("{rul:.1} cycles left (5 to 95 %: {low:.1} to {high:.1})"),
+                (_, Some(rul), None) => format!("{rul:.1} cycles left"),
+                (_, None, _) => "too early to tell the remaining life".to_owned(),
+            };
+            format!("{name}, cycle {cycle}: {kind}{leak}; {life}")
+        } else {
+            let known = match (one.status, one.fault) {
+                (Status::EolReached, _) => "end of life is reached: strokes take too long",
+                (_, FaultCall::None) => "nothing wears",
+                _ => "no fault can be named yet",
+            };
+            format!("{name}, cycle {cycle}: {known}")
         };
-        let leak = self.leak_area_mm2.map_or_else(String::new, |area| format!(" of {area:.4} mm²"));
-        let kind = fault_name(fault);
-        let life = match (self.status, self.rul_cycles) {
-            (Status::EolReached, _) => "end of life is reached".to_owned(),
-            (_, Some((rul, Some([low, high])))) => {
-                format!("{rul:.1} cycles left (5 to 95 %: {low:.1} to {high:.1})")
-            }
-            (_, Some((rul, None))) => format!("{rul:.1} cycles left"),
-            (_, None) => "too early to tell the remaining life".to_owned(),
-        };
-        format!("{name}, cycle {cycle}: {kind}{leak}; {life}")
+        if let Some(caveat) = &one.caveat {
+            sentence.push_str(&format!(" ({caveat})"));
+        }
+        sentence
+    }
+}
+
+/// A fault in words.
+pub fn fault_words(fault: FaultCall) -> &'static str {
+    match fault {
+        FaultCall::Atmosphere => "leak to atmosphere",
+        FaultCall::Supply => "leak from the supply",
+        FaultCall::Friction => "friction",
+        FaultCall::Spring => "weak spring",
+        FaultCall::Exhaust => "clogged exhaust",
+        FaultCall::SupplyLine => "clogged supply line",
+        FaultCall::BothLeaks => "leaks of both kinds",
+        FaultCall::Other => "wear that no table has",
+        FaultCall::None => "nothing",
+        FaultCall::Undecided => "undecided",
     }
 }
 
@@ -146,12 +192,12 @@ impl History {
             }
             point
         };
-        let title = match (fault, last.rul_cycles) {
-            (Some(fault), Some(rul)) => {
-                format!("{}: {}, {rul:.1} cycles left at cycle {}", last.valve, fault_name(fault), last.cycle)
+        let title = match (last.fault.wears(), last.rul_cycles) {
+            (true, Some(rul)) => {
+                format!("{}: {}, {rul:.1} cycles left at cycle {}", last.valve, fault_words(last.fault), last.cycle)
             }
-            (Some(fault), None) => format!("{}: {}", last.valve, fault_name(fault)),
-            (None, _) => format!("{}: no fault named at cycle {}", last.valve, last.cycle),
+            (true, None) => format!("{}: {}", last.valve, fault_words(last.fault)),
+            (false, _) => format!("{}: no fault named at cycle {}", last.valve, last.cycle),
         };
         let bounds = bounds(&last)
             .map_or_else(String::new, |[low, high]| format!("5 to 95 %: {low:.1} to {high:.1} cycles left; "));
@@ -176,7 +222,7 @@ fn leak_alone(tables: &TableBundle, fault: Fault, stroke: Stroke, reading: &Read
 }
 
 fn point(prognosis: &Prognosis) -> PrognosisPoint {
-    let named = prognosis.fault.fault().is_some();
+    let named = prognosis.fault.wears();
     PrognosisPoint {
         cycle: prognosis.cycle as f64,
         leak_readings_mm2: [None; 2],
@@ -193,9 +239,9 @@ fn point(prognosis: &Prognosis) -> PrognosisPoint {
 pub fn probability(one: &Prognosis) -> Option<f64> {
     let all = one.fault_probability?;
     Some(match one.fault {
-        FaultCall::Atmosphere => all.atmosphere,
-        FaultCall::Supply => all.supply,
-        FaultCall::None => all.none,
-        FaultCall::Undecided => all.none.max(all.atmosphere).max(all.supply),
+        FaultCall::Undecided => {
+            FaultCall::FAULTS.into_iter().chain([FaultCall::None]).map(|fault| all.of(fault)).fold(0.0, f64::max)
+        }
+        named => all.of(named),
     })
 }

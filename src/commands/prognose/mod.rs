@@ -2,6 +2,7 @@
 
 mod history;
 mod settings;
+mod shards;
 mod writer;
 
 use std::fs::File;
@@ -12,54 +13,52 @@ use std::time::Duration;
 
 use anyhow::Context;
 use leak_table::TableBundle;
-use prognoser::{FollowedFile, Prognoser, Status, TimingLog};
+use prognoser::{FollowedFile, Status, TimingLog};
 
+use self::shards::Shards;
+use self::writer::{RowFormat, Writer};
 use super::tables;
 use crate::cli::PrognoseArgs;
 use crate::failure::{Answer, Hinted};
 use crate::output::{self, PlotFile};
 
 pub use history::{End, Ends, History, probability};
-pub use writer::Writer;
 
 /// How often a growing log is looked at.
 const POLL: Duration = Duration::from_millis(200);
 
-/// Reads the log to its end and prints a line for every row.
+/// Reads the log to its end and prints a line for every row, or how all valves
+/// stand.
 pub fn run(args: &PrognoseArgs) -> anyhow::Result<Answer> {
     let tables = Arc::new(read_tables(args)?);
     let method = settings::method(args)?;
     let plot = PlotFile::create(args.plot.as_deref())?;
-    let mut history = plot.is_some().then(|| History::of(args.plot_valve.clone()));
-    let mut ends = Ends::default();
+    let history = plot.is_some().then(|| History::of(args.plot_valve.clone()));
 
     let (source, live) = open(args)?;
-    let mut log = TimingLog::new(args.log.display().to_string(), source)?;
-    let mut prognoser = Prognoser::new(Arc::clone(&tables), method);
-    let mut writer = Writer::new(args.format, output::stdout(), live)?;
-    while let Some(row) = log.next_row()? {
-        let (prognosis, reading) = (prognoser.push(&row), row.reading);
-        for notice in &prognosis.notices {
-            output::note(&format!(
-                "{}:{}: valve {}, cycle {}: {notice}",
-                args.log.display(),
-                row.line,
-                prognosis.valve,
-                prognosis.cycle
-            ));
-        }
-        writer.write(&prognosis)?;
-        ends.add(&prognosis);
-        if let Some(history) = &mut history {
-            history.add(&reading, &prognosis);
-        }
+    let name = args.log.display().to_string();
+    let mut log = TimingLog::new(name.clone(), source)?.with_empty_as_stalled(args.empty_is_stalled);
+    for column in log.unknown_columns() {
+        output::note(&format!(
+            "{name}: column {column:?} is not understood and not used; `valve help prognose` lists those that are"
+        ));
     }
+    let format = RowFormat { format: args.format, rows_as_text: args.all_rows || live };
+    let mut writer = Writer::new(format, output::stdout(), live)?;
+    let mut shards = Shards::new(name, &tables, method, format, live, history);
+    let mut each = |row: &[u8], notes: &str| {
+        notes.lines().for_each(output::note);
+        writer.write(row)
+    };
+    while shards.step(&mut log, &mut each)? {}
+    let (lasts, history) = shards.finish();
+    let ends = Ends::of(lasts.into_iter());
     writer.finish(&ends)?;
     if let (Some(plot), Some(history)) = (plot, history) {
         let figure = history.figure(&tables, method.name(), args.true_eol);
         plot.write(&figure.ok_or_else(|| no_such_valve(args))?.figure())?;
     }
-    let reached = ends.iter().any(|end| end.status == Status::EolReached);
+    let reached = ends.iter().any(|end| end.row().status == Status::EolReached);
     Ok(if args.fail_on_eol && reached { Answer::BadNews } else { Answer::Fine })
 }
 

@@ -1,29 +1,40 @@
 //! From options to the settings of the estimate.
 
-use prognoser::Method;
+use std::fs;
+use std::path::Path;
+
+use anyhow::Context;
 use prognoser::bayes::{BayesConfig, GrowthLaw, Noise, StartPrior};
+use prognoser::{Learned, Method, PRIOR_VERSION};
 
 use crate::cli::{GrowthName, MethodName, PrognoseArgs, StartName};
 use crate::failure::Hinted;
 
+/// What gauge pressures beside a log count from, as in the log itself.
+const STANDARD_ATMOSPHERE_PA: f64 = 101_325.0;
+
 /// The method with all its settings.
 pub fn method(args: &PrognoseArgs) -> anyhow::Result<Method> {
     if args.method == MethodName::Ols {
-        let given = [args.noise.is_some(), args.growth.is_some(), args.life.is_some()];
+        let given = [args.noise.is_some(), args.growth.is_some(), args.life.is_some(), args.prior.is_some()];
         if given.contains(&true) || args.start == StartName::Unknown {
             return Err(Hinted::error(
                 "--method ols takes neither noise nor priors",
-                "leave --noise, --start, --growth and --life out, or use --method bayes",
+                "leave --noise, --start, --growth, --life and --prior out, or use --method bayes",
             ));
         }
         return Ok(Method::Ols);
     }
+    let learned = args.prior.as_deref().map(read_prior).transpose()?;
+    let config = learned.map_or_else(BayesConfig::default, |learned| learned.config());
     let mut config = BayesConfig {
+        risk: args.risk,
+        expected_supply_pa: expected_supply_pa(args)?,
         start: match args.start {
             StartName::Healthy => StartPrior::Healthy,
             StartName::Unknown => StartPrior::Unknown,
         },
-        ..BayesConfig::default()
+        ..config
     };
     if let Some(sd_s) = args.noise {
         config.noise = Noise::Known { sd_s };
@@ -39,4 +50,24 @@ pub fn method(args: &PrognoseArgs) -> anyhow::Result<Method> {
         config.life_median_cycles = life;
     }
     Ok(Method::Bayes(config))
+}
+
+/// The lowest supply pressure that is expected, Pa.
+fn expected_supply_pa(args: &PrognoseArgs) -> anyhow::Result<Option<f64>> {
+    let lowest = args.expect_supply.as_ref().map(|range| range.from.absolute_pa(STANDARD_ATMOSPHERE_PA));
+    lowest.transpose().context("--expect-supply")
+}
+
+/// Reads what `valve learn` wrote.
+pub fn read_prior(path: &Path) -> anyhow::Result<Learned> {
+    let text = fs::read_to_string(path).with_context(|| format!("{}: cannot be read", path.display()))?;
+    let learned: Learned = toml_edit::de::from_str(&text)
+        .with_context(|| format!("{}: is no prior as `valve learn` writes it", path.display()))?;
+    if learned.version != PRIOR_VERSION {
+        return Err(Hinted::error(
+            format!("{}: found version {}, expected {PRIOR_VERSION}", path.display(), learned.version),
+            "learn it again with this program",
+        ));
+    }
+    Ok(learned)
 }

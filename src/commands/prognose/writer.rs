@@ -2,19 +2,46 @@
 
 use std::io::Write;
 
-use prognoser::Prognosis;
+use prognoser::{FaultCall, Prognosis};
 
 use super::Ends;
 use super::history::probability;
 use crate::cli::StreamFormat;
+use crate::output::push_number;
 
-/// Valves up to which the text ends with a sentence for each.
-const SENTENCES: usize = 20;
+/// Decimals of cycles, probabilities and areas, which the prognosis itself is
+/// rounded to.
+const CYCLE_DECIMALS: usize = 4;
+const PROBABILITY_DECIMALS: usize = 9;
+const AREA_DECIMALS: usize = 9;
+const SEVERITY_DECIMALS: usize = 6;
 
-/// Writes results one by one.
+/// Formats rows; what stands between them is the [`Writer`]'s.
+#[derive(Debug, Clone, Copy)]
+pub struct RowFormat {
+    /// The format.
+    pub format: StreamFormat,
+    /// Whether text has every row.
+    pub rows_as_text: bool,
+}
+
+impl RowFormat {
+    /// Appends a row, without what separates it from others.
+    pub fn row(self, out: &mut Vec<u8>, one: &Prognosis) -> anyhow::Result<()> {
+        match self.format {
+            StreamFormat::Text if self.rows_as_text => text(out, one)?,
+            StreamFormat::Text => {}
+            StreamFormat::Csv => csv(out, one),
+            StreamFormat::Json | StreamFormat::Jsonl => serde_json::to_writer(out, one)?,
+        }
+        Ok(())
+    }
+}
+
+/// Writes formatted rows one by one.
 #[derive(Debug)]
 pub struct Writer<W> {
-    format: StreamFormat,
+    format: RowFormat,
     out: W,
     /// Each line goes out at once.
     live: bool,
@@ -23,20 +50,21 @@ pub struct Writer<W> {
 
 impl<W: Write> Writer<W> {
     /// A writer; with `live`, nothing waits in a buffer.
-    pub fn new(format: StreamFormat, mut out: W, live: bool) -> anyhow::Result<Self> {
-        match format {
-            StreamFormat::Text => writeln!(
+    pub fn new(format: RowFormat, mut out: W, live: bool) -> anyhow::Result<Self> {
+        match format.format {
+            StreamFormat::Text if format.rows_as_text => writeln!(
                 out,
-                "{:<12} {:>7}  {:<10} {:>11} {:>10} {:>10}  {:>19}  status",
+                "{:<12} {:>7}  {:<11} {:>11} {:>10} {:>10}  {:>19}  status",
                 "valve", "cycle", "fault", "probability", "leak (mm²)", "RUL", "5 to 95 %"
             )?,
             StreamFormat::Csv => writeln!(
                 out,
                 "valve,cycle,fault,p_none,p_atmosphere,p_supply,leak_area_mm2,leak_rate_mm2_per_cycle,\
-                 eol_cycle,rul_cycles,rul_p05,rul_p50,rul_p95,status"
+                 eol_cycle,rul_cycles,rul_p05,rul_p50,rul_p95,status,p_friction,p_spring,p_exhaust,p_supply_line,\
+                 p_both_leaks,p_other,severity,replace_by_cycle,eol_time,replace_by,fault_group,caveat"
             )?,
             StreamFormat::Json => write!(out, "[")?,
-            StreamFormat::Jsonl => {}
+            StreamFormat::Jsonl | StreamFormat::Text => {}
         }
         if live {
             out.flush()?;
@@ -44,17 +72,16 @@ impl<W: Write> Writer<W> {
         Ok(Self { format, out, live, lines: 0 })
     }
 
-    /// Writes one result.
-    pub fn write(&mut self, prognosis: &Prognosis) -> anyhow::Result<()> {
-        match self.format {
-            StreamFormat::Text => self.write_text(prognosis)?,
-            StreamFormat::Csv => self.write_csv(prognosis)?,
+    /// Writes a formatted row.
+    pub fn write(&mut self, row: &[u8]) -> anyhow::Result<()> {
+        match self.format.format {
             StreamFormat::Json => {
                 self.out.write_all(if self.lines == 0 { b"\n  " } else { b",\n  " })?;
-                serde_json::to_writer(&mut self.out, prognosis)?;
+                self.out.write_all(row)?;
             }
-            StreamFormat::Jsonl => {
-                serde_json::to_writer(&mut self.out, prognosis)?;
+            StreamFormat::Text if !self.format.rows_as_text => {}
+            _ => {
+                self.out.write_all(row)?;
                 self.out.write_all(b"\n")?;
             }
         }
@@ -67,76 +94,96 @@ impl<W: Write> Writer<W> {
 
     /// Ends the stream.
     pub fn finish(mut self, ends: &Ends) -> anyhow::Result<()> {
-        match self.format {
+        match self.format.format {
             StreamFormat::Json => writeln!(self.out, "\n]")?,
-            StreamFormat::Text if ends.len() <= SENTENCES => {
-                writeln!(self.out)?;
-                for end in ends.iter() {
-                    writeln!(self.out, "{}", end.sentence())?;
+            StreamFormat::Text => {
+                if self.format.rows_as_text {
+                    writeln!(self.out)?;
                 }
+                let valves = if ends.len() == 1 { "1 valve".to_owned() } else { format!("{} valves", ends.len()) };
+                writeln!(self.out, "{valves}: {}\n", ends.counts())?;
+                self.out.write_all(ends.table().render().as_bytes())?;
             }
-            _ => {}
+            StreamFormat::Jsonl | StreamFormat::Csv => {}
         }
         self.out.flush()?;
         Ok(())
     }
+}
 
-    fn write_text(&mut self, one: &Prognosis) -> anyhow::Result<()> {
-        let number = |value: Option<f64>, digits: usize| {
-            value.map_or_else(|| "-".to_owned(), |value| format!("{value:.digits$}"))
-        };
-        let bounds = match (one.rul_p05, one.rul_p95) {
-            (Some(low), Some(high)) => format!("{low:.1} to {high:.1}"),
-            _ => "-".to_owned(),
-        };
-        writeln!(
-            self.out,
-            "{:<12} {:>7}  {:<10} {:>11} {:>10} {:>10}  {:>19}  {}",
-            one.valve,
-            one.cycle,
-            one.fault.name(),
-            number(probability(one), 3),
-            number(one.leak_area_mm2, 4),
-            number(one.rul_cycles, 1),
-            bounds,
-            one.status.name()
-        )?;
-        Ok(())
-    }
+fn text(out: &mut Vec<u8>, one: &Prognosis) -> anyhow::Result<()> {
+    let number =
+        |value: Option<f64>, digits: usize| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.digits$}"));
+    let bounds = match (one.rul_p05, one.rul_p95) {
+        (Some(low), Some(high)) => format!("{low:.1} to {high:.1}"),
+        _ => "-".to_owned(),
+    };
+    write!(
+        out,
+        "{:<12} {:>7}  {:<11} {:>11} {:>10} {:>10}  {:>19}  {}",
+        one.valve,
+        one.cycle,
+        one.fault.name(),
+        number(probability(one), 3),
+        number(one.leak_area_mm2, 4),
+        number(one.rul_cycles, 1),
+        bounds,
+        one.status.name()
+    )?;
+    Ok(())
+}
 
-    fn write_csv(&mut self, one: &Prognosis) -> anyhow::Result<()> {
-        write_field(&mut self.out, &one.valve)?;
-        write!(self.out, ",{},{}", one.cycle, one.fault.name())?;
-        let share = |pick: fn(&prognoser::bayes::FaultProbability) -> f64| one.fault_probability.as_ref().map(pick);
-        let values = [
-            share(|all| all.none),
-            share(|all| all.atmosphere),
-            share(|all| all.supply),
-            one.leak_area_mm2,
-            one.leak_rate_mm2_per_cycle,
-            one.eol_cycle,
-            one.rul_cycles,
-            one.rul_p05,
-            one.rul_p50,
-            one.rul_p95,
-        ];
-        for value in values {
-            match value {
-                Some(value) => write!(self.out, ",{value:?}")?,
-                None => write!(self.out, ",")?,
-            }
+fn csv(out: &mut Vec<u8>, one: &Prognosis) {
+    field(out, &one.valve);
+    out.push(b',');
+    // Writing to memory cannot fail.
+    let _ = write!(out, "{}", one.cycle);
+    out.push(b',');
+    out.extend_from_slice(one.fault.name().as_bytes());
+    let number = |out: &mut Vec<u8>, value: Option<f64>, decimals: usize| {
+        out.push(b',');
+        if let Some(value) = value {
+            push_number(out, value, decimals);
         }
-        writeln!(self.out, ",{}", one.status.name())?;
-        Ok(())
+    };
+    let share = |fault: FaultCall| one.fault_probability.as_ref().map(|all| all.of(fault));
+    for fault in [FaultCall::None, FaultCall::Atmosphere, FaultCall::Supply] {
+        number(out, share(fault), PROBABILITY_DECIMALS);
     }
+    for area in [one.leak_area_mm2, one.leak_rate_mm2_per_cycle] {
+        number(out, area, AREA_DECIMALS);
+    }
+    for cycles in [one.eol_cycle, one.rul_cycles, one.rul_p05, one.rul_p50, one.rul_p95] {
+        number(out, cycles, CYCLE_DECIMALS);
+    }
+    out.push(b',');
+    out.extend_from_slice(one.status.name().as_bytes());
+    for fault in &FaultCall::FAULTS[2..] {
+        number(out, share(*fault), PROBABILITY_DECIMALS);
+    }
+    number(out, one.severity, SEVERITY_DECIMALS);
+    out.push(b',');
+    if let Some(by) = one.replace_by_cycle {
+        let _ = write!(out, "{by}");
+    }
+    for date in [&one.eol_time, &one.replace_by] {
+        out.push(b',');
+        out.extend_from_slice(date.as_deref().unwrap_or_default().as_bytes());
+    }
+    out.push(b',');
+    let group: Vec<&str> = one.fault_group.iter().map(|fault| fault.name()).collect();
+    out.extend_from_slice(group.join(" ").as_bytes());
+    out.push(b',');
+    field(out, one.caveat.as_deref().unwrap_or_default());
 }
 
 /// A field of CSV, quoted where it has to be (RFC 4180).
-fn write_field(out: &mut impl Write, text: &str) -> anyhow::Result<()> {
+fn field(out: &mut Vec<u8>, text: &str) {
     if text.contains([',', '"', '\n', '\r']) {
-        write!(out, "\"{}\"", text.replace('"', "\"\""))?;
+        out.push(b'"');
+        out.extend_from_slice(text.replace('"', "\"\"").as_bytes());
+        out.push(b'"');
     } else {
-        write!(out, "{text}")?;
+        out.extend_from_slice(text.as_bytes());
     }
-    Ok(())
 }

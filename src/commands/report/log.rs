@@ -24,14 +24,12 @@ pub fn section(path: &Path, tables: &Arc<TableBundle>) -> anyhow::Result<Section
     let mut log = TimingLog::new(path.display().to_string(), BufReader::new(file))?;
     let method = Method::default();
     let mut prognoser = Prognoser::new(Arc::clone(tables), method);
-    let mut ends = Ends::default();
     let mut histories: Vec<History> = Vec::new();
     let mut places: HashMap<String, usize> = HashMap::new();
     let mut remarks: Vec<Vec<String>> = Vec::new();
     let mut unlisted = 0_usize;
     while let Some(row) = log.next_row()? {
         let (prognosis, reading) = (prognoser.push(&row), row.reading);
-        ends.add(&prognosis);
         if !places.contains_key(&prognosis.valve) && histories.len() < PICTURES {
             places.insert(prognosis.valve.clone(), histories.len());
             histories.push(History::of(Some(prognosis.valve.clone())));
@@ -47,6 +45,7 @@ pub fn section(path: &Path, tables: &Arc<TableBundle>) -> anyhow::Result<Section
             }
         }
     }
+    let ends = Ends::of(prognoser.lasts().cloned());
     let mut blocks = Vec::new();
     if ends.len() <= PICTURES {
         blocks.extend(ends.iter().map(|end| Block::Callout(end.sentence())));
@@ -70,13 +69,14 @@ pub fn section(path: &Path, tables: &Arc<TableBundle>) -> anyhow::Result<Section
 fn states(ends: &Ends) -> Table {
     let row = |end: &End| {
         let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.1}"));
+        let one = end.row();
         vec![
-            end.valve.clone(),
-            end.cycle.to_string(),
-            end.fault.name().to_owned(),
-            number(end.rul_cycles.map(|(rul, _)| rul)),
-            number(end.rul_cycles.and_then(|(_, bounds)| bounds.map(|[low, _]| low))),
-            end.status.name().to_owned(),
+            one.valve.clone(),
+            one.cycle.to_string(),
+            one.fault.name().to_owned(),
+            number(one.rul_cycles),
+            number(one.rul_p05),
+            one.status.name().to_owned(),
         ]
     };
     Table {

@@ -9,7 +9,7 @@ pub enum Noise {
         sd_s: f64,
     },
     /// Nothing but its order of magnitude: the variance has an inverse gamma
-    /// prior and is estimated along with the leak.
+    /// prior and is estimated along with the wear.
     Estimated {
         /// How many readings the prior is worth (twice the shape parameter).
         prior_readings: f64,
@@ -18,25 +18,68 @@ pub enum Noise {
     },
 }
 
-/// What is known about the leak at the first cycle of a log.
+/// What is known about the wear at the first cycle of a log.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum StartPrior {
-    /// The valve is known healthy: most likely there is no leak at all, else
-    /// a small one, and hardly ever any other.
+    /// The valve is known healthy: hardly ever is there any wear.
     Healthy,
-    /// Any leak up to the limit.
+    /// Any severity up to the limit.
     Unknown,
 }
 
-/// The law of growth of the leak over the cycles.
+/// The law of growth of the wear over the cycles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GrowthLaw {
-    /// The same amount every cycle.
+    /// The same amount every cycle, apart from steps, rests and repairs.
     Linear,
-    /// The growth itself grows, by the same factor every cycle.
+    /// By the same factor every cycle.
     Exponential,
-    /// Linear, unless the data speak clearly for exponential growth.
+    /// Any of the laws, linear growth being the likeliest beforehand.
     Auto,
+}
+
+/// How likely the kinds of growth are, before any data.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GrowthPrior {
+    /// Shares of growth from the first cycle on: at a steady pace, with the
+    /// powers 1/2, 3/2, 2 and 3, by three and by five e-foldings, and by varying
+    /// increments. They sum to 1.
+    pub steady: f64,
+    /// See [`steady`](Self::steady).
+    pub root: f64,
+    /// See [`steady`](Self::steady).
+    pub faster: f64,
+    /// See [`steady`](Self::steady).
+    pub square: f64,
+    /// See [`steady`](Self::steady).
+    pub cube: f64,
+    /// See [`steady`](Self::steady).
+    pub exponential: f64,
+    /// See [`steady`](Self::steady).
+    pub steep_exponential: f64,
+    /// See [`steady`](Self::steady).
+    pub rough: f64,
+    /// Relative standard deviation by which the pace of curved growth changes
+    /// in a cycle.
+    pub unsteadiness: f64,
+    /// Coefficient of variation of the increments of varying growth.
+    pub roughness: f64,
+    /// Probability a cycle that wear begins on a healthy valve.
+    pub onset: f64,
+    /// Probability a cycle that steady growth becomes another one.
+    pub turn: f64,
+    /// Probability a cycle that growth which began late turns out to vary.
+    pub roughen: f64,
+    /// Probability a cycle that growth rests.
+    pub pause: f64,
+    /// Probability a cycle that it goes on.
+    pub resume: f64,
+    /// Probability a cycle of a step up or of a partial repair.
+    pub step: f64,
+    /// Its standard deviation, fraction of the limit.
+    pub step_sd: f64,
+    /// Probability a cycle that the valve is made as good as new.
+    pub repair: f64,
 }
 
 /// All settings of the estimate. [`Default`] gives the documented priors.
@@ -44,33 +87,62 @@ pub enum GrowthLaw {
 pub struct BayesConfig {
     /// The noise of the timings.
     pub noise: Noise,
-    /// The leak at the first cycle.
+    /// The wear at the first cycle.
     pub start: StartPrior,
-    /// With a healthy start: probability that there is no leak at all at the
-    /// first cycle.
-    pub no_start_leak: f64,
-    /// With a healthy start: standard deviation of the leak at the first
-    /// cycle if there is one, as a fraction of the leak at end of life.
-    pub start_sd: f64,
-    /// With a healthy start: probability that this is wrong and the first leak
-    /// may be any up to the limit.
+    /// With a healthy start: probability that this is wrong and the first
+    /// severity may be any up to the limit.
     pub wrong_start: f64,
-    /// Cycles from no leak to end of life: median of a log-normal prior.
+    /// Cycles from health to end of life: median of a log-normal prior.
     pub life_median_cycles: f64,
     /// Standard deviation of the logarithm of those cycles.
     pub life_ln_sd: f64,
-    /// Probability, before any data, that the valve does not degrade; the two
-    /// faults share the rest equally.
+    /// Probability, before any data, that nothing wears at the first cycle.
     pub no_fault: f64,
+    /// Share of valves whose healthy times are those of the tables.
+    pub unit_exact: f64,
+    /// Relative standard deviation of the healthy times of the others.
+    pub unit_sd: f64,
     /// Share of timings expected to be glitches that say nothing.
     pub outlier_share: f64,
     /// The law of growth.
     pub growth: GrowthLaw,
-    /// Probability from which on a fault (or none) is named instead of
-    /// "undecided". With even odds at the start, a valve that stays healthy is
-    /// ever called faulty with at most one minus this probability (Ville's
-    /// inequality), however long it is watched.
+    /// How likely the kinds of growth are.
+    pub growth_prior: GrowthPrior,
+    /// Probability from which on a fault is named instead of "undecided".
     pub name_from: f64,
+    /// Probability from which on it is said that nothing wears.
+    pub healthy_from: f64,
+    /// Risk that the end comes before `replace_by`.
+    pub risk: f64,
+    /// Lowest supply pressure that is expected, Pa absolute: the end of life is
+    /// told for it. Without it, for the reference of the tables.
+    pub expected_supply_pa: Option<f64>,
+}
+
+impl GrowthPrior {
+    /// Share of growth along curves from the first cycle on.
+    pub fn curved(&self) -> f64 {
+        self.root + self.faster + self.square + self.cube + self.exponential + self.steep_exponential
+    }
+
+    /// The same with other shares of curved and of varying growth, neither of
+    /// which may take everything.
+    #[must_use]
+    pub fn with_shares(self, curved: f64, rough: f64) -> Self {
+        let (curved, rough) = (curved.clamp(0.01, 0.6), rough.clamp(0.01, 0.3));
+        let scale = curved / self.curved();
+        Self {
+            steady: 1.0 - curved - rough,
+            root: scale * self.root,
+            faster: scale * self.faster,
+            square: scale * self.square,
+            cube: scale * self.cube,
+            exponential: scale * self.exponential,
+            steep_exponential: scale * self.steep_exponential,
+            rough,
+            ..self
+        }
+    }
 }
 
 impl Default for BayesConfig {
@@ -78,15 +150,44 @@ impl Default for BayesConfig {
         Self {
             noise: Noise::Estimated { prior_readings: 2.0, prior_sd_s: 0.012 },
             start: StartPrior::Healthy,
-            no_start_leak: 0.8,
-            start_sd: 0.01,
             wrong_start: 0.01,
             life_median_cycles: 50.0,
             life_ln_sd: 1.25,
             no_fault: 0.5,
+            unit_exact: 0.6,
+            unit_sd: 0.03,
             outlier_share: 0.005,
             growth: GrowthLaw::Auto,
+            growth_prior: GrowthPrior::default(),
             name_from: 0.999,
+            healthy_from: 0.95,
+            risk: 0.05,
+            expected_supply_pa: None,
+        }
+    }
+}
+
+impl Default for GrowthPrior {
+    fn default() -> Self {
+        Self {
+            steady: 0.80,
+            root: 0.01,
+            faster: 0.015,
+            square: 0.03,
+            cube: 0.005,
+            exponential: 0.04,
+            steep_exponential: 0.03,
+            rough: 0.07,
+            unsteadiness: 0.03,
+            roughness: 1.0,
+            onset: 0.005,
+            turn: 0.002,
+            roughen: 0.05,
+            pause: 0.004,
+            resume: 0.08,
+            step: 0.002,
+            step_sd: 0.25,
+            repair: 0.001,
         }
     }
 }

@@ -1,155 +1,342 @@
-//! The estimate of one valve: hypotheses, memory, and what to do when the
-//! assumption fails.
+//! The estimate of one valve.
 
-use leak_table::{Fault, TableBundle};
+use leak_table::TableBundle;
 
-use super::change::{Change, Watch};
-use super::config::{BayesConfig, GrowthLaw, Noise, StartPrior};
-use super::estimate::{BayesEstimate, FaultProbability};
-use super::history::{History, RECENT};
-use super::hypotheses::{Hypotheses, LastView, Shape, StartViews};
-use super::model::FaultModel;
-use super::posterior::{Posterior, Quantiles};
-use super::sums::GlitchModel;
-use super::track::Priors;
-use super::view::{GrowthPrior, NoisePrior, View};
+use super::assimilate::Sight;
+use super::bank::{self, Outcome};
+use super::config::{BayesConfig, Noise};
+use super::ending::{Ending, Line, Quantiles, waits};
+use super::estimate::{BayesEstimate, Change, EndEstimate, FaultProbability, fault_call};
+use super::law::Law;
+use super::motion::DRIFT_TURN;
+use super::part::{Cause, Mode, Part};
+use super::plant::{Plant, Weather};
+use super::rate_prior::{Corrected, NODES, Node, RatePrior};
+use super::start;
+use super::state::{ValveRecord, single};
 use crate::reading::Reading;
 
 /// Smallest noise that can be stated, in s; a log is rounded more coarsely.
 const SMALLEST_NOISE_S: f64 = 1e-6;
-/// Numbers of readings at which all of them are fitted together, from scratch;
-/// between and after them the estimate is recursive.
-const REFIT_AT: [u64; 4] = [1, 2, 4, RECENT as u64];
-/// Those at which they are fitted without a guess and with every start.
-const THOROUGH_AT: [u64; 2] = [1, 4];
-/// Among the first readings: probability of being a proper reading below which
-/// all of them are fitted together again.
-const DOUBTFUL: f64 = 0.9;
-/// Probability of no fault from which on the median stands for the end of life.
-const GROWTH_IN_DOUBT: f64 = 0.75;
+/// Shape of the noise's posterior where the noise is known.
+const KNOWN_SHAPE: f64 = 1e6;
+/// Shape up to which readings are remembered for the noise.
+const LARGEST_SHAPE: f64 = 300.0;
+/// Share below which a story does not count for the end of life.
+const NEGLIGIBLE: f64 = 1e-3;
+/// Logarithm of the weight below which a story's growth is not looked at.
+const LN_IDLE: f64 = -11.0;
+/// Share up to which a story is told roughly.
+const SMALL: f64 = 0.03;
+/// Longest life told, cycles.
+const FOREVER: f64 = 1e5;
 
-/// The recursive estimate of one valve. Its size does not grow.
+/// The recursive estimate of one valve.
 #[derive(Clone, Debug)]
 pub struct BayesEstimator {
-    pub(super) priors: Priors,
-    pub(super) starts: StartViews,
-    pub(super) restart: StartViews,
-    pub(super) growth: GrowthLaw,
-    pub(super) history: History,
-    pub(super) watch: Watch,
-    pub(super) all: Option<Hypotheses>,
+    config: BayesConfig,
+    record: ValveRecord,
 }
 
 impl BayesEstimator {
     /// An estimator that has seen nothing.
     pub fn new(config: &BayesConfig) -> Self {
-        let a = match config.noise {
-            Noise::Known { .. } => 1e6,
-            Noise::Estimated { prior_readings, .. } => 0.5 * prior_readings,
-        };
-        let (Noise::Known { sd_s } | Noise::Estimated { prior_sd_s: sd_s, .. }) = config.noise;
-        let noise = NoisePrior::new(a, a * sd_s.max(SMALLEST_NOISE_S).powi(2));
-        let growth = GrowthPrior::new(-config.life_median_cycles.ln(), config.life_ln_sd);
-        let healthy = |weight: f64| {
-            let view = |share: f64, sd| View { ln_weight: (weight * share).ln(), mean: 0.0, sd };
-            vec![view(config.no_start_leak, 0.0), view(1.0 - config.no_start_leak, config.start_sd)]
-        };
-        let any = |weight: f64| vec![View { ln_weight: weight.ln(), mean: 0.4, sd: 0.4 }];
-        let none = healthy(1.0);
-        let starts = match config.start {
-            StartPrior::Healthy => StartViews {
-                healthy: healthy(1.0 - config.wrong_start),
-                unknown: any(config.wrong_start),
-                none: none.clone(),
-            },
-            StartPrior::Unknown => StartViews { healthy: Vec::new(), unknown: any(1.0), none: none.clone() },
-        };
-        Self {
-            priors: Priors {
-                noise,
-                growth,
-                glitch: GlitchModel { share: config.outlier_share },
-                ln_none: config.no_fault.ln(),
-                ln_fault: (0.5 * (1.0 - config.no_fault)).ln(),
-            },
-            starts,
-            restart: StartViews { healthy: healthy(0.5), unknown: any(0.5), none },
-            growth: config.growth,
-            history: History::default(),
-            watch: Watch::default(),
-            all: None,
-        }
+        Self { config: *config, record: ValveRecord::new(noise_shape(config)) }
+    }
+
+    /// Goes on from what was remembered of a valve.
+    pub fn resume(config: &BayesConfig, record: ValveRecord) -> Self {
+        Self { config: *config, record }
+    }
+
+    /// What is remembered.
+    pub fn record(&self) -> &ValveRecord {
+        &self.record
     }
 
     /// Takes in one cycle and gives the estimate after it. Cycles must rise;
     /// sorting out repeats is the caller's work.
     pub fn update(&mut self, tables: &TableBundle, reading: &Reading) -> BayesEstimate {
-        let models = Fault::ALL.map(|fault| FaultModel::new(tables, fault));
-        self.history.push(*reading);
-        let mut change = None;
-        match &mut self.all {
-            Some(all) if !REFIT_AT.contains(&self.history.seen()) => {
-                let before = all.ln_total();
-                all.update(&models, reading, &self.starts, &self.priors);
-                self.history.predicted(all.ln_total() - before);
-                let first = self.history.seen() <= RECENT as u64;
-                if first {
-                    if all.view_of_last().inlier.iter().any(|p| *p < DOUBTFUL) {
-                        self.fit_first(&models, reading.cycle, true);
-                    }
-                } else {
-                    let suspicion = self.watch.look(all);
-                    change = self.explain(&models, suspicion);
-                    if change.is_some() {
-                        self.watch.reset();
-                    }
+        let weather = Weather { supply_pressure_pa: reading.supply_pressure_pa, temperature_k: reading.temperature_k };
+        let plant = Plant::new(tables, weather);
+        let config = &self.config;
+        let record = &mut self.record;
+        let first = record.readings == 0;
+        let shape = f64::from(record.shape);
+        let mut parts = if first {
+            let sd = match config.noise {
+                Noise::Known { sd_s } | Noise::Estimated { prior_sd_s: sd_s, .. } => sd_s.max(SMALLEST_NOISE_S),
+            };
+            start::parts(&plant, config, shape, shape * sd * sd)
+        } else {
+            record.parts()
+        };
+        let weight = 1.0 / f64::from(record.inflation);
+        let sight = Sight {
+            time_s: [reading.close_time_s, reading.open_time_s],
+            stalled: reading.stalled,
+            glitches: config.outlier_share,
+            weight,
+            shape,
+        };
+        let cycles = if first { 0.0 } else { reading.cycle.saturating_sub(record.cycle) as f64 };
+        let outcome = bank::step(&mut parts, &plant, config, &sight, cycles, record.readings as f64);
+        let told = sight.time_s.iter().zip(outcome.met.inlier).filter(|(time, _)| time.is_some());
+        let gained: f64 = told.map(|(_, inlier)| 0.5 * inlier * weight).sum();
+        let grown = shape + gained;
+        // A stated noise is not learnt.
+        let kept = if matches!(config.noise, Noise::Known { .. }) { shape } else { grown.min(LARGEST_SHAPE) };
+        for part in &mut parts {
+            part.scale *= kept / grown;
+        }
+        record.shape = single(kept);
+        let shape = f64::from(record.shape);
+        for part in &mut parts {
+            part.inflate();
+            part.retune(start::priors(part, &plant), part.scale / shape);
+        }
+        let likeliest = parts.iter().max_by(|a, b| a.ln_weight.total_cmp(&b.ln_weight));
+        record.inflation = single(likeliest.map_or(1.0, |part| part.inflation));
+        record.cycle = reading.cycle;
+        record.readings += 1;
+        record.keep(&parts);
+        self.estimate(&plant, &parts, &outcome, reading.cycle as f64)
+    }
+
+    fn estimate(&self, plant: &Plant, parts: &[Part], outcome: &Outcome, cycle: f64) -> BayesEstimate {
+        let shape = f64::from(self.record.shape);
+        let prior = RatePrior::new(&self.config);
+        let sigma2 = |part: &Part| part.scale / shape;
+        let factor = |part: &Part| {
+            let of = |i: usize| prior.ln_factor(part.mean[i], (part.cov[i][i] * sigma2(part)).max(0.0).sqrt());
+            match part.cause {
+                // Too unlikely for its prior to matter.
+                _ if part.ln_weight < LN_IDLE => 0.0,
+                Cause::None | Cause::Other => 0.0,
+                Cause::Wear(_) => of(1),
+                Cause::Both => of(2) + of(3),
+            }
+        };
+        let mut weights: Vec<f64> = parts.iter().map(|part| part.ln_weight + factor(part)).collect();
+        let top = weights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        for weight in &mut weights {
+            *weight = (*weight - top).exp();
+        }
+        let total: f64 = weights.iter().sum();
+        let mut probability = FaultProbability::default();
+        for (part, weight) in parts.iter().zip(&mut weights) {
+            *weight /= total;
+            probability.add(fault_call(part.cause, plant), *weight);
+        }
+        let (leading, share) = probability.ranked()[0];
+        let mine = |part: &Part| fault_call(part.cause, plant) == leading;
+        let heaviest = parts.iter().zip(&weights).max_by(|a, b| a.1.total_cmp(b.1)).map(|(part, _)| part);
+        let heaviest = heaviest.copied().unwrap_or_else(|| parts[0]);
+        let wears = probability.none < self.config.healthy_from;
+        let mut estimate = BayesEstimate {
+            probability,
+            leading,
+            severity: 0.0,
+            growth: 0.0,
+            end: None,
+            readings: self.record.readings,
+            noise_sd_s: sigma2(&heaviest).sqrt(),
+            inflation: f64::from(self.record.inflation),
+            unit: [0, 1].map(|stroke| unit(&heaviest, plant, stroke, sigma2(&heaviest))),
+            inlier: outcome.met.inlier,
+            residual_s: outcome.met.residual_s,
+            change: outcome.step.map(|by| if by < 0.0 { Change::Repaired } else { Change::Stepped }),
+            curved: 0.0,
+            rough: 0.0,
+            resting: 0.0,
+        };
+        if outcome.renewed {
+            estimate.change = Some(Change::Repaired);
+        }
+        let mut lines = Vec::with_capacity(24);
+        for (part, weight) in parts.iter().zip(&weights).filter(|(part, _)| mine(part)) {
+            let own = weight / share.max(f64::MIN_POSITIVE);
+            let (severity, growth) = severity_of(part, plant);
+            estimate.severity += own * severity;
+            estimate.growth += own * growth;
+            estimate.curved += if part.law == Law::Linear { 0.0 } else { own };
+            estimate.rough += if part.mode == Mode::Rough { own } else { 0.0 };
+            estimate.resting += if part.mode == Mode::Rest { own } else { 0.0 };
+            if wears && own > NEGLIGIBLE {
+                self.lines(part, plant, &prior, own, sigma2(part), &mut lines);
+            }
+        }
+        if wears && !lines.is_empty() {
+            let ending = Ending::new(lines);
+            let at = |probability: f64| cycle + ending.quantile(probability).min(FOREVER);
+            let quantiles = Quantiles { p05: at(0.05), p50: at(0.5), p95: at(0.95) };
+            estimate.end = Some(EndEstimate {
+                cycle: match ending.best() {
+                    0.0 => (cycle - ending.ago()).max(0.0),
+                    left => cycle + left.min(FOREVER),
+                },
+                quantiles,
+                at_risk: if self.config.risk == 0.05 { quantiles.p05 } else { at(self.config.risk) },
+            });
+        }
+        estimate
+    }
+
+    /// The ways in which a story may come to its end.
+    fn lines(&self, part: &Part, plant: &Plant, prior: &RatePrior, weight: f64, sigma2: f64, lines: &mut Vec<Line>) {
+        let Cause::Wear(wear) = part.cause else {
+            return lines.push(Line { weight, ..crossing(part, plant, sigma2) });
+        };
+        let by_unit = plant.end_shift(wear);
+        let slope = part.law.severity(1.0).1;
+        let nearer: f64 = (0..2).map(|stroke| part.mean[2 + stroke] * by_unit[stroke] / slope).sum();
+        let expected = self.config.expected_supply_pa.map_or(1.0, |supply_pa| plant.end_at_supply(wear, supply_pa));
+        let nearer = nearer + 1.0 - part.law.coordinate(expected);
+        let roughness = self.config.growth_prior.roughness;
+        let [var_level, cov, var_growth] = [part.cov[0][0], part.cov[0][1], part.cov[1][1]].map(|v| v * sigma2);
+        let level = part.mean[0] + nearer;
+        let mut add = |line: Line| {
+            if part.mode == Mode::Rest && weight <= SMALL {
+                lines.push(Line { rest: 1.0 / self.config.growth_prior.resume, ..line });
+            } else if part.mode == Mode::Rest {
+                let waits = waits(self.config.growth_prior.resume);
+                lines.extend(waits.map(|rest| Line { weight: line.weight / 3.0, rest, ..line }));
+            } else {
+                lines.push(line);
+            }
+        };
+        let rough = |growth: f64| if part.mode == Mode::Rough { (roughness * growth).powi(2) } else { 0.0 };
+        let unsteadiness = self.config.growth_prior.unsteadiness;
+        let turns = |growth: f64| if part.law == Law::Linear { 0.0 } else { (unsteadiness * growth).powi(2) };
+        match prior.correct(part.mean[1], var_growth.max(0.0).sqrt()) {
+            Corrected::Narrow { mean, .. } => {
+                let level = level + cov / var_growth.max(1e-300) * (mean - part.mean[1]);
+                let rough = rough(mean);
+                add(Line {
+                    weight,
+                    level,
+                    growth: mean,
+                    var_level,
+                    cov,
+                    var_growth,
+                    rough,
+                    turns: turns(mean),
+                    rest: 0.0,
+                });
+            }
+            Corrected::Wide { nodes, .. } => {
+                // Neighbours together, all of them where the story hardly counts.
+                let together = if weight > SMALL { 2 } else { NODES };
+                for nodes in nodes.chunks(together) {
+                    let share: f64 = nodes.iter().map(|node| node.weight).sum();
+                    let growth = nodes.iter().map(|node| node.weight * node.growth).sum::<f64>() / share.max(1e-300);
+                    let node = Node { growth, weight: share };
+                    let along = cov / var_growth;
+                    add(Line {
+                        weight: weight * node.weight,
+                        level: level + along * (node.growth - part.mean[1]),
+                        growth: node.growth,
+                        var_level: (var_level - along * cov).max(0.0),
+                        cov: 0.0,
+                        var_growth: 0.0,
+                        rough: rough(node.growth),
+                        turns: turns(node.growth),
+                        rest: 0.0,
+                    });
                 }
             }
-            _ => {
-                let thorough = THOROUGH_AT.contains(&self.history.seen());
-                self.fit_first(&models, reading.cycle, thorough);
+        }
+    }
+}
+
+fn noise_shape(config: &BayesConfig) -> f64 {
+    match config.noise {
+        Noise::Known { .. } => KNOWN_SHAPE,
+        Noise::Estimated { prior_readings, .. } => 0.5 * prior_readings,
+    }
+}
+
+/// Relative error of the tables for a valve, with its standard deviation.
+fn unit(part: &Part, plant: &Plant, stroke: usize, sigma2: f64) -> (f64, f64) {
+    let (i, scale) = match part.cause {
+        Cause::None | Cause::Wear(_) => (2 + stroke, 1.0),
+        Cause::Both => return (0.0, 0.0),
+        Cause::Other => (stroke, 1.0 / plant.healthy_s(stroke)),
+    };
+    (part.mean[i] * scale, (part.cov[i][i] * sigma2).max(0.0).sqrt() * scale)
+}
+
+/// Severity and its growth a cycle under a story.
+fn severity_of(part: &Part, plant: &Plant) -> (f64, f64) {
+    match part.cause {
+        Cause::None => (0.0, 0.0),
+        Cause::Wear(_) => {
+            let (severity, slope) = part.law.severity(part.mean[0]);
+            let grows = if part.mode == Mode::Rest { 0.0 } else { part.mean[1] };
+            (severity.max(0.0), (slope * grows).max(0.0))
+        }
+        Cause::Both => (part.mean[0].max(part.mean[1]).max(0.0), part.mean[2].max(part.mean[3]).max(0.0)),
+        Cause::Other => {
+            let way = |stroke: usize| {
+                let room = plant.limit_s(stroke) - plant.healthy_s(stroke);
+                (part.mean[stroke] / room, part.mean[2 + stroke] / room)
+            };
+            let (close, open) = (way(0), way(1));
+            if close.0 > open.0 { close } else { open }
+        }
+    }
+}
+
+/// Where times that are not of a single table cross their limit: as a line
+/// whose level counts the cycles.
+fn crossing(part: &Part, plant: &Plant, sigma2: f64) -> Line {
+    let time_and_slope = |stroke: usize, t: f64| -> (f64, [f64; 4]) {
+        if part.cause == Cause::Both {
+            let at = [0, 1].map(|i| part.mean[i] + t * part.mean[2 + i]);
+            let (time, [by_first, by_second]) = plant.both_leaks(at)[stroke];
+            return (time, [by_first, by_second, t * by_first, t * by_second]);
+        }
+        let mut slope = [0.0; 4];
+        slope[stroke] = 1.0;
+        slope[2 + stroke] = t;
+        (plant.healthy_s(stroke) + part.mean[stroke] + t * part.mean[2 + stroke], slope)
+    };
+    let end = |stroke: usize| -> Option<f64> {
+        let over = |t: f64| time_and_slope(stroke, t).0 >= plant.limit_s(stroke);
+        if over(0.0) {
+            return Some(0.0);
+        }
+        let (mut low, mut high) = (0.0, 1.0);
+        while !over(high) {
+            low = high;
+            high *= 2.0;
+            if high > FOREVER {
+                return None;
             }
         }
-        self.follow_exponential(&models);
-        self.estimate(&models, reading, change)
-    }
-
-    /// Fits the first readings together; thoroughly means from scratch.
-    fn fit_first(&mut self, models: &[FaultModel; 2], cycle: u64, thorough: bool) {
-        let origin = self.all.as_ref().map_or(cycle, |all| all.origin);
-        let shape = self.all.as_ref().map_or(Shape::Linear, |all| all.shape);
-        let readings: Vec<Reading> = self.history.recent().iter().map(|entry| entry.reading).collect();
-        let all = match &self.all {
-            Some(all) if !thorough => all.fit_on(models, &readings, &self.starts, &self.priors),
-            _ => Hypotheses::fit(models, &readings, origin, shape, &self.starts, &self.priors),
-        };
-        self.all = Some(all);
-    }
-
-    fn estimate(&self, models: &[FaultModel; 2], reading: &Reading, change: Option<Change>) -> BayesEstimate {
-        let all = self.all.as_ref().expect("an update makes the hypotheses");
-        let total = all.ln_total();
-        let [none, atmosphere, supply] = all.ln.map(|value| (value - total).exp());
-        let leading = all.leading();
-        let limit_m2 = models[leading as usize].limit_m2();
-        let track = &all.tracks[leading as usize];
-        let Posterior { start, growth, eol_phi, life_phi, .. } = track.state;
-        let LastView { inlier, surprise, residual_s, sigma2 } = all.view_of_last();
-        let cycles = reading.cycle.saturating_sub(all.origin) as f64;
-        let at = |phi: f64| all.origin as f64 + all.shape.cycles(phi);
-        BayesEstimate {
-            probability: FaultProbability { none, atmosphere, supply },
-            leading,
-            leak_area_m2: (start + growth * all.shape.phi(cycles)) * limit_m2,
-            leak_rate_m2: growth * all.shape.rate_at(cycles) * limit_m2,
-            eol_cycle: at(if cycles > 0.0 && none < GROWTH_IN_DOUBT { life_phi } else { eol_phi.p50 }),
-            eol: Quantiles { p05: at(eol_phi.p05), p50: at(eol_phi.p50), p95: at(eol_phi.p95) },
-            noise_sd_s: sigma2.sqrt(),
-            inlier,
-            surprise,
-            residual_s,
-            change,
-            exponential: all.shape != Shape::Linear,
+        for _ in 0..30 {
+            let middle = f64::midpoint(low, high);
+            if over(middle) {
+                high = middle;
+            } else {
+                low = middle;
+            }
         }
-    }
+        Some(high)
+    };
+    let ends = [0, 1].map(end);
+    let (stroke, t) = match ends {
+        [Some(a), Some(b)] if a <= b => (0, a),
+        [_, Some(b)] => (1, b),
+        [Some(a), None] => (0, a),
+        [None, None] => (0, FOREVER),
+    };
+    let (_, slope) = time_and_slope(stroke, t);
+    let known: f64 = (0..4).map(|i| (0..4).map(|j| slope[i] * part.cov[i][j] * slope[j]).sum::<f64>()).sum();
+    // The pace goes on changing until then.
+    let turned: f64 = [2, 3].map(|i| (slope[i - 2] * DRIFT_TURN * part.mean[i]).powi(2)).into_iter().sum();
+    let variance = known + turned * t.powi(3) / (3.0 * sigma2);
+    let pace = slope[0] * part.mean[2] + slope[1] * part.mean[3];
+    let sd = ((variance * sigma2).max(0.0).sqrt() / pace.abs().max(1e-9)).min(FOREVER);
+    Line { weight: 0.0, level: 1.0 - t, growth: 1.0, var_level: sd * sd, ..Line::default() }
 }

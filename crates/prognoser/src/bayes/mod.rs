@@ -1,24 +1,29 @@
-//! The default method: a recursive Bayesian estimate of fault, leak and life.
+//! The default method: a Bayesian estimate of fault, severity, growth and life.
+//!
+//! A valve's state is a mixture of Gaussians, the [parts](part): each is one
+//! story of what wears, by which law, and how steadily. Severity, growth and
+//! the valve's own healthy times are Gaussian within a part; which part is true
+//! is what the data decide. Every cycle the stories move on, may change into
+//! each other, meet the reading and are weighed; the unlikely ones are dropped.
 
-mod change;
+mod assimilate;
+mod bank;
 mod config;
+mod ending;
 mod estimate;
 mod estimator;
-mod explain;
-mod guess;
-mod history;
-mod hypotheses;
-mod model;
-mod none;
-mod posterior;
+mod law;
+mod motion;
+mod noise;
+mod part;
+mod plant;
+mod rate_prior;
 mod special;
-mod sums;
-mod track;
-mod view;
-mod wide;
+mod start;
+mod state;
 
-pub use change::Change;
-pub use config::{BayesConfig, GrowthLaw, Noise, StartPrior};
-pub use estimate::{BayesEstimate, FaultProbability};
+pub use config::{BayesConfig, GrowthLaw, GrowthPrior, Noise, StartPrior};
+pub use ending::Quantiles;
+pub use estimate::{BayesEstimate, Change, FaultProbability};
 pub use estimator::BayesEstimator;
-pub use posterior::Quantiles;
+pub use state::{STATE_VERSION, ValveRecord};

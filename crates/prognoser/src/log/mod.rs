@@ -1,5 +1,6 @@
 //! Timing logs: read from anything, line by line, also while they grow.
 
+mod conditions;
 mod error;
 mod follow;
 mod lines;

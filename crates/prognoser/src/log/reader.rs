@@ -2,6 +2,7 @@
 
 use std::io::BufRead;
 
+use super::conditions::ConditionColumn;
 use super::error::{LogError, LogErrorKind};
 use super::lines::Lines;
 use crate::reading::Reading;
@@ -9,6 +10,8 @@ use crate::reading::Reading;
 /// The columns every log has, in the order of [`Layout::columns`].
 const COLUMNS: [&str; 4] = ["valve", "cycle", "close_time_s", "open_time_s"];
 const TIME: &str = "time";
+/// The word for a stroke that did not arrive.
+const STALLED: &str = "stalled";
 /// Length to which fields are shortened in messages.
 const SHOWN: usize = 40;
 
@@ -29,6 +32,8 @@ pub struct LogRow<'a> {
 struct Layout {
     columns: [usize; 4],
     time: Option<usize>,
+    conditions: Vec<(usize, ConditionColumn)>,
+    unknown: Vec<String>,
     count: usize,
 }
 
@@ -37,6 +42,7 @@ pub struct TimingLog<R> {
     name: String,
     lines: Lines<R>,
     layout: Layout,
+    empty_is_stalled: bool,
 }
 
 impl<R: BufRead> TimingLog<R> {
@@ -53,9 +59,22 @@ impl<R: BufRead> TimingLog<R> {
             Err(kind) => Err(kind),
         };
         match layout {
-            Ok(layout) => Ok(Self { name, lines, layout }),
+            Ok(layout) => Ok(Self { name, lines, layout, empty_is_stalled: false }),
             Err(kind) => Err(LogError { log: name, line: lines.number(), kind }),
         }
+    }
+
+    /// Takes an empty time for a stroke that did not arrive, as logs of older
+    /// programs have it.
+    #[must_use]
+    pub fn with_empty_as_stalled(mut self, empty_is_stalled: bool) -> Self {
+        self.empty_is_stalled = empty_is_stalled;
+        self
+    }
+
+    /// The columns that are not understood and not used.
+    pub fn unknown_columns(&self) -> &[String] {
+        &self.layout.unknown
     }
 
     /// The next row, none at the end of the log.
@@ -71,7 +90,7 @@ impl<R: BufRead> TimingLog<R> {
             Ok(Some(text)) => text,
             Err(kind) => return Err(at(line, kind)),
         };
-        self.layout.row(text, line).map(Some).map_err(|kind| at(line, kind))
+        self.layout.row(text, line, self.empty_is_stalled).map(Some).map_err(|kind| at(line, kind))
     }
 }
 
@@ -90,12 +109,28 @@ impl Layout {
             *place = find(column)?
                 .ok_or_else(|| LogErrorKind::MissingColumn { found: shortened(header, 4 * SHOWN), missing: column })?;
         }
-        Ok(Self { columns, time: find(TIME)?, count: names.len() })
+        let time = find(TIME)?;
+        let mut conditions: Vec<(usize, ConditionColumn)> = Vec::new();
+        let mut unknown = Vec::new();
+        for (place, name) in names.iter().enumerate() {
+            if columns.contains(&place) || time == Some(place) {
+                continue;
+            }
+            match ConditionColumn::named(name) {
+                Some(column) if conditions.iter().any(|(_, other)| other.is_pressure() == column.is_pressure()) => {
+                    return Err(LogErrorKind::RepeatedColumn { column: column.quantity() });
+                }
+                Some(column) => conditions.push((place, column)),
+                None => unknown.push((*name).to_owned()),
+            }
+        }
+        Ok(Self { columns, time, conditions, unknown, count: names.len() })
     }
 
-    fn row<'a>(&self, text: &'a str, line: u64) -> Result<LogRow<'a>, LogErrorKind> {
+    fn row<'a>(&self, text: &'a str, line: u64, empty_is_stalled: bool) -> Result<LogRow<'a>, LogErrorKind> {
         let mut wanted = [""; 4];
         let mut time = None;
+        let (mut supply_pressure_pa, mut temperature_k) = (None, None);
         let mut count = 0;
         for field in Fields(Some(text)) {
             for (slot, &place) in wanted.iter_mut().zip(&self.columns) {
@@ -105,6 +140,14 @@ impl Layout {
             }
             if self.time == Some(count) {
                 time = Some(field);
+            }
+            for (_, column) in self.conditions.iter().filter(|(place, _)| *place == count) {
+                let value = column.si(field)?;
+                if column.is_pressure() {
+                    supply_pressure_pa = value;
+                } else {
+                    temperature_k = value;
+                }
             }
             count += 1;
         }
@@ -117,10 +160,15 @@ impl Layout {
         }
         let cycle =
             cycle.parse().map_err(|_| field_error(COLUMNS[1], cycle, "a cycle number: an integer of at least 0"))?;
+        let stalled =
+            [close, open].map(|field| field.eq_ignore_ascii_case(STALLED) || (empty_is_stalled && field.is_empty()));
         let reading = Reading {
             cycle,
             close_time_s: stroke_time(COLUMNS[2], close)?,
             open_time_s: stroke_time(COLUMNS[3], open)?,
+            stalled,
+            supply_pressure_pa,
+            temperature_k,
         };
         Ok(LogRow { valve, reading, time, line })
     }
@@ -154,16 +202,20 @@ fn unquoted(field: &str) -> &str {
 }
 
 fn stroke_time(column: &'static str, field: &str) -> Result<Option<f64>, LogErrorKind> {
-    if field.is_empty() {
+    if field.is_empty() || field.eq_ignore_ascii_case(STALLED) {
         return Ok(None);
     }
     match field.parse::<f64>() {
         Ok(time) if time.is_finite() && time >= 0.0 => Ok(Some(time)),
-        _ => Err(field_error(column, field, "a time in s of at least 0, or nothing if the valve did not get there")),
+        _ => Err(field_error(
+            column,
+            field,
+            "a time in s of at least 0, nothing if it was not measured, or \"stalled\" if the valve did not get there",
+        )),
     }
 }
 
-fn field_error(column: &'static str, field: &str, expected: &'static str) -> LogErrorKind {
+pub(super) fn field_error(column: &'static str, field: &str, expected: &'static str) -> LogErrorKind {
     LogErrorKind::Field { column, found: shortened(field, SHOWN), expected }
 }
 
@@ -197,7 +249,7 @@ mod tests {
              2026-01-01T00:00:00Z, 2.5 ,\"DV,1\",,7,x\r\n",
         )
         .expect("is a log");
-        let reading = Reading { cycle: 7, close_time_s: None, open_time_s: Some(2.5) };
+        let reading = Reading { cycle: 7, open_time_s: Some(2.5), ..Reading::default() };
         assert_eq!(rows, [("DV,1".into(), reading, Some("2026-01-01T00:00:00Z".into()))]);
     }
 

@@ -9,6 +9,7 @@ use crate::bayes::BayesEstimator;
 use crate::ols::OlsEstimator;
 use crate::prognoser::Method;
 use crate::reading::Reading;
+use crate::record::FaultCall;
 
 /// Glitches added to the timings of a study.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -76,7 +77,12 @@ pub(crate) fn run_life(
                 let error = sd * noise.normal() + glitch.map_or(0.0, |o| o.size_s);
                 clean[stroke as usize].map(|time| (time + error).max(0.0))
             };
-            let reading = Reading { cycle, close_time_s: read(Stroke::Close), open_time_s: read(Stroke::Open) };
+            let reading = Reading {
+                cycle,
+                close_time_s: read(Stroke::Close),
+                open_time_s: read(Stroke::Open),
+                ..Reading::default()
+            };
             estimator.predict(tables, &reading, truth)
         })
         .collect()
@@ -101,13 +107,16 @@ impl Estimator {
             Self::Bayes(estimator, name_from) => {
                 let estimate = estimator.update(tables, reading);
                 let p = estimate.probability;
-                let wrong = Fault::ALL.into_iter().filter(|fault| Some(*fault) != truth.fault);
+                let wrong =
+                    FaultCall::FAULTS.into_iter().filter(|fault| fault.fault() != truth.fault || truth.fault.is_none());
+                let end = estimate.end;
                 Prediction {
                     cycle,
-                    remaining: Some(estimate.eol_cycle - cycle),
-                    end: Some(estimate.eol_cycle),
-                    covered: Some(estimate.eol.p05 <= truth.end_cycle && truth.end_cycle <= estimate.eol.p95),
-                    isolated: truth.fault.is_some_and(|fault| p.of(fault) > 0.95),
+                    remaining: end.map(|end| end.cycle - cycle),
+                    end: end.map(|end| end.cycle),
+                    covered: end
+                        .map(|end| end.quantiles.p05 <= truth.end_cycle && truth.end_cycle <= end.quantiles.p95),
+                    isolated: truth.fault.is_some_and(|fault| p.of(fault.into()) > 0.95),
                     false_call: wrong.map(|fault| p.of(fault)).any(|q| q >= *name_from),
                 }
             }

@@ -36,6 +36,7 @@ mod life;
 mod metrics;
 mod noise;
 mod run;
+pub mod scenario;
 
 pub use bound::{LifeBound, bounds};
 pub use life::{LifeTruth, Outliers};

@@ -1,5 +1,6 @@
 //! The tables of a test valve and logs made from them.
 #![allow(dead_code, reason = "each test file uses a part of this")]
+#![allow(clippy::large_types_passed_by_value, reason = "settings, once a test")]
 
 use std::fs;
 use std::path::Path;
@@ -52,7 +53,9 @@ pub fn reading(tables: &TableBundle, fault: Fault, cycle: u64, leak: f64) -> Rea
         TimeAt::Within(time) => Some(time),
         _ => None,
     };
-    Reading { cycle, close_time_s: time(Stroke::Close), open_time_s: time(Stroke::Open) }
+    let times = [time(Stroke::Close), time(Stroke::Open)];
+    let stalled = times.map(|time| time.is_none());
+    Reading { cycle, close_time_s: times[0], open_time_s: times[1], stalled, ..Reading::default() }
 }
 
 /// Adds noise to a reading and rounds it to 0.1 ms.
@@ -61,7 +64,7 @@ pub fn noisy(reading: Reading, sd_s: f64, noise: &mut NoiseSource) -> Reading {
         let error = sd_s * noise.normal();
         time.map(|time| ((time + error).max(0.0) * 1e4).round() / 1e4)
     };
-    Reading { cycle: reading.cycle, close_time_s: blur(reading.close_time_s), open_time_s: blur(reading.open_time_s) }
+    Reading { close_time_s: blur(reading.close_time_s), open_time_s: blur(reading.open_time_s), ..reading }
 }
 
 /// A log of one valve whose leak goes as `leak` (fractions of the limit).

@@ -1,0 +1,173 @@
+//! A story meets a reading.
+
+#![expect(clippy::needless_range_loop, reason = "rows and columns of matrices")]
+
+use super::law::Law;
+use super::part::{Cause, Part, SIZE};
+use super::plant::Plant;
+use super::special::{normal_tail, quick_ln};
+
+/// Squared innovation, in expected variances, from which on something else than
+/// noise is considered.
+const SURPRISE: f64 = 12.0;
+/// Moves of the severity up to which the tables are straight enough.
+const STRAIGHT: f64 = 0.004;
+/// Most linearisations of one reading.
+const MOST_PASSES: usize = 4;
+
+/// What one cycle says, as the stories meet it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sight {
+    /// Times in s, closing and opening; none where there is none.
+    pub time_s: [Option<f64>; 2],
+    /// Strokes that did not arrive.
+    pub stalled: [bool; 2],
+    /// Share of glitches.
+    pub glitches: f64,
+    /// What a reading counts for the noise variance.
+    pub weight: f64,
+    /// Shape of the inverse gamma posterior of the noise variance.
+    pub shape: f64,
+}
+
+/// How a story met it.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Met {
+    /// Logarithm of the probability of the reading.
+    pub ln: f64,
+    /// Probability that each time was a proper reading.
+    pub inlier: [f64; 2],
+    /// Innovation of each time in s.
+    pub residual_s: [Option<f64>; 2],
+    /// Whether noise hardly explains it.
+    pub surprise: bool,
+}
+
+/// Times of both strokes under a story at some state, and their derivatives.
+#[inline]
+fn expected(part: &Part, plant: &Plant, at: &[f64; SIZE]) -> [(f64, [f64; SIZE]); 2] {
+    let healthy = [plant.healthy_s(0), plant.healthy_s(1)];
+    match part.cause {
+        Cause::None => [0, 1].map(|stroke| {
+            let mut slope = [0.0; SIZE];
+            slope[2 + stroke] = healthy[stroke];
+            (healthy[stroke] * (1.0 + at[2 + stroke]), slope)
+        }),
+        Cause::Wear(wear) => {
+            let (severity, grows) = part.law.severity(at[0]);
+            let times = plant.times_and_slopes(wear, severity);
+            [0, 1].map(|stroke| {
+                let (time, by_severity) = times[stroke];
+                let factor = 1.0 + at[2 + stroke];
+                let mut slope = [0.0; SIZE];
+                slope[0] = by_severity * grows * factor;
+                slope[2 + stroke] = time;
+                (time * factor, slope)
+            })
+        }
+        Cause::Both => plant.both_leaks([at[0], at[1]]).map(|(time, by)| (time, [by[0], by[1], 0.0, 0.0])),
+        Cause::Other => [0, 1].map(|stroke| {
+            let mut slope = [0.0; SIZE];
+            slope[stroke] = 1.0;
+            (healthy[stroke] + at[stroke], slope)
+        }),
+    }
+}
+
+/// Updates a story by a reading. It is linearised where it is expected, and
+/// again where it leads, if that is elsewhere.
+pub(crate) fn assimilate(part: &Part, plant: &Plant, sight: &Sight) -> (Part, Met) {
+    let levels = match part.cause {
+        Cause::None | Cause::Other => 0,
+        Cause::Wear(_) => 1,
+        Cause::Both => 2,
+    };
+    let curved = part.law != Law::Linear;
+    let mut at = part.mean;
+    let mut best = pass(part, plant, sight, &at);
+    for _ in 1..MOST_PASSES {
+        let moved = (0..levels).map(|i| (best.0.mean[i] - at[i]).abs()).fold(0.0, f64::max);
+        if moved < STRAIGHT && !(curved && moved > 0.1 * at[0].abs()) {
+            break;
+        }
+        // No further than the tables can be trusted to be anything like straight.
+        for i in 0..levels {
+            at[i] += (best.0.mean[i] - at[i]).clamp(-0.3, 0.3);
+        }
+        at[2] = if levels == 1 { best.0.mean[2] } else { at[2] };
+        at[3] = if levels == 1 { best.0.mean[3] } else { at[3] };
+        best = pass(part, plant, sight, &at);
+    }
+    best
+}
+
+/// One linearised update.
+fn pass(part: &Part, plant: &Plant, sight: &Sight, at: &[f64; SIZE]) -> (Part, Met) {
+    let mut out = *part;
+    let mut met = Met { inlier: [1.0; 2], ..Met::default() };
+    let shape = sight.shape;
+    let mut distance = 0.0;
+    let expected = expected(part, plant, at);
+    for stroke in 0..2 {
+        let window_s = plant.window_s(stroke);
+        let (time, slope) = match (sight.time_s[stroke], sight.stalled[stroke]) {
+            (None, false) => {
+                out.noise.left_s[stroke] = f64::NAN;
+                continue;
+            }
+            _ => expected[stroke],
+        };
+        let predicted = time + (0..SIZE).map(|i| slope[i] * (out.mean[i] - at[i])).sum::<f64>();
+        let by_cov: [f64; SIZE] = std::array::from_fn(|i| (0..SIZE).map(|j| out.cov[i][j] * slope[j]).sum());
+        let model_spread = (0..SIZE).map(|i| slope[i] * by_cov[i]).sum::<f64>().max(0.0);
+        let spread = out.inflation + model_spread;
+        let (innovation, inlier) = if let Some(measured) = sight.time_s[stroke] {
+            let innovation = measured - predicted;
+            let before = out.noise;
+            let density =
+                out.noise.density(stroke, innovation, model_spread, 2.0 * out.scale, shape) * (1.0 - sight.glitches);
+            let total = density + sight.glitches / window_s;
+            met.ln += quick_ln(total);
+            let inlier = density / total;
+            met.residual_s[stroke] = Some(innovation);
+            distance += innovation * innovation * shape / ((1.0 + model_spread) * out.scale);
+            if inlier < 0.5 {
+                out.noise = before;
+                out.noise.left_s[stroke] = f64::NAN;
+            } else {
+                out.noise.left_s[stroke] = innovation * out.inflation / spread;
+            }
+            (innovation, inlier)
+        } else {
+            // Not there within the window: anything beyond is as likely.
+            out.noise.left_s[stroke] = f64::NAN;
+            let sd = (spread * out.scale / shape).sqrt();
+            let late = normal_tail((window_s - predicted) / sd) * (1.0 - sight.glitches);
+            let total = late + sight.glitches;
+            met.ln += quick_ln(total);
+            distance += if late < 1e-3 { SURPRISE } else { 0.0 };
+            // Where it is expected beyond the window, nothing is learnt.
+            (window_s - predicted, late / total)
+        };
+        met.inlier[stroke] = inlier;
+        if sight.time_s[stroke].is_none() && predicted >= window_s {
+            continue;
+        }
+        if inlier < 0.5 {
+            continue;
+        }
+        // A doubtful reading counts as noisier, in proportion.
+        let doubted = spread + out.inflation * (1.0 / inlier - 1.0);
+        let gain = by_cov.map(|value| value / doubted);
+        for i in 0..SIZE {
+            out.mean[i] += gain[i] * innovation;
+            for j in 0..SIZE {
+                out.cov[i][j] -= gain[i] * by_cov[j];
+            }
+        }
+        out.scale += 0.5 * sight.weight * innovation * innovation * out.inflation / doubted;
+    }
+    met.surprise = distance > SURPRISE;
+    out.ln_weight += met.ln;
+    (out, met)
+}

@@ -1,0 +1,134 @@
+//! How stories go on from one cycle to the next, and turn into each other.
+
+use super::config::{BayesConfig, GrowthLaw, GrowthPrior};
+use super::law::Law;
+use super::part::{Cause, Mode, Part, SIZE};
+use super::plant::Plant;
+use super::rate_prior::{WIDE_MEAN, WIDE_SD};
+use super::start::{drifting, share};
+
+/// Stories that bring less than this share, as a logarithm, bring nothing.
+const LN_NOTHING: f64 = -16.0;
+/// Logarithm of the weight, over that of the likeliest, from which on a story may
+/// turn into another one.
+const LN_LIKELY: f64 = -6.0;
+/// Relative standard deviation of a growth that goes on at another pace.
+const NEW_PACE: f64 = 0.5;
+/// The same after a rest.
+const RESUMED_PACE: f64 = 0.3;
+/// Of the stories that begin late, the share at a steady pace.
+const LATE_SHARE: f64 = 0.6;
+/// Relative standard deviation by which a free drift changes in a cycle.
+pub(crate) const DRIFT_TURN: f64 = 0.1;
+
+/// Moves one story on by some cycles.
+#[inline]
+pub(crate) fn advance(part: &mut Part, cycles: f64, prior: &GrowthPrior, shape: f64) {
+    let (roughness, unsteadiness) = (prior.roughness, prior.unsteadiness);
+    let steps: &[(usize, usize)] = match (part.cause, part.mode) {
+        (Cause::None, _) | (Cause::Wear(_), Mode::Rest) => return,
+        (Cause::Wear(_), _) => &[(0, 1)],
+        (Cause::Both | Cause::Other, _) => &[(0, 2), (1, 3)],
+    };
+    let sigma2 = part.scale / shape;
+    for &(level, growth) in steps {
+        part.mean[level] += cycles * part.mean[growth];
+        for i in 0..SIZE {
+            part.cov[level][i] += cycles * part.cov[growth][i];
+        }
+        for i in 0..SIZE {
+            part.cov[i][level] += cycles * part.cov[i][growth];
+        }
+        if matches!(part.cause, Cause::Other | Cause::Both) {
+            part.cov[growth][growth] += cycles * (DRIFT_TURN * part.mean[growth]).powi(2) / sigma2;
+        }
+    }
+    if part.law != Law::Linear {
+        part.cov[1][1] += cycles * (unsteadiness * part.mean[1]).powi(2) / sigma2;
+    }
+    if part.mode == Mode::Rough {
+        part.cov[0][0] += cycles * increment_variance(part, roughness, sigma2) / sigma2;
+    }
+}
+
+/// Variance of one cycle's increment under varying growth.
+#[inline]
+fn increment_variance(part: &Part, roughness: f64, sigma2: f64) -> f64 {
+    let sd = (part.cov[1][1] * sigma2).sqrt();
+    (roughness * part.mean[1].max(0.25 * sd)).powi(2)
+}
+
+/// A growth that goes on at a pace that is off by some share.
+fn repaced(part: &Part, relative_sd: f64, shape: f64) -> Part {
+    let mut part = *part;
+    part.cov[1][1] += (relative_sd * part.mean[1]).powi(2) * shape / part.scale;
+    part
+}
+
+/// Lets stories turn into each other in the course of one cycle.
+pub(crate) fn turn(parts: &mut Vec<Part>, plant: &Plant, config: &BayesConfig, shape: f64) {
+    if config.growth == GrowthLaw::Exponential {
+        return;
+    }
+    let prior = &config.growth_prior;
+    let top = parts.iter().map(|part| part.ln_weight).fold(f64::NEG_INFINITY, f64::max);
+    let mut made: Vec<Part> = Vec::with_capacity(24);
+    let mut inflow: Vec<Part> = Vec::with_capacity(12);
+    for wear in 0..plant.wears() {
+        let cause = Cause::Wear(wear);
+        let ln_begin = (prior.onset * share(cause, plant)).ln();
+        for mode in [Mode::Late, Mode::Rough, Mode::Rest] {
+            inflow.clear();
+            for part in parts.iter() {
+                let likely = part.ln_weight > top + LN_LIKELY;
+                let (ln_rate, moved) = match (part.cause, part.mode) {
+                    (Cause::None, _) if mode == Mode::Late => (ln_begin, None),
+                    (own, _) if own != cause => continue,
+                    (_, from) if from == mode => (0.0, Some(*part)),
+                    (_, Mode::Rest) => {
+                        let share = if mode == Mode::Late { LATE_SHARE } else { 1.0 - LATE_SHARE };
+                        ((prior.resume * share).ln(), Some(repaced(part, RESUMED_PACE, shape)))
+                    }
+                    // What has hardly grown cannot be seen to rest or to vary.
+                    (_, _) if !likely || part.law != Law::Linear => continue,
+                    (_, _) if mode == Mode::Rest => (prior.pause.ln(), Some(*part)),
+                    (_, Mode::Late) if mode == Mode::Rough => (prior.roughen.ln(), Some(*part)),
+                    (_, Mode::Steady) => ((0.5 * prior.turn).ln(), Some(repaced(part, NEW_PACE, shape))),
+                    _ => continue,
+                };
+                let ln_weight = part.ln_weight + ln_rate;
+                if ln_weight < top + LN_NOTHING {
+                    continue;
+                }
+                let moved = moved.unwrap_or_else(|| part.with_growth(WIDE_MEAN, WIDE_SD, part.scale / shape));
+                inflow.push(Part { cause, law: Law::Linear, mode, ln_weight, ..moved });
+            }
+            match inflow.len() {
+                0 => {}
+                1 => made.push(inflow[0]),
+                _ => made.push(Part::merged(&inflow, shape)),
+            }
+        }
+    }
+    inflow.clear();
+    let ln_drift = (prior.onset * share(Cause::Other, plant)).ln();
+    for part in parts.iter() {
+        match part.cause {
+            Cause::Other => inflow.push(*part),
+            Cause::None if part.ln_weight + ln_drift > top + LN_NOTHING => {
+                let drifting = drifting(part, plant, shape);
+                inflow.push(Part { ln_weight: part.ln_weight + ln_drift, ..drifting });
+            }
+            _ => {}
+        }
+    }
+    if !inflow.is_empty() {
+        made.push(Part::merged(&inflow, shape));
+    }
+    parts.retain(|part| part.mode == Mode::Steady && part.cause != Cause::Other);
+    let leaves = (1.0 - prior.onset).ln();
+    for part in parts.iter_mut().filter(|part| part.cause == Cause::None) {
+        part.ln_weight += leaves;
+    }
+    parts.append(&mut made);
+}

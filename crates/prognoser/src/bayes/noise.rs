@@ -1,0 +1,85 @@
+//! Noise that goes on from one cycle to the next.
+//!
+//! Each story asks whether what it leaves unexplained is correlated: over a few
+//! correlations with a prior, by the probability of a residual given the one
+//! before. Where noise goes on, n readings tell of a level or a slow trend as
+//! much as n (1 - r)/(1 + r) independent ones, and so a reading counts as that
+//! much noisier.
+
+use super::special::{quick_exp, quick_ln};
+
+/// Correlations tried.
+pub(crate) const CORRELATIONS: [f64; 3] = [0.0, 0.6, 0.85];
+/// Probability of each beforehand.
+pub(crate) const PRIOR: [f64; 3] = [0.9, 0.05, 0.05];
+/// No correlation is ever given up altogether.
+const LEAST: f64 = 1e-4;
+/// Logarithms of (1 + r)/(1 - r).
+const LN_INFLATION: [f64; 3] = [0.0, 1.386_294_361_119_890_6, 2.512_305_623_976_115_4];
+
+/// What a story knows of its noise.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct NoiseState {
+    /// Probability of each correlation.
+    pub weight: [f64; 3],
+    /// What was left unexplained of the last times, s; not a number where there was none.
+    pub left_s: [f64; 2],
+}
+
+impl Default for NoiseState {
+    fn default() -> Self {
+        Self { weight: PRIOR, left_s: [f64::NAN; 2] }
+    }
+}
+
+impl NoiseState {
+    /// By how much the variance of a reading counts as larger.
+    pub(crate) fn inflation(&self) -> f64 {
+        if self.weight[0] > 0.999 {
+            return 1.0;
+        }
+        quick_exp(self.weight.iter().zip(LN_INFLATION).map(|(weight, ln)| weight * ln).sum())
+    }
+
+    /// Several states as one, by their shares.
+    pub(crate) fn mix(&mut self, other: &Self, share: f64) {
+        for i in 0..3 {
+            self.weight[i] += share * other.weight[i];
+        }
+        for (mine, theirs) in self.left_s.iter_mut().zip(other.left_s) {
+            *mine += share * theirs;
+        }
+    }
+
+    /// Density of an innovation, given what was left of the last cycle, and the
+    /// correlations it speaks for. `own` is the share of noise in the spread of
+    /// the innovation, whose unit `scale` is (2 b of the inverse gamma), `shape`
+    /// its shape.
+    #[inline]
+    pub(crate) fn density(&mut self, stroke: usize, innovation: f64, model_spread: f64, scale: f64, shape: f64) -> f64 {
+        let left = self.left_s[stroke];
+        let norm = 0.5 * quick_ln(shape / (std::f64::consts::PI * scale)) - 0.125 / shape;
+        let student = |off: f64, spread: f64| {
+            let square = off * off / (spread * scale);
+            quick_exp(norm - 0.5 * quick_ln(spread) - (shape + 0.5) * quick_ln(1.0 + square))
+        };
+        if left.is_nan() {
+            return student(innovation, model_spread + 1.0);
+        }
+        let mut after = [0.0; 3];
+        for (i, r) in CORRELATIONS.into_iter().enumerate() {
+            if i == 0 || self.weight[i] > LEAST {
+                after[i] = self.weight[i] * student(innovation - r * left, model_spread + 1.0 - r * r);
+            }
+        }
+        let density: f64 = after.iter().sum();
+        if density > 0.0 {
+            let total = density * (1.0 + 2.0 * LEAST);
+            for (weight, after) in self.weight.iter_mut().zip(after) {
+                *weight = (after + LEAST * density) / total;
+            }
+            self.weight[0] -= self.weight.iter().sum::<f64>() - 1.0;
+        }
+        density
+    }
+}

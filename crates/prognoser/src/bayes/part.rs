@@ -1,0 +1,173 @@
+//! One story of a valve: what wears, by which law, how steadily, and a Gaussian
+//! of the numbers that go with it.
+
+#![expect(clippy::needless_range_loop, reason = "rows and columns of matrices")]
+
+use serde::{Deserialize, Serialize};
+
+use super::law::Law;
+use super::noise::NoiseState;
+
+/// What wears.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) enum Cause {
+    /// Nothing.
+    None,
+    /// The wear of this table.
+    Wear(u8),
+    /// Leaks of both kinds at once.
+    Both,
+    /// Both times drift freely.
+    Other,
+}
+
+/// How steadily it goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) enum Mode {
+    /// At one pace since the first cycle of the log.
+    Steady,
+    /// At one pace since some later cycle.
+    Late,
+    /// By increments that vary from cycle to cycle.
+    Rough,
+    /// It rests.
+    Rest,
+}
+
+/// Numbers of a part: coordinate, its growth per cycle, and the relative errors
+/// of the tables' closing and opening time for this valve. For both leaks: the
+/// two severities and their growths. For a free drift: what the two times are
+/// off by, and how they drift, in s.
+pub(crate) const SIZE: usize = 4;
+
+/// A story with its weight.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Part {
+    pub cause: Cause,
+    pub law: Law,
+    pub mode: Mode,
+    /// Logarithm of its weight.
+    pub ln_weight: f64,
+    /// Mean.
+    pub mean: [f64; SIZE],
+    /// Covariance in units of the noise variance.
+    pub cov: [[f64; SIZE]; SIZE],
+    /// Half the sum of squared innovations, with the prior's: the scale of the
+    /// noise variance's inverse gamma posterior, s2.
+    pub scale: f64,
+    /// Prior variance of the relative errors of the tables.
+    pub unit_variance: f64,
+    /// Noise variance for which the priors are weighed within `cov`, s2.
+    pub tuned: f64,
+    /// What is known of the correlation of the noise.
+    pub noise: NoiseState,
+    /// By how much the variance of a reading counts as larger in `cov`.
+    pub inflation: f64,
+}
+
+impl Part {
+    /// Whether two parts tell the same story.
+    pub(crate) fn same_story(&self, other: &Self) -> bool {
+        self.cause == other.cause && self.law == other.law && self.mode == other.mode
+    }
+
+    /// Sets variances, in s2 or squared units, given the noise variance.
+    pub(crate) fn set_variances(&mut self, variances: [f64; SIZE], sigma2: f64) {
+        self.cov = [[0.0; SIZE]; SIZE];
+        for (i, variance) in variances.into_iter().enumerate() {
+            self.cov[i][i] = variance / sigma2;
+        }
+    }
+
+    /// Weighs the priors anew once more is known of the noise: in units of the
+    /// noise variance the data keep their weight, the priors do not. Given are
+    /// mean and variance of the prior of each number, variance zero for none.
+    pub(crate) fn retune(&mut self, priors: [(f64, f64); SIZE], sigma2: f64) {
+        let change = sigma2 - self.tuned;
+        self.tuned = sigma2;
+        for (k, (mean, variance)) in priors.into_iter().enumerate() {
+            if variance == 0.0 || self.cov[k][k] == 0.0 {
+                continue;
+            }
+            // A reading of the number at its prior mean, of which a part is
+            // taken away again where the change is negative.
+            let precision = change / variance;
+            let denominator = 1.0 + precision * self.cov[k][k];
+            if denominator < 1e-3 {
+                continue;
+            }
+            let gain: [f64; SIZE] = std::array::from_fn(|i| precision * self.cov[i][k] / denominator);
+            let row = self.cov[k];
+            let off = mean - self.mean[k];
+            for i in 0..SIZE {
+                self.mean[i] += gain[i] * off;
+                for j in 0..SIZE {
+                    self.cov[i][j] -= gain[i] * row[j];
+                }
+            }
+        }
+    }
+
+    /// Brings the covariance in line with what is known of the noise.
+    pub(crate) fn inflate(&mut self) {
+        let inflation = self.noise.inflation();
+        let ratio = inflation / self.inflation;
+        if ratio != 1.0 {
+            for value in self.cov.as_flattened_mut() {
+                *value *= ratio;
+            }
+            self.tuned /= ratio;
+            self.inflation = inflation;
+        }
+    }
+
+    /// Replaces the growth by a fresh guess, independent of everything else.
+    pub(crate) fn with_growth(mut self, mean: f64, sd: f64, sigma2: f64) -> Self {
+        for i in 0..SIZE {
+            self.cov[i][1] = 0.0;
+            self.cov[1][i] = 0.0;
+        }
+        self.mean[1] = mean;
+        self.cov[1][1] = sd * sd / sigma2;
+        self
+    }
+
+    /// One part with the weight, mean and covariance of several.
+    pub(crate) fn merged(parts: &[Self], shape: f64) -> Self {
+        let top = parts.iter().map(|part| part.ln_weight).fold(f64::NEG_INFINITY, f64::max);
+        let weights = parts.iter().map(|part| (part.ln_weight - top).exp());
+        let total: f64 = weights.clone().sum();
+        let mut out = parts[0];
+        out.ln_weight = top + total.ln();
+        out.mean = [0.0; SIZE];
+        out.cov = [[0.0; SIZE]; SIZE];
+        out.scale = 0.0;
+        out.unit_variance = 0.0;
+        out.noise = NoiseState { weight: [0.0; 3], left_s: [0.0; 2] };
+        out.inflation = 0.0;
+        for (part, weight) in parts.iter().zip(weights.clone()) {
+            let share = weight / total;
+            for i in 0..SIZE {
+                out.mean[i] += share * part.mean[i];
+            }
+            out.scale += share * part.scale;
+            out.unit_variance += share * part.unit_variance;
+            out.noise.mix(&part.noise, share);
+            out.inflation += share * part.inflation;
+        }
+        let sigma2 = out.scale / shape;
+        out.tuned = 0.0;
+        for (part, weight) in parts.iter().zip(weights) {
+            let share = weight / total;
+            let own = part.scale / shape / sigma2;
+            out.tuned += share * part.tuned / own;
+            for i in 0..SIZE {
+                for j in 0..SIZE {
+                    let apart = (part.mean[i] - out.mean[i]) * (part.mean[j] - out.mean[j]) / sigma2;
+                    out.cov[i][j] += share * (own * part.cov[i][j] + apart);
+                }
+            }
+        }
+        out
+    }
+}

@@ -1,0 +1,142 @@
+//! The tables as the estimator sees them: severity 1 is the limit under the
+//! reference conditions.
+
+use leak_table::{Conditions, SeverityAt, Stroke, TableBundle};
+
+use crate::record::FaultCall;
+
+/// Most kinds of wear with a table that are looked at.
+pub(crate) const MOST_WEARS: usize = 6;
+
+/// The conditions of one cycle.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Weather {
+    /// Absolute supply pressure in Pa, if it is known.
+    pub supply_pressure_pa: Option<f64>,
+    /// Temperature in K, if it is known.
+    pub temperature_k: Option<f64>,
+}
+
+/// All tables under the conditions of one cycle.
+pub(crate) struct Plant<'t> {
+    bundle: &'t TableBundle,
+    wears: usize,
+    limits: [f64; MOST_WEARS],
+    healthy_s: [f64; 2],
+    /// The conditions, where the tables have them.
+    conditions: Option<Conditions>,
+}
+
+impl<'t> Plant<'t> {
+    pub(crate) fn new(bundle: &'t TableBundle, weather: Weather) -> Self {
+        let wears = bundle.len().min(MOST_WEARS);
+        let mut limits = [1.0; MOST_WEARS];
+        for (index, limit) in limits.iter_mut().enumerate().take(wears) {
+            *limit = bundle.entry(index).limit_severity;
+        }
+        let mut plant = Self { bundle, wears, limits, healthy_s: [0.0; 2], conditions: conditions(bundle, weather) };
+        plant.healthy_s = plant.times_and_slopes(0, 0.0).map(|(time, _)| time);
+        plant
+    }
+
+    /// How many kinds of wear there are tables for.
+    #[expect(clippy::cast_possible_truncation, reason = "at most MOST_WEARS")]
+    pub(crate) fn wears(&self) -> u8 {
+        self.wears as u8
+    }
+
+    /// The name of a kind of wear.
+    pub(crate) fn fault_call(&self, wear: u8) -> FaultCall {
+        let id = &self.bundle.entry(usize::from(wear)).degradation.id;
+        FaultCall::FAULTS.into_iter().find(|fault| fault.name() == id).unwrap_or(FaultCall::Other)
+    }
+
+    /// Times in s of both strokes, each with its derivative by the severity.
+    #[inline]
+    pub(crate) fn times_and_slopes(&self, wear: u8, severity: f64) -> [(f64, f64); 2] {
+        let wear = usize::from(wear);
+        let limit = self.limits[wear];
+        let entry = self.bundle.entry(wear);
+        let over = self.conditions.as_ref().zip(entry.over_conditions);
+        let over = over.and_then(|(conditions, table)| table.times(severity * limit, conditions).ok());
+        let times = match over {
+            Some(times) => [times.close, times.open].map(|time| (time.time_s, time.by_severity)),
+            None => Stroke::ALL.map(|stroke| entry.table.curve(stroke).extrapolated_time_and_slope(severity * limit)),
+        };
+        times.map(|(time, slope)| (time, slope * limit))
+    }
+
+    /// Time of the healthy valve in s.
+    #[inline]
+    pub(crate) fn healthy_s(&self, stroke: usize) -> f64 {
+        self.healthy_s[stroke]
+    }
+
+    /// Times in s of both strokes with leaks of both kinds, and their derivatives
+    /// by the two severities: what each leak alone adds to the pace of a stroke,
+    /// or takes from it, adds up, as the flows do.
+    pub(crate) fn both_leaks(&self, severities: [f64; 2]) -> [(f64, [f64; 2]); 2] {
+        let alone = [0, 1].map(|leak| self.times_and_slopes(leak, severities[usize::from(leak)]));
+        [0, 1].map(|stroke| {
+            let own = alone.map(|leak| leak[stroke]);
+            let pace = 1.0 / own[0].0 + 1.0 / own[1].0 - 1.0 / self.healthy_s(stroke);
+            // Slower than the window is not told apart.
+            let time = 1.0 / pace.max(0.5 / self.window_s(stroke));
+            (time, own.map(|(alone_s, slope)| slope * (time / alone_s).powi(2)))
+        })
+    }
+
+    /// The limit of a stroke in s.
+    pub(crate) fn limit_s(&self, stroke: usize) -> f64 {
+        self.bundle.manifest().limits.within_s(Stroke::ALL[stroke])
+    }
+
+    /// The time within which a stroke counts as finished, in s.
+    #[inline]
+    pub(crate) fn window_s(&self, stroke: usize) -> f64 {
+        self.bundle.manifest().schedule.window_s(Stroke::ALL[stroke])
+    }
+
+    /// The severity at which the limit is reached with another supply pressure;
+    /// 1 where the tables do not know.
+    pub(crate) fn end_at_supply(&self, wear: u8, supply_pressure_pa: f64) -> f64 {
+        let entry = self.bundle.entry(usize::from(wear));
+        let weather = Weather { supply_pressure_pa: Some(supply_pressure_pa), temperature_k: None };
+        let slice = conditions(self.bundle, weather)
+            .and_then(|conditions| entry.over_conditions.and_then(|table| table.slice(&conditions).ok()));
+        let Some(slice) = slice else { return 1.0 };
+        let ends = Stroke::ALL.map(|stroke| match slice.curve(stroke).severity_at(self.limit_s(stroke as usize)) {
+            SeverityAt::Within(severity) => severity / self.limits[usize::from(wear)],
+            _ => f64::INFINITY,
+        });
+        let end = ends[0].min(ends[1]);
+        if end.is_finite() { end } else { 1.0 }
+    }
+
+    /// By how much a valve whose time is off by a share reaches its limit at a
+    /// smaller severity, per unit of that share, for each stroke.
+    pub(crate) fn end_shift(&self, wear: u8) -> [f64; 2] {
+        let entry = self.bundle.entry(usize::from(wear));
+        let limit = self.limits[usize::from(wear)];
+        [0, 1].map(|stroke| {
+            let ends_it = entry.info.stroke(Stroke::ALL[stroke]).limit_severity == Some(limit);
+            let (time, slope) = entry.table.curve(Stroke::ALL[stroke]).extrapolated_time_and_slope(limit);
+            if ends_it && slope > 0.0 { time / (slope * limit) } else { 0.0 }
+        })
+    }
+}
+
+/// The conditions of a cycle as far as the tables have them; what is not known
+/// is taken for the reference, what is outside for the nearest inside.
+fn conditions(bundle: &TableBundle, weather: Weather) -> Option<Conditions> {
+    if weather == Weather::default() {
+        return None;
+    }
+    let range = bundle.condition_range()?;
+    let reference = bundle.manifest().reference?;
+    let conditions = Conditions {
+        supply_pressure_pa: weather.supply_pressure_pa.unwrap_or(reference.supply_pressure_pa),
+        temperature_k: weather.temperature_k.unwrap_or(reference.temperature_k),
+    };
+    Some(range.nearest(&conditions))
+}

@@ -1,0 +1,104 @@
+//! The prior of the growth: log-normal, hence never negative, put in place of
+//! the wide Gaussian that the parts carry while data come in.
+
+use super::config::BayesConfig;
+use super::special::{quick_exp, quick_ln};
+
+/// Mean and standard deviation of the wide Gaussian, per cycle.
+pub(crate) const WIDE_MEAN: f64 = 0.02;
+/// See [`WIDE_MEAN`].
+pub(crate) const WIDE_SD: f64 = 0.06;
+/// Relative width of the growth up to which two terms of a series do.
+const NARROW: f64 = 0.12;
+/// Nodes of the integral where it is wider.
+pub(crate) const NODES: usize = 12;
+/// Standard deviations that the nodes reach to either side.
+const REACH: f64 = 3.2;
+/// Smallest growth per cycle; slower wear never ends a life.
+const SMALLEST: f64 = 1e-6;
+
+/// The prior.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RatePrior {
+    ln_median: f64,
+    ln_sd: f64,
+}
+
+/// A growth with its weight.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Node {
+    pub growth: f64,
+    pub weight: f64,
+}
+
+/// What the log-normal prior makes of a Gaussian growth.
+pub(crate) enum Corrected {
+    /// Still nearly Gaussian, its mean shifted.
+    Narrow { ln_factor: f64, mean: f64 },
+    /// Nodes, whose weights sum to 1.
+    Wide { ln_factor: f64, nodes: [Node; NODES] },
+}
+
+impl RatePrior {
+    pub(crate) fn new(config: &BayesConfig) -> Self {
+        Self { ln_median: -config.life_median_cycles.ln(), ln_sd: config.life_ln_sd }
+    }
+
+    /// Logarithm of the prior over the wide Gaussian, and its derivative.
+    #[inline]
+    fn ln_ratio(&self, growth: f64) -> (f64, f64) {
+        let ln = quick_ln(growth);
+        let z = (ln - self.ln_median) / self.ln_sd;
+        let w = (growth - WIDE_MEAN) / WIDE_SD;
+        let value = -0.5 * z * z - ln + 0.5 * w * w + quick_ln(WIDE_SD / self.ln_sd);
+        (value, -(z / self.ln_sd + 1.0) / growth + w / WIDE_SD)
+    }
+
+    /// Logarithm of the factor by which the evidence of a part changes.
+    pub(crate) fn ln_factor(&self, mean: f64, sd: f64) -> f64 {
+        match self.correct(mean, sd) {
+            Corrected::Narrow { ln_factor, .. } | Corrected::Wide { ln_factor, .. } => ln_factor,
+        }
+    }
+
+    /// The prior put in place for a Gaussian growth.
+    pub(crate) fn correct(&self, mean: f64, sd: f64) -> Corrected {
+        if mean > SMALLEST && sd < NARROW * mean {
+            let (value, slope) = self.ln_ratio(mean);
+            let shift = (sd * sd * slope).clamp(-sd, sd);
+            return Corrected::Narrow { ln_factor: value + 0.5 * (sd * slope).powi(2).min(1.0), mean: mean + shift };
+        }
+        let low = (mean - REACH * sd).max(SMALLEST);
+        let high = (mean + REACH * sd).max(low + 0.5 * sd);
+        // Evenly in the growth where it is bounded away from zero, evenly in
+        // its logarithm where it is not.
+        let spread = low < 0.05 * high;
+        let first = if spread { (high * 2e-3).max(SMALLEST) } else { low };
+        let step = if spread { quick_ln(high / first) } else { high - first } / NODES as f64;
+        let mut nodes = [Node::default(); NODES];
+        let mut ln = [0.0; NODES];
+        let mut top = f64::NEG_INFINITY;
+        for (i, node) in nodes.iter_mut().enumerate() {
+            let along = (i as f64 + 0.5) * step;
+            let (growth, width) = if spread {
+                let growth = first * quick_exp(along);
+                (growth, growth * step)
+            } else {
+                (first + along, step)
+            };
+            let z = (growth - mean) / sd;
+            ln[i] = self.ln_ratio(growth).0 - 0.5 * z * z + quick_ln(width / sd) - 0.918_938_533_204_672_7;
+            node.growth = growth;
+            top = top.max(ln[i]);
+        }
+        let mut total = 0.0;
+        for (node, ln) in nodes.iter_mut().zip(ln) {
+            node.weight = quick_exp(ln - top);
+            total += node.weight;
+        }
+        for node in &mut nodes {
+            node.weight /= total;
+        }
+        Corrected::Wide { ln_factor: top + quick_ln(total), nodes }
+    }
+}

@@ -1,0 +1,161 @@
+//! From cycles to dates.
+//!
+//! The time between cycles is estimated from the log's dates, the recent ones
+//! counting more, with its scatter; a date in the future is the last one plus
+//! as many cycles.
+
+use serde::{Deserialize, Serialize};
+
+/// Cycles remembered.
+const MEMORY: f64 = 200.0;
+/// Standard normal quantile of 0.95: dates by which something must be done are
+/// early enough for cycles that come faster than usual.
+const Z95: f64 = 1.645;
+/// Dates beyond this many days are not told.
+const LONGEST_DAYS: f64 = 36_525.0;
+const DAY_S: f64 = 86_400.0;
+
+/// What is known of the dates of a valve's cycles.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Calendar {
+    /// The last cycle with a date, and the date in s since 1970.
+    last: Option<(u64, f64)>,
+    intervals: f64,
+    mean_s: f64,
+    square_s2: f64,
+}
+
+impl Calendar {
+    /// Takes in the date of a cycle; says whether it is one.
+    pub(crate) fn add(&mut self, cycle: u64, time: &str) -> bool {
+        let Some(now_s) = seconds(time) else { return false };
+        if let Some((before, then_s)) = self.last
+            && cycle > before
+            && now_s >= then_s
+        {
+            let cycles = (cycle - before) as f64;
+            let interval_s = (now_s - then_s) / cycles;
+            self.intervals = (self.intervals + 1.0).min(MEMORY);
+            let share = 1.0 / self.intervals;
+            let off = interval_s - self.mean_s;
+            self.mean_s += share * off;
+            // The scatter of a single cycle, from the mean of several.
+            self.square_s2 += share * ((1.0 - share) * off * off * cycles - self.square_s2);
+        }
+        self.last = Some((cycle, now_s));
+        true
+    }
+
+    /// The date of a cycle to come, its expected one.
+    pub(crate) fn date(&self, cycle: f64) -> Option<String> {
+        self.after(cycle, 0.0)
+    }
+
+    /// The date before which a cycle to come will hardly be.
+    pub(crate) fn date_at_the_earliest(&self, cycle: f64) -> Option<String> {
+        self.after(cycle, Z95)
+    }
+
+    fn after(&self, cycle: f64, sigmas: f64) -> Option<String> {
+        let (last, last_s) = self.last.filter(|_| self.intervals > 0.0)?;
+        let cycles = (cycle - last as f64).max(0.0);
+        let wait_s = (cycles * self.mean_s - sigmas * (cycles * self.square_s2.max(0.0)).sqrt()).max(0.0);
+        (wait_s < LONGEST_DAYS * DAY_S).then(|| rfc3339(last_s + wait_s))
+    }
+}
+
+/// Seconds since 1970 of an RFC 3339 date.
+pub(crate) fn seconds(text: &str) -> Option<f64> {
+    let bytes = text.as_bytes();
+    let number = |from: usize, to: usize| -> Option<f64> {
+        let part = text.get(from..to)?;
+        part.bytes().all(|byte| byte.is_ascii_digit()).then(|| part.parse().ok())?
+    };
+    let separators = [(4, b"--"), (7, b"--"), (10, b"Tt"), (13, b"::"), (16, b"::")];
+    let space = bytes.get(10) == Some(&b' ');
+    if !separators
+        .iter()
+        .all(|(at, either)| bytes.get(*at).is_some_and(|byte| either.contains(byte)) || (*at == 10 && space))
+    {
+        return None;
+    }
+    let (year, month, day) = (number(0, 4)?, number(5, 7)?, number(8, 10)?);
+    let (hour, minute, second) = (number(11, 13)?, number(14, 16)?, number(17, 19)?);
+    let in_range =
+        (1.0..=12.0).contains(&month) && (1.0..=31.0).contains(&day) && hour < 24.0 && minute < 60.0 && second < 61.0;
+    let rest = &text[19..];
+    let zone_at = rest.find(['Z', 'z', '+', '-'])?;
+    let fraction = if zone_at == 0 { 0.0 } else { format!("0{}", &rest[..zone_at]).parse().ok()? };
+    let zone = &rest[zone_at..];
+    let offset_s = match zone {
+        "Z" | "z" => 0.0,
+        _ => {
+            let (hours, minutes) = zone.get(1..)?.split_once(':')?;
+            let size =
+                3600.0 * hours.parse::<u8>().ok().map(f64::from)? + 60.0 * minutes.parse::<u8>().ok().map(f64::from)?;
+            if zone.starts_with('-') { -size } else { size }
+        }
+    };
+    in_range.then(|| DAY_S * days(year, month, day) + 3600.0 * hour + 60.0 * minute + second + fraction - offset_s)
+}
+
+/// Days from 1970 to a date of the Gregorian calendar (H. Hinnant, "chrono-compatible
+/// low-level date algorithms", 2013: `days_from_civil`).
+fn days(year: f64, month: f64, day: f64) -> f64 {
+    let year = if month <= 2.0 { year - 1.0 } else { year };
+    let era = (year / 400.0).floor();
+    let of_era = year - era * 400.0;
+    let shifted = if month > 2.0 { month - 3.0 } else { month + 9.0 };
+    let of_year = ((153.0 * shifted + 2.0) / 5.0).floor() + day - 1.0;
+    let day_of_era = of_era * 365.0 + (of_era / 4.0).floor() - (of_era / 100.0).floor() + of_year;
+    era * 146_097.0 + day_of_era - 719_468.0
+}
+
+/// The other way round (the same source: `civil_from_days`), in UTC to the second.
+fn rfc3339(seconds: f64) -> String {
+    let whole = seconds.floor();
+    let day = (whole / DAY_S).floor();
+    let of_day = whole - day * DAY_S;
+    let z = day + 719_468.0;
+    let era = (z / 146_097.0).floor();
+    let of_era = z - era * 146_097.0;
+    let year = ((of_era - (of_era / 1460.0).floor() + (of_era / 36_524.0).floor() - (of_era / 146_096.0).floor())
+        / 365.0)
+        .floor();
+    let of_year = of_era - (365.0 * year + (year / 4.0).floor() - (year / 100.0).floor());
+    let shifted = ((5.0 * of_year + 2.0) / 153.0).floor();
+    let day = of_year - ((153.0 * shifted + 2.0) / 5.0).floor() + 1.0;
+    let month = if shifted < 10.0 { shifted + 3.0 } else { shifted - 9.0 };
+    let year = year + era * 400.0 + f64::from(u8::from(month <= 2.0));
+    let (hour, rest) = ((of_day / 3600.0).floor(), of_day % 3600.0);
+    let (minute, second) = ((rest / 60.0).floor(), rest % 60.0);
+    format!("{year:04.0}-{month:02.0}-{day:02.0}T{hour:02.0}:{minute:02.0}:{second:02.0}Z")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dates_go_there_and_back() {
+        for text in ["1970-01-01T00:00:00Z", "2000-02-29T12:34:56Z", "2026-11-22T23:59:59Z", "2100-03-01T00:00:00Z"] {
+            assert_eq!(rfc3339(seconds(text).expect("a date")), text);
+        }
+        assert_eq!(seconds("2026-01-01T01:00:00.5+01:00"), seconds("2026-01-01T00:00:00.5Z"));
+        assert_eq!(seconds("2026-01-01 00:00:00-02:30"), seconds("2026-01-01T02:30:00Z"));
+        for text in ["", "yesterday", "2026-13-01T00:00:00Z", "2026-01-01", "2026-01-01T00:00:00"] {
+            assert_eq!(seconds(text), None, "{text}");
+        }
+    }
+
+    #[test]
+    fn a_cycle_a_day_ends_as_many_days_later() {
+        let mut calendar = Calendar::default();
+        for day in 1..=9 {
+            assert!(calendar.add(day, &format!("2026-01-0{day}T06:00:00Z")));
+        }
+        assert_eq!(calendar.date(19.0).as_deref(), Some("2026-01-19T06:00:00Z"));
+        assert_eq!(calendar.date_at_the_earliest(19.0).as_deref(), Some("2026-01-19T06:00:00Z"));
+        assert_eq!(Calendar::default().date(3.0), None);
+    }
+}

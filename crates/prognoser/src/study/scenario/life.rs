@@ -1,0 +1,142 @@
+//! One life: what really is, and what the log says.
+
+use std::f64::consts::TAU;
+
+use super::catalogue::{Scenario, Weather};
+use super::path::Path;
+use super::world::{ValveState, Wear, World};
+use crate::reading::Reading;
+use crate::study::noise::NoiseSource;
+
+/// One-sigma share of a supply pressure that varies at random.
+const RANDOM_SUPPLY: f64 = 0.03;
+/// Amplitude of a supply pressure that swings, Pa (3 psi), and its period.
+const SWING_PA: f64 = 3.0 * 6894.757;
+const SWING_CYCLES: f64 = 24.0;
+/// Amplitude of a season, K, and the cycles of a year.
+const SEASON_K: f64 = 15.0;
+const SEASON_CYCLES: f64 = 120.0;
+/// The smaller of two leaks that grow together, over the larger one.
+const LESSER_LEAK: [f64; 2] = [0.4, 1.0];
+/// Decimals of a written time: 0.1 ms.
+const WRITTEN_S: f64 = 1e-4;
+
+/// A life with its log.
+pub(crate) struct Life {
+    pub readings: Vec<Reading>,
+    /// Largest severity of any wear at each reading.
+    pub severity: Vec<f64>,
+    pub end_cycle: f64,
+    pub begins: f64,
+    /// What is really there; empty for a healthy valve.
+    pub wear: Vec<Wear>,
+}
+
+impl Life {
+    pub(crate) fn draw(world: &dyn World, scenario: &Scenario, noise_sd_s: f64, seed: u64) -> Self {
+        let name = scenario.name.bytes().fold(7_u64, |hash, byte| hash.wrapping_mul(131).wrapping_add(u64::from(byte)));
+        let mut noise = NoiseSource::new(seed, name ^ noise_sd_s.to_bits());
+        let path = Path::draw(scenario.growth, &mut noise, scenario.healthy_cycles);
+        let healthy = scenario.healthy_cycles > 0;
+        let share = shares(world, scenario, &mut noise);
+        let offset = [0, 1].map(|_| 1.0 + scenario.unit_spread * noise.normal());
+        let mut path = path;
+        if scenario.unit_spread > 0.0 && !healthy {
+            // The limit is one of the stroke time, which this valve reaches elsewhere.
+            let over = |severity: f64| {
+                let state = ValveState { severity: share.map(|part| part * severity), ..ValveState::HEALTHY };
+                let times = world.times_s(&state);
+                (0..2).any(|i| times[i].is_none_or(|time| time * offset[i] > world.limits_s()[i]))
+            };
+            path = path.ending_at(crossing(over, 1.1));
+        }
+        let phase = TAU * noise.uniform();
+        let keep = (1.0 - scenario.correlation.powi(2)).sqrt();
+        let mut error = [noise.normal(), noise.normal()];
+        let mut readings = Vec::with_capacity(path.severity.len());
+        for (k, severity) in path.severity.iter().enumerate() {
+            let cycle = k as f64;
+            let mut state = ValveState { severity: share.map(|part| part * severity), ..ValveState::HEALTHY };
+            match scenario.weather {
+                Weather::Steady => {}
+                Weather::RandomSupply => state.supply_ratio = 1.0 + RANDOM_SUPPLY * noise.normal().clamp(-3.0, 3.0),
+                Weather::SwingingSupply => {
+                    let swing = SWING_PA * (TAU * cycle / SWING_CYCLES + phase).sin();
+                    state.supply_ratio = 1.0 + swing / world.reference_supply_pa();
+                }
+                Weather::Season => state.warmer_k = SEASON_K * (TAU * cycle / SEASON_CYCLES + phase).sin(),
+            }
+            let truth = world.times_s(&state);
+            if k > 0 {
+                error = error.map(|e| scenario.correlation * e + keep * noise.normal());
+            }
+            let mut stalled = [false; 2];
+            let mut times = [None; 2];
+            for stroke in 0..2 {
+                let blank = noise.uniform() < scenario.blanks;
+                match truth[stroke] {
+                    _ if blank => {}
+                    None => stalled[stroke] = true,
+                    Some(time) => {
+                        let read = time * offset[stroke] + noise_sd_s * error[stroke];
+                        times[stroke] = Some((read.max(0.0) / WRITTEN_S).round() * WRITTEN_S);
+                    }
+                }
+            }
+            readings.push(Reading {
+                cycle: k as u64,
+                close_time_s: times[0],
+                open_time_s: times[1],
+                stalled,
+                supply_pressure_pa: (matches!(scenario.weather, Weather::RandomSupply | Weather::SwingingSupply))
+                    .then(|| state.supply_ratio * world.reference_supply_pa()),
+                temperature_k: (scenario.weather == Weather::Season)
+                    .then(|| world.reference_temperature_k() + state.warmer_k),
+            });
+        }
+        let wear = if healthy {
+            Vec::new()
+        } else {
+            Wear::ALL.into_iter().filter(|wear| share[*wear as usize] > 0.0).collect()
+        };
+        Self { readings, severity: path.severity, end_cycle: path.end_cycle, begins: path.begins, wear }
+    }
+}
+
+/// The severity of each wear when the life is at its end.
+fn shares(world: &dyn World, scenario: &Scenario, noise: &mut NoiseSource) -> [f64; 6] {
+    let mut share = [0.0; 6];
+    let count = scenario.wear.len() as f64;
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a place in a short list")]
+    let place = (noise.uniform() * count).floor() as usize;
+    let drawn = scenario.wear[place.min(scenario.wear.len() - 1)];
+    if !scenario.together {
+        share[drawn as usize] = 1.0;
+        return share;
+    }
+    for wear in scenario.wear {
+        let lesser = LESSER_LEAK[0] + (LESSER_LEAK[1] - LESSER_LEAK[0]) * noise.uniform();
+        share[*wear as usize] = if *wear == drawn { 1.0 } else { lesser };
+    }
+    // Together they reach a limit elsewhere than each alone.
+    let over = |scale: f64| {
+        let state = ValveState { severity: share.map(|part| part * scale), ..ValveState::HEALTHY };
+        world.times_s(&state).iter().zip(world.limits_s()).any(|(time, limit)| time.is_none_or(|time| time > limit))
+    };
+    let scale = crossing(over, 2.0);
+    share.map(|part| part * scale)
+}
+
+/// The smallest number at which something is over, by halving.
+fn crossing(over: impl Fn(f64) -> bool, largest: f64) -> f64 {
+    let (mut low, mut high) = (0.0, largest);
+    for _ in 0..40 {
+        let middle = f64::midpoint(low, high);
+        if over(middle) {
+            high = middle;
+        } else {
+            low = middle;
+        }
+    }
+    high
+}

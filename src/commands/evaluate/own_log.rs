@@ -1,0 +1,132 @@
+//! `valve evaluate --log`: how the prognosis did on valves that ran to their end.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+use std::sync::Arc;
+
+use anyhow::Context;
+use prognoser::{Method, Prognoser, Prognosis, TimingLog};
+use serde_json::json;
+use valve_file::ValveFile;
+
+use crate::cli::{EvaluateArgs, Format};
+use crate::commands::tables;
+use crate::failure::{Answer, Hinted};
+use crate::output::{self, Align, TextTable};
+
+/// Cycles before predictions count.
+const FIRST_CYCLES: u64 = 2;
+
+/// What is kept of a valve: its predictions, and the first cycle of the last run
+/// of readings beyond a limit.
+#[derive(Default)]
+struct Life {
+    rows: Vec<Prognosis>,
+    end_cycle: Option<u64>,
+}
+
+struct Score {
+    valve: String,
+    end_cycle: u64,
+    fault: &'static str,
+    relative_accuracy: f64,
+    coverage_90: Option<f64>,
+    replaced_at: Option<u64>,
+}
+
+/// Reads the log, scores every valve that reached its end.
+pub fn run(args: &EvaluateArgs, file: &ValveFile, path: &Path) -> anyhow::Result<Answer> {
+    let bundle = Arc::new(tables::build(file)?.bundle);
+    let limits = bundle.manifest().limits;
+    let source = File::open(path).with_context(|| format!("{}: cannot be read", path.display()))?;
+    let mut log = TimingLog::new(path.display().to_string(), BufReader::with_capacity(1 << 16, source))?;
+    let mut prognoser = Prognoser::new(Arc::clone(&bundle), Method::default());
+    let mut lives: BTreeMap<String, Life> = BTreeMap::new();
+    while let Some(row) = log.next_row()? {
+        let reading = row.reading;
+        let over = reading.stalled.contains(&true)
+            || reading.close_time_s.is_some_and(|time| time > limits.close_within_s)
+            || reading.open_time_s.is_some_and(|time| time > limits.open_within_s);
+        let life = lives.entry(row.valve.to_owned()).or_default();
+        life.end_cycle = if over { life.end_cycle.or(Some(reading.cycle)) } else { None };
+        life.rows.push(prognoser.push(&row));
+    }
+    let valves = lives.len();
+    let scores: Vec<Score> = lives.into_iter().filter_map(|(valve, life)| score(valve, &life)).collect();
+    if scores.is_empty() {
+        return Err(Hinted::error(
+            format!("{}: none of {valves} valves reached its end of life", path.display()),
+            "a valve has reached it when its last readings are beyond a limit or stalled",
+        ));
+    }
+    match args.format {
+        Format::Text => output::print_text(&render(&scores, valves))?,
+        Format::Json => {
+            let row = |one: &Score| {
+                json!({
+                    "valve": one.valve, "end_cycle": one.end_cycle, "fault": one.fault,
+                    "relative_accuracy": one.relative_accuracy, "coverage_90": one.coverage_90,
+                    "replaced_at": one.replaced_at,
+                })
+            };
+            output::print_json(&json!({ "valves": valves, "lives": scores.iter().map(row).collect::<Vec<_>>() }))?;
+        }
+    }
+    Ok(Answer::Fine)
+}
+
+fn score(valve: String, life: &Life) -> Option<Score> {
+    // The limit was crossed somewhere in the cycle before.
+    let end_cycle = life.end_cycle?;
+    let end = end_cycle as f64 - 0.5;
+    let first = life.rows.first()?.cycle + FIRST_CYCLES;
+    let rows: Vec<&Prognosis> = life.rows.iter().filter(|one| one.cycle >= first && one.cycle < end_cycle).collect();
+    let accuracy = |one: &&Prognosis| {
+        let left = end - one.cycle as f64;
+        one.rul_cycles.map_or(0.0, |rul| (1.0 - (left - rul).abs() / left).max(0.0))
+    };
+    let held = rows.iter().filter_map(|one| {
+        let left = end - one.cycle as f64;
+        // Half a cycle to either side is within what the log tells.
+        Some(one.rul_p05? <= left + 0.5 && left - 0.5 <= one.rul_p95?)
+    });
+    let held: Vec<bool> = held.collect();
+    let replaced = rows.iter().find(|one| one.replace_by_cycle.is_some_and(|by| by <= one.cycle));
+    Some(Score {
+        end_cycle,
+        fault: life.rows.last()?.fault.name(),
+        relative_accuracy: rows.iter().map(accuracy).sum::<f64>() / rows.len().max(1) as f64,
+        coverage_90: (!held.is_empty()).then(|| held.iter().filter(|held| **held).count() as f64 / held.len() as f64),
+        replaced_at: replaced.map(|one| one.cycle),
+        valve,
+    })
+}
+
+fn render(scores: &[Score], valves: usize) -> String {
+    let mut table = TextTable::new(&[
+        ("valve", Align::Left),
+        ("end (cycle)", Align::Right),
+        ("fault", Align::Left),
+        ("relative accuracy", Align::Right),
+        ("90 % holds", Align::Right),
+        ("replaced at", Align::Right),
+    ]);
+    for one in scores {
+        table.row(vec![
+            one.valve.clone(),
+            one.end_cycle.to_string(),
+            one.fault.to_owned(),
+            format!("{:.3}", one.relative_accuracy),
+            one.coverage_90.map_or_else(|| "-".to_owned(), |share| format!("{share:.3}")),
+            one.replaced_at.map_or_else(|| "too late".to_owned(), |cycle| cycle.to_string()),
+        ]);
+    }
+    let failed = scores.iter().filter(|one| one.replaced_at.is_none()).count();
+    format!(
+        "{} of {valves} valves reached their end of life; {failed} would have failed in service\n\n{}",
+        scores.len(),
+        table.render()
+    )
+}

@@ -1,0 +1,62 @@
+//! `valve learn`: what the logs of sister valves teach of the next one.
+
+use std::fs::File;
+use std::io::{BufReader, Write};
+use std::sync::Arc;
+
+use anyhow::Context;
+use leak_table::TableBundle;
+use prognoser::{Learned, Learner, TimingLog};
+
+use crate::cli::{Format, LearnArgs};
+use crate::failure::{Answer, Hinted};
+use crate::output::{self, StagedFile};
+
+/// Reads all logs, writes the prior.
+pub fn run(args: &LearnArgs) -> anyhow::Result<Answer> {
+    if args.out.exists() && !args.force {
+        return Err(Hinted::error(
+            format!("{}: exists already", args.out.display()),
+            "choose another name, or replace it with --force",
+        ));
+    }
+    let tables = Arc::new(TableBundle::read(&args.tables)?);
+    let mut out = StagedFile::create(&args.out)?;
+    let mut learner = Learner::new(tables);
+    for (index, path) in args.logs.iter().enumerate() {
+        let file = File::open(path).with_context(|| format!("{}: cannot be read", path.display()))?;
+        let mut log = TimingLog::new(path.display().to_string(), BufReader::with_capacity(1 << 16, file))?;
+        while let Some(row) = log.next_row()? {
+            learner.push(index, &row);
+        }
+    }
+    let learned = learner.finish();
+    let text = toml_edit::ser::to_string_pretty(&learned)?;
+    let head = "# What the logs of sister valves have taught; for `valve prognose --prior`.\n";
+    out.write_all(format!("{head}{text}").as_bytes())?;
+    out.commit()?;
+    match args.format {
+        Format::Text => output::print_text(&sentences(&learned))?,
+        Format::Json => output::print_json(&learned)?,
+    }
+    Ok(Answer::Fine)
+}
+
+fn sentences(learned: &Learned) -> String {
+    format!(
+        "{} valves, {} of them worn.\n\
+         Life from health to the limit: {:.0} cycles (90 % of valves: {:.0} to {:.0}).\n\
+         Healthy times differ by {:.1} % from valve to valve; noise of a time {:.1} ms.\n\
+         Growth: {:.0} % curved, {:.0} % varying, the rest steady; wear begins once in {:.0} cycles.\n",
+        learned.valves,
+        learned.worn,
+        learned.life_median_cycles,
+        learned.life_median_cycles * (-1.645 * learned.life_ln_sd).exp(),
+        learned.life_median_cycles * (1.645 * learned.life_ln_sd).exp(),
+        100.0 * learned.unit_sd,
+        1e3 * learned.noise_sd_s,
+        100.0 * learned.curved,
+        100.0 * learned.rough,
+        1.0 / learned.onset,
+    )
+}
