@@ -6,9 +6,10 @@ use std::time::Duration;
 use blind_benchmark::draw::{DrawSpec, draw};
 use blind_score::Drawn;
 use criterion::{Criterion, criterion_group, criterion_main};
+use identify::Stop;
 use model_lab::calibrate::{CalibrateOptions, Calibration};
 use model_lab::compare::Comparison;
-use model_lab::explain::{Watch, explain};
+use model_lab::diagnosis::{DiagnoseOptions, explain};
 
 /// Campaigns of the testbed valve with 0.03 mm of noise: with nothing hidden, and with one effect.
 fn campaigns() -> [(String, Drawn); 2] {
@@ -29,14 +30,14 @@ fn campaigns() -> [(String, Drawn); 2] {
 
 fn model_lab(criterion: &mut Criterion) {
     for (name, drawn) in campaigns() {
-        let Drawn { file, data, space } = &drawn;
+        let Drawn { file, campaign, data, space } = &drawn;
         let mut group = criterion.benchmark_group(name);
         group.sample_size(10).measurement_time(Duration::from_secs(5));
         group.bench_function("compare", |b| b.iter(|| Comparison::new(black_box(data), file.valve())));
         group.bench_function("calibrate 7 parameters", |b| {
             b.iter(|| Calibration::of(black_box(space), data, file.valve(), CalibrateOptions::default()));
         });
-        group.bench_function("explain", |b| b.iter(|| explain(black_box(data), space, &Watch::nobody())));
+        group.bench_function("explain", |b| b.iter(|| explain(black_box(file), campaign, &DiagnoseOptions::default(), &|_| (), Stop::never())));
         group.finish();
     }
 }

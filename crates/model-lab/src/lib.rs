@@ -8,7 +8,6 @@ pub mod certainty;
 pub mod compare;
 pub mod data;
 pub mod diagnosis;
-pub mod explain;
 pub mod fit;
 pub mod forward;
 pub mod identification;

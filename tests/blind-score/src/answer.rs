@@ -4,8 +4,9 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 use blind_benchmark::Campaign;
+use identify::Stop;
 use model_lab::data::valve_facts;
-use model_lab::explain::{Explanation, Watch, explain};
+use model_lab::diagnosis::{DiagnoseOptions, Explanation, explain};
 use model_lab::{Dataset, Space};
 use valve_file::ValveFile;
 
@@ -39,7 +40,7 @@ pub struct Answer {
     pub held_out: Option<f64>,
     /// The same in millimetres, where it is told.
     pub held_out_mm: Option<f64>,
-    /// Lack of fit, in standard deviations of pure noise.
+    /// How much more likely a model error makes the records than noise alone, nats.
     pub lack: Option<f64>,
 }
 
@@ -48,6 +49,8 @@ pub struct Answer {
 pub struct Drawn {
     /// The valve as it is believed to be.
     pub file: ValveFile,
+    /// The campaign.
+    pub campaign: campaign::Campaign,
     /// The records.
     pub data: Dataset,
     /// What may move.
@@ -66,14 +69,15 @@ impl Drawn {
         let campaign = campaign::Campaign::read(&folder.join("campaign.toml"), &valve_facts(file.valve()))?;
         let data = Dataset::new(&campaign, file.schedule());
         let space = Space::tolerated(&file);
-        Ok(Self { file, data, space })
+        Ok(Self { file, campaign, data, space })
     }
 }
 
 /// What the library says of the campaign in a folder.
 pub fn from_library(folder: &Path) -> Result<Answer> {
-    let Drawn { data, space, .. } = Drawn::read(folder)?;
-    let said = explain(&data, &space, &Watch::nobody()).context("the valve file's own values cannot be simulated")?;
+    let Drawn { file, campaign, .. } = Drawn::read(folder)?;
+    let said = explain(&file, &campaign, &DiagnoseOptions::default(), &|_| (), Stop::never())
+        .context("the valve file's own values cannot be simulated")?;
     Ok(answer(&said))
 }
 
@@ -95,7 +99,7 @@ fn answer(said: &Explanation) -> Answer {
         parameters: fitted.collect(),
         nuisances: String::new(),
         held_out: said.steps.last().and_then(|step| step.held_out_normalised_rms),
-        held_out_mm: None,
-        lack: Some(said.lack),
+        held_out_mm: said.steps.last().and_then(|step| step.held_out_rmse_m).map(|rmse| 1e3 * rmse),
+        lack: Some(said.remainder.nats),
     }
 }

@@ -1,10 +1,9 @@
 //! A small draw of the blind benchmark; the whole one is a command of its own.
 
-use std::sync::atomic::{AtomicBool, Ordering};
-
 use blind_benchmark::draw::{DrawSpec, draw};
 use blind_score::{Drawn, Kind, Scored, Summary, score};
-use model_lab::explain::{Progress, Verdict, Watch, explain};
+use identify::Stop;
+use model_lab::diagnosis::{DiagnoseOptions, Progress, Verdict, explain};
 
 /// One campaign with 0.1 mm of noise and no repeats.
 fn one(seed: u64, weights: [f64; 4], pressures: bool) -> Scored {
@@ -106,12 +105,15 @@ fn what_no_catalogue_holds_is_told() {
 fn a_search_that_is_cut_short_claims_nothing_that_it_has_not_tried() {
     let spec = DrawSpec { weights: [0.0, 1.0, 0.0, 0.0], ..DrawSpec::default() };
     let folder = tempfile::tempdir().unwrap();
-    let Drawn { data, space, .. } = Drawn::through_files(&draw(12, 0, &spec), folder.path()).unwrap();
+    let Drawn { file, campaign, .. } = Drawn::through_files(&draw(12, 0, &spec), folder.path()).unwrap();
     // Stopped at the start, and by what it tells first.
     for at_once in [true, false] {
-        let stop = AtomicBool::new(at_once);
-        let report = |_: Progress| stop.store(true, Ordering::Relaxed);
-        let answer = explain(&data, &space, &Watch { report: &report, stop: &stop }).unwrap();
+        let stop = Stop::new();
+        if at_once {
+            stop.ask();
+        }
+        let report = |_: Progress| stop.ask();
+        let answer = explain(&file, &campaign, &DiagnoseOptions::default(), &report, &stop).unwrap();
         assert!(answer.interrupted);
         assert_eq!((answer.verdict, answer.recommended.len()), (Verdict::NotEnoughData, 0));
         assert!(answer.notes.iter().any(|note| note.contains("cut short")), "{:?}", answer.notes);
