@@ -1,12 +1,13 @@
 //! How well a fit predicts what it has not seen.
 //!
-//! Folds of records are left out in turn. The step to the optimum without a fold is solved in the linearised
-//! problem, and what it predicts for the fold is computed by the problem itself.
+//! Folds of records are left out in turn. The optimum without a fold is found by a few steps with the derivatives of the
+//! whole fit, each judged by what the problem predicts there; what it predicts for the fold is the answer.
+
+use rayon::prelude::*;
 
 use crate::fit::Fit;
-use crate::noise::Whitener;
-use crate::normal::{Normal, Posterior};
-use crate::problem::{Problem, Request, Scope};
+use crate::normal::{Normal, Posterior, Whitened, prior_cost};
+use crate::problem::{Coordinate, Problem, Request, Scope};
 
 /// Predicted rows of records that were held out, observed minus predicted, by record.
 #[derive(Debug, Clone, Default)]
@@ -38,71 +39,92 @@ pub fn held_out<P: Problem + ?Sized>(problem: &P, fit: &Fit, folds: &[Vec<usize>
     if folds.len() < 2 {
         return None;
     }
-    let coordinates = problem.coordinates();
-    let normals = fit.linear.normals(problem, &fit.noise);
-    let mut points = Vec::new();
-    let mut requests = Vec::new();
-    for fold in folds {
-        let mut sum: Option<Normal> = None;
-        for (index, normal) in normals.iter().enumerate() {
-            if !fold.contains(&index) {
-                match &mut sum {
-                    Some(sum) => sum.add(normal),
-                    None => sum = Some(normal.clone()),
-                }
-            }
-        }
-        let posterior = Posterior::new(coordinates, &fit.u, &sum?);
-        let without = posterior.step(0.0)?.to;
-        for &record in fold {
-            requests.push(Request { point: points.len(), record });
-            points.push(without.clone());
-            let own = own_coordinates(problem, fit, &without, record)?;
-            requests.push(Request { point: points.len(), record });
-            points.push(own);
-        }
-    }
-    let predicted = problem.predict(&points, &requests);
-    let mut result = HeldOut {
-        at_mean: vec![Vec::new(); problem.records().len()],
-        own: vec![Vec::new(); problem.records().len()],
-    };
-    for (place, (request, predicted)) in requests.iter().zip(predicted).enumerate() {
-        let left = problem.records()[request.record].rows().zip(predicted?).map(|(row, predicted)| row.observed - predicted);
-        let into = if place % 2 == 0 { &mut result.at_mean } else { &mut result.own };
-        into[request.record] = left.collect();
+    let records = problem.records().len();
+    let mut result = HeldOut { at_mean: vec![Vec::new(); records], own: vec![Vec::new(); records] };
+    let of_folds: Vec<Option<Vec<(usize, Vec<f64>, Vec<f64>)>>> =
+        folds.par_iter().map(|fold| left_out(problem, fit, fold)).collect();
+    for (record, at_mean, own) in of_folds.into_iter().collect::<Option<Vec<_>>>()?.into_iter().flatten() {
+        result.at_mean[record] = at_mean;
+        result.own[record] = own;
     }
     Some(result)
 }
 
-/// A point with the coordinates of one record fitted to that record, everything shared as it is.
-fn own_coordinates<P: Problem + ?Sized>(problem: &P, fit: &Fit, point: &[f64], record: usize) -> Option<Vec<f64>> {
-    let whitener = Whitener::new(&problem.records()[record], &fit.noise);
-    // The residual at the point, to first order.
-    let mut shifted = fit.linear.clone();
-    for (index, column) in &fit.linear.columns[record] {
-        let by = point[*index] - fit.u[*index];
-        for (residual, slope) in shifted.residual[record].iter_mut().zip(column) {
-            *residual -= by * slope;
-        }
-    }
-    shifted.u = point.to_vec();
-    let mut normal = shifted.normal_of(record, &whitener);
-    for (index, coordinate) in problem.coordinates().iter().enumerate() {
-        if coordinate.scope == Scope::Shared {
-            normal.gradient[index] = 0.0;
-            for other in 0..point.len() {
-                normal.matrix[(index, other)] = 0.0;
-                normal.matrix[(other, index)] = 0.0;
+/// Dampings of the step to the optimum without a fold: a long step along a poorly known direction ends beside it.
+const DAMPINGS: [f64; 3] = [0.0, 0.01, 0.3];
+
+/// How often a point is corrected with the same derivatives for what was predicted there.
+const CORRECTIONS: usize = 2;
+
+/// Leaves out one fold: of each of its records the residuals with own coordinates at their means, and fitted.
+fn left_out<P: Problem + ?Sized>(
+    problem: &P,
+    fit: &Fit,
+    fold: &[usize],
+) -> Option<Vec<(usize, Vec<f64>, Vec<f64>)>> {
+    let kept: Vec<usize> = (0..problem.records().len()).filter(|record| !fold.contains(record)).collect();
+    let whitened = Whitened::of(problem, &fit.linear, &fit.noise, &kept);
+    let without = optimum(problem, &whitened, &kept, problem.coordinates(), &fit.u, true)?;
+    let mut found = Vec::with_capacity(fold.len());
+    for &record in fold {
+        let at_mean = predicted(problem, &without, &[record])?.remove(0);
+        // Shared coordinates stay: they are pinned where the others left them.
+        let mut pinned = problem.coordinates().to_vec();
+        for (coordinate, u) in pinned.iter_mut().zip(&without) {
+            if coordinate.scope == Scope::Shared {
+                (coordinate.mean, coordinate.sigma) = (*u, PINNED);
+                (coordinate.lower, coordinate.upper) = (coordinate.lower.min(*u), coordinate.upper.max(*u));
             }
         }
+        let whitened = Whitened::of(problem, &fit.linear, &fit.noise, &[record]);
+        let own = optimum(problem, &whitened, &[record], &pinned, &without, false)?;
+        let own = predicted(problem, &own, &[record])?.remove(0);
+        found.push((record, at_mean, own));
     }
-    // Shared coordinates stay: their prior is centred where they are.
-    let mut pinned = problem.coordinates().to_vec();
-    for (coordinate, u) in pinned.iter_mut().zip(point) {
-        if coordinate.scope == Scope::Shared {
-            coordinate.mean = *u;
+    Some(found)
+}
+
+/// The standard deviation of a coordinate that is not to move.
+const PINNED: f64 = 1e-9;
+
+/// Observed minus predicted of some records at a point.
+fn predicted<P: Problem + ?Sized>(problem: &P, u: &[f64], records: &[usize]) -> Option<Vec<Vec<f64>>> {
+    let requests: Vec<Request> = records.iter().map(|record| Request { point: 0, record: *record }).collect();
+    let predicted = problem.predict(&[u.to_vec()], &requests);
+    let residual = records.iter().zip(predicted).map(|(record, predicted)| {
+        let rows = problem.records()[*record].rows();
+        predicted.map(|predicted| rows.zip(predicted).map(|(row, value)| row.observed - value).collect())
+    });
+    residual.collect()
+}
+
+/// The optimum for some records near a point, by steps with derivatives taken close by; never worse than the point.
+fn optimum<P: Problem + ?Sized>(
+    problem: &P,
+    whitened: &Whitened,
+    records: &[usize],
+    coordinates: &[Coordinate],
+    from: &[f64],
+    is_damped: bool,
+) -> Option<Vec<f64>> {
+    let at = |u: &[f64]| -> Option<(f64, Normal)> {
+        let normal = whitened.with_residuals(&predicted(problem, u, records)?);
+        Some((normal.chi2 + prior_cost(coordinates, u), normal))
+    };
+    let mut best = (from.to_vec(), at(from)?);
+    let dampings = if is_damped { DAMPINGS.as_slice() } else { &DAMPINGS[..1] };
+    for _ in 0..=CORRECTIONS {
+        let posterior = Posterior::new(coordinates, &best.0, &best.1.1);
+        let tried: Vec<(Vec<f64>, (f64, Normal))> = dampings
+            .iter()
+            .filter_map(|damping| posterior.step(*damping))
+            .filter_map(|step| at(&step.to).map(|value| (step.to, value)))
+            .collect();
+        let better = tried.into_iter().min_by(|a, b| a.1.0.total_cmp(&b.1.0)).filter(|one| one.1.0 < best.1.0);
+        match better {
+            Some(one) => best = one,
+            None => break,
         }
     }
-    Some(Posterior::new(&pinned, point, &normal).step(0.0)?.to)
+    Some(best.0)
 }

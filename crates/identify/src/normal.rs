@@ -123,11 +123,21 @@ impl Whitened {
     /// Of a linearised problem.
     pub fn new<P: Problem + ?Sized>(problem: &P, at: &Linearised, noise: &Noise) -> Self {
         let n = at.u.len();
-        let parts: Vec<(Whitener, Vec<(usize, Vec<f64>)>, DMatrix<f64>)> = problem
-            .records()
+        let all: Vec<usize> = (0..problem.records().len()).collect();
+        let mut whitened = Self::of(problem, at, noise, &all);
+        let (gradient, chi2) = whitened.gradient(&at.residual, n);
+        whitened.normal.gradient = gradient;
+        whitened.normal.chi2 = chi2;
+        whitened
+    }
+
+    /// Of some records of a linearised problem, without residuals yet.
+    pub fn of<P: Problem + ?Sized>(problem: &P, at: &Linearised, noise: &Noise, records: &[usize]) -> Self {
+        let n = at.u.len();
+        let parts: Vec<(Whitener, Vec<(usize, Vec<f64>)>, DMatrix<f64>)> = records
             .par_iter()
-            .zip(&at.columns)
-            .map(|(record, columns)| {
+            .map(|index| {
+                let (record, columns) = (&problem.records()[*index], &at.columns[*index]);
                 let whitener = Whitener::new(record, noise);
                 let columns: Vec<(usize, Vec<f64>)> =
                     columns.iter().map(|(index, column)| (*index, whitener.whitened(column))).collect();
@@ -142,10 +152,7 @@ impl Whitened {
             whitened.whiteners.push(whitener);
             whitened.columns.push(columns);
         }
-        whitened.normal.rows = at.residual.iter().map(Vec::len).sum();
-        let (gradient, chi2) = whitened.gradient(&at.residual, n);
-        whitened.normal.gradient = gradient;
-        whitened.normal.chi2 = chi2;
+        whitened.normal.rows = records.iter().map(|record| at.residual[*record].len()).sum();
         whitened
     }
 

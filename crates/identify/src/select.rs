@@ -123,7 +123,7 @@ impl Default for SelectOptions {
             kept: 0.4,
             finalists: 3,
             hopeless: 60.0,
-            followed: 8,
+            followed: 5,
             nothing_left: 3.0,
             good_enough: 0.0,
         }
@@ -497,7 +497,7 @@ impl<F: Family> Search<'_, F> {
 
     /// The set with one effect exchanged where that is more likely; the neighbours are kept beside it.
     fn exchanged(&mut self, set: Set) -> Set {
-        if set.len() < 2 {
+        if set.len() < 2 || self.is_explained(&set) {
             return set;
         }
         let mut swapped: Vec<Set> = Vec::new();

@@ -89,18 +89,16 @@ pub(super) fn assemble<'a>(
     }
 }
 
-/// The accepted effects, in the order in which they were found.
+/// The accepted effects, the one first without which most evidence is lost.
 fn in_order(catalogue: &Catalogue<'_>, found: &Selection<ValveProblem<'_>>) -> Vec<EffectKind> {
     let accepted = found.accepted();
-    let mut order: Vec<usize> = Vec::new();
-    for step in &found.steps {
-        order.extend(step.iter().filter(|one| accepted.contains(one) && !order.contains(one)).copied().collect::<Vec<_>>());
-    }
-    // Where the search found several at once, the one that explains most alone comes first.
-    order.sort_by(|a, b| {
-        let alone = |one: usize| found.model(&[one]).map_or(f64::NEG_INFINITY, |model| found.gain(model));
-        alone(*b).total_cmp(&alone(*a))
-    });
+    let lost = |one: usize| {
+        let rest: Vec<usize> = accepted.iter().copied().filter(|other| *other != one).collect();
+        let without = found.models.iter().find(|model| model.set == rest && model.level == Level::High);
+        without.map_or(f64::INFINITY, |model| -found.gain(model))
+    };
+    let mut order = accepted.to_vec();
+    order.sort_by(|a, b| lost(*b).total_cmp(&lost(*a)));
     catalogue.kinds_of(&order)
 }
 

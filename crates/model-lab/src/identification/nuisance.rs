@@ -217,6 +217,10 @@ pub fn nuisances(
                 }
             }
         }
+        // Of stroke times alone every row is a cycle of its own: what differs from one to the next is their noise.
+        if matches!(unit.kind, Kind::Times(_)) {
+            continue;
+        }
         all.push((Nuisance::Load(record), sizes.load));
         if let Beginning::Moving { position_m, velocity_m_per_s, velocity_sigma_m_per_s } = unit.beginning {
             let (_, sigma_pa) = balance_pa(parameters, position_m, velocity_m_per_s);
