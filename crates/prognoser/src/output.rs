@@ -148,11 +148,14 @@ fn named(estimate: &BayesEstimate, config: &BayesConfig) -> (FaultCall, Vec<Faul
     if probability.none >= config.healthy_from {
         return (FaultCall::None, Vec::new());
     }
+    // Where noise goes on, how far it goes is uncertain too, and an excursion of
+    // it looks like wear for a while.
+    let name_from = 1.0 - (1.0 - config.name_from) / estimate.inflation.powi(2);
     let ranked = probability.ranked();
     let mut sum = 0.0;
     for (count, (_, share)) in ranked.iter().enumerate().take(LARGEST_GROUP) {
         sum += share;
-        if sum >= config.name_from {
+        if sum >= name_from {
             let group =
                 if count == 0 { Vec::new() } else { ranked[..=count].iter().map(|(fault, _)| *fault).collect() };
             return (ranked[0].0, group);

@@ -40,7 +40,7 @@ pub(crate) fn step(
     readings: f64,
 ) -> Outcome {
     if cycles > 0.0 {
-        turn(parts, plant, config, sight.shape);
+        turn(parts, plant, config, sight.shape, readings);
     }
     let prior = &config.growth_prior;
     let mut outcome = Outcome::default();

@@ -120,6 +120,13 @@ pub struct BayesConfig {
 }
 
 impl GrowthPrior {
+    /// Probability a cycle that wear begins on a valve that was healthy for so
+    /// many cycles. How often it does on this valve is not known: with a gamma
+    /// prior of shape 1/2 each healthy cycle makes it less likely.
+    pub fn onset_after(&self, healthy_cycles: f64) -> f64 {
+        0.5 / (0.5 / self.onset + healthy_cycles)
+    }
+
     /// Share of growth along curves from the first cycle on.
     pub fn curved(&self) -> f64 {
         self.root + self.faster + self.square + self.cube + self.exponential + self.steep_exponential

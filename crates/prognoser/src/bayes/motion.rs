@@ -66,17 +66,18 @@ fn repaced(part: &Part, relative_sd: f64, shape: f64) -> Part {
 }
 
 /// Lets stories turn into each other in the course of one cycle.
-pub(crate) fn turn(parts: &mut Vec<Part>, plant: &Plant, config: &BayesConfig, shape: f64) {
+pub(crate) fn turn(parts: &mut Vec<Part>, plant: &Plant, config: &BayesConfig, shape: f64, readings: f64) {
     if config.growth == GrowthLaw::Exponential {
         return;
     }
     let prior = &config.growth_prior;
+    let onset = prior.onset_after(readings);
     let top = parts.iter().map(|part| part.ln_weight).fold(f64::NEG_INFINITY, f64::max);
     let mut made: Vec<Part> = Vec::with_capacity(24);
     let mut inflow: Vec<Part> = Vec::with_capacity(12);
     for wear in 0..plant.wears() {
         let cause = Cause::Wear(wear);
-        let ln_begin = (prior.onset * share(cause, plant)).ln();
+        let ln_begin = (onset * share(cause, plant)).ln();
         for mode in [Mode::Late, Mode::Rough, Mode::Rest] {
             inflow.clear();
             for part in parts.iter() {
@@ -111,7 +112,7 @@ pub(crate) fn turn(parts: &mut Vec<Part>, plant: &Plant, config: &BayesConfig, s
         }
     }
     inflow.clear();
-    let ln_drift = (prior.onset * share(Cause::Other, plant)).ln();
+    let ln_drift = (onset * share(Cause::Other, plant)).ln();
     for part in parts.iter() {
         match part.cause {
             Cause::Other => inflow.push(*part),
@@ -126,7 +127,7 @@ pub(crate) fn turn(parts: &mut Vec<Part>, plant: &Plant, config: &BayesConfig, s
         made.push(Part::merged(&inflow, shape));
     }
     parts.retain(|part| part.mode == Mode::Steady && part.cause != Cause::Other);
-    let leaves = (1.0 - prior.onset).ln();
+    let leaves = (1.0 - onset).ln();
     for part in parts.iter_mut().filter(|part| part.cause == Cause::None) {
         part.ln_weight += leaves;
     }
