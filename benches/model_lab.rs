@@ -37,7 +37,9 @@ fn model_lab(criterion: &mut Criterion) {
         group.bench_function("calibrate 7 parameters", |b| {
             b.iter(|| Calibration::of(black_box(space), data, file.valve(), CalibrateOptions::default()));
         });
-        group.bench_function("explain", |b| b.iter(|| explain(black_box(file), campaign, &DiagnoseOptions::default(), &|_| (), Stop::never())));
+        group.bench_function("explain", |b| {
+            b.iter(|| explain(black_box(file), campaign, &DiagnoseOptions::default(), &|_| (), Stop::never()))
+        });
         group.finish();
     }
 }

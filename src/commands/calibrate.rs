@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-use model_lab::calibrate::{CalibrateOptions, Calibration, Verdict};
 use model_lab::Scatter;
+use model_lab::calibrate::{CalibrateOptions, Calibration, Verdict};
 use model_lab::scatter::Origin;
 use report::figures::{ParameterShift, ParametersFigure};
 use serde_json::{Map, Value, json};

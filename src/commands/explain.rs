@@ -178,11 +178,8 @@ fn twin_text(text: &mut String, twin: &TwinReport) {
     }
     if let Some(plan) = &twin.experiment {
         let verb = if plan.separation >= DECISIVE { "would tell them apart" } else { "would help most" };
-        let _ = writeln!(
-            text,
-            "  {verb}: {} (expected difference of chi-squared {:.0})\n",
-            plan.purpose, plan.separation
-        );
+        let _ =
+            writeln!(text, "  {verb}: {} (expected difference of chi-squared {:.0})\n", plan.purpose, plan.separation);
         for line in explain_json::run_toml(plan).lines() {
             let _ = writeln!(text, "    {line}");
         }
@@ -215,11 +212,14 @@ fn next_step(answer: &Explanation, input: &CampaignInput) -> String {
             format!("next: valve calibrate {valve} {campaign} --out calibrated.toml\n")
         }
         Verdict::EffectFound | Verdict::PartlyExplained => {
-            let effects: Vec<String> = answer.recommended.iter().map(|kind| format!("--effect {}", kind.id())).collect();
+            let effects: Vec<String> =
+                answer.recommended.iter().map(|kind| format!("--effect {}", kind.id())).collect();
             format!("next: valve adopt {valve} {campaign} {} --out better.toml\n", effects.join(" "))
         }
         Verdict::OutsideCatalogue if answer.outside.is_some() => {
-            format!("next: paste the [[effect]] above into {valve}, then valve adopt {valve} {campaign} --effect unexplained --out better.toml\n")
+            format!(
+                "next: paste the [[effect]] above into {valve}, then valve adopt {valve} {campaign} --effect unexplained --out better.toml\n"
+            )
         }
         _ => String::new(),
     }

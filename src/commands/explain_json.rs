@@ -49,7 +49,9 @@ pub fn document(answer: &Explanation, campaign: &str) -> Value {
     let models: Vec<Value> = answer
         .candidates
         .iter()
-        .filter_map(|candidate| Some(json!({ "effects": ids(&candidate.kinds), "probability": candidate.probability? })))
+        .filter_map(|candidate| {
+            Some(json!({ "effects": ids(&candidate.kinds), "probability": candidate.probability? }))
+        })
         .collect();
     let effects: Map<String, Value> =
         answer.inclusion.iter().map(|(kind, share)| (kind.id().to_owned(), json!(share))).collect();

@@ -16,7 +16,8 @@ pub fn table(steps: &[StepReport]) -> String {
     }
     columns.extend([("in noise", Align::Right), ("held out", Align::Right)]);
     let mut table = TextTable::new(&columns);
-    let shown = |value: Option<f64>, digits: usize| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.digits$}"));
+    let shown =
+        |value: Option<f64>, digits: usize| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.digits$}"));
     for step in steps {
         let mut row = vec![step.step.clone()];
         if has_traces {

@@ -233,7 +233,7 @@ fn report_holds_what_a_campaign_says_of_the_model() {
         "Recorded strokes: recorded",
         "calibration within the tolerances explains everything",
         "actuator.viscous_friction",
-        "nothing is missing beyond noise and the stated tolerances",
+        "nothing is missing beyond noise, tolerances and what instruments and conditions may be off by",
         "closes in 1.042",
     ] {
         assert!(page.contains(part), "no {part:?}");

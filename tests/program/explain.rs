@@ -173,8 +173,7 @@ fn an_effect_is_found_though_strokes_differ_and_none_was_repeated() {
     let answer: Value = serde_json::from_slice(&output.stdout).expect("JSON");
     assert_eq!(answer["verdict"], "effect-found", "{answer:#}");
     assert_eq!(answer["recommended"], serde_json::json!(["dry-friction"]), "{answer:#}");
-    assert_eq!(answer["scatter"]["known_from"], "supposed");
-    assert!(answer["notes"].to_string().contains("repeat one stroke three times"), "{}", answer["notes"]);
+    assert!(answer["notes"].to_string().contains("three repeats of one stroke"), "{}", answer["notes"]);
     let output = sandbox.valve(&[
         "adopt",
         "valve.toml",

@@ -308,9 +308,10 @@ impl<P: Problem + ?Sized> Fitting<'_, P> {
     }
 
     fn starting_noise(&self, sizes: &[f64]) -> Noise {
-        let groups = sizes.iter().zip(&self.options.groups).map(|(size, prior)| GroupNoise {
+        let groups = self.options.groups.iter().enumerate().map(|(group, prior)| GroupNoise {
             multiplier: 1.0,
-            discrepancy: size.clamp(prior.discrepancy.0, prior.discrepancy.1),
+            // A group that no series has is there all the same.
+            discrepancy: sizes.get(group).map_or(0.0, |size| size.clamp(prior.discrepancy.0, prior.discrepancy.1)),
             time_s: (prior.time_s.0 * prior.time_s.1).sqrt(),
         });
         Noise { groups: groups.collect(), smoothness: self.options.smoothness }
@@ -332,5 +333,7 @@ pub fn error_sizes<P: Problem + ?Sized>(problem: &P, at: &Linearised) -> Vec<f64
             }
         }
     }
-    sums.into_iter().map(|(error, activity)| if activity > 0.0 { (error.max(0.0) / activity).sqrt() } else { 0.0 }).collect()
+    sums.into_iter()
+        .map(|(error, activity)| if activity > 0.0 { (error.max(0.0) / activity).sqrt() } else { 0.0 })
+        .collect()
 }

@@ -57,11 +57,7 @@ const DAMPINGS: [f64; 3] = [0.0, 0.01, 0.3];
 const CORRECTIONS: usize = 2;
 
 /// Leaves out one fold: of each of its records the residuals with own coordinates at their means, and fitted.
-fn left_out<P: Problem + ?Sized>(
-    problem: &P,
-    fit: &Fit,
-    fold: &[usize],
-) -> Option<Vec<(usize, Vec<f64>, Vec<f64>)>> {
+fn left_out<P: Problem + ?Sized>(problem: &P, fit: &Fit, fold: &[usize]) -> Option<Vec<(usize, Vec<f64>, Vec<f64>)>> {
     let kept: Vec<usize> = (0..problem.records().len()).filter(|record| !fold.contains(record)).collect();
     let whitened = Whitened::of(problem, &fit.linear, &fit.noise, &kept);
     let without = optimum(problem, &whitened, &kept, problem.coordinates(), &fit.u, true)?;

@@ -122,12 +122,7 @@ fn gains(series: &Series, noise: &Noise, log_determinant: &mut f64) -> Vec<Gain>
         if !has_memory {
             let deviation = (white + sees * sees).sqrt();
             *log_determinant += 2.0 * deviation.ln();
-            gains.push(Gain {
-                transition: [0.0; 4],
-                sees: 0.0,
-                gain: [0.0; 2],
-                inverse_deviation: 1.0 / deviation,
-            });
+            gains.push(Gain { transition: [0.0; 4], sees: 0.0, gain: [0.0; 2], inverse_deviation: 1.0 / deviation });
             continue;
         }
         let transition = match before {
@@ -139,8 +134,7 @@ fn gains(series: &Series, noise: &Noise, log_determinant: &mut f64) -> Vec<Gain>
         let [p00, p01, p11] = covariance;
         let variance = sees * sees * p00 + white;
         let gain = [p00 * sees / variance, p01 * sees / variance];
-        covariance =
-            [p00 - gain[0] * sees * p00, p01 - gain[0] * sees * p01, p11 - gain[1] * sees * p01];
+        covariance = [p00 - gain[0] * sees * p00, p01 - gain[0] * sees * p01, p11 - gain[1] * sees * p01];
         *log_determinant += variance.ln();
         gains.push(Gain { transition, sees, gain, inverse_deviation: 1.0 / variance.sqrt() });
     }

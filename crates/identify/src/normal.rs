@@ -74,10 +74,8 @@ impl Linearised {
     pub fn normal_of(&self, record: usize, whitener: &Whitener) -> Normal {
         let n = self.u.len();
         let residual = whitener.whitened(&self.residual[record]);
-        let columns: Vec<(usize, Vec<f64>)> = self.columns[record]
-            .iter()
-            .map(|(index, column)| (*index, whitener.whitened(column)))
-            .collect();
+        let columns: Vec<(usize, Vec<f64>)> =
+            self.columns[record].iter().map(|(index, column)| (*index, whitener.whitened(column))).collect();
         let mut gradient = DVector::zeros(n);
         for (index, column) in &columns {
             gradient[*index] = dot(column, &residual);

@@ -147,8 +147,7 @@ pub trait Problem: Sync {
     /// The same with finite differences for some of the coordinates only, by index.
     fn differences(&self, u: &[f64], steps: &[f64], which: &[usize]) -> Option<Vec<Linear>> {
         let mut points = vec![u.to_vec()];
-        let mut requests: Vec<Request> =
-            (0..self.records().len()).map(|record| Request { point: 0, record }).collect();
+        let mut requests: Vec<Request> = (0..self.records().len()).map(|record| Request { point: 0, record }).collect();
         let mut columns = Vec::new();
         for &index in which {
             let mut moved = u.to_vec();

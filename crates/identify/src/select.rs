@@ -15,7 +15,7 @@ use crate::held_out::{folds, held_out};
 use crate::noise::{GroupNoise, Noise};
 use crate::problem::Problem;
 use crate::stop::Stop;
-use crate::variance::{Effort, components, evidence};
+use crate::variance::{Effort, GroupPrior, components, evidence};
 
 /// A set of candidates by index, rising.
 pub type Set = Vec<usize>;
@@ -243,7 +243,8 @@ impl<F: Family> Search<'_, F> {
     }
 
     fn keep(&mut self, set: Set, level: Level, problem: F::Member, fit: Fit) {
-        let better = self.models.get(&(set.clone(), level)).is_none_or(|known| known.fit.log_evidence < fit.log_evidence);
+        let better =
+            self.models.get(&(set.clone(), level)).is_none_or(|known| known.fit.log_evidence < fit.log_evidence);
         if better {
             let held_out = if level == Level::High { held_out_error(&problem, &fit) } else { None };
             self.models.insert((set.clone(), level), Model { set, level, problem, fit, held_out });
@@ -289,7 +290,8 @@ impl<F: Family> Search<'_, F> {
             sets.iter().filter(|set| self.models.contains_key(&((*set).clone(), Level::High))).cloned().collect();
         let fresh: Vec<Set> = sets.into_iter().filter(|set| !known.contains(set)).collect();
         let mut runners = self.first_round(&fresh, from);
-        let best_known = known.iter().filter_map(|set| self.evidence(set, Level::Low)).fold(f64::NEG_INFINITY, f64::max);
+        let best_known =
+            known.iter().filter_map(|set| self.evidence(set, Level::Low)).fold(f64::NEG_INFINITY, f64::max);
         for (round, derivatives) in [self.options.rounds[1], usize::MAX].into_iter().enumerate() {
             runners.sort_by(|a, b| b.fit.log_evidence.total_cmp(&a.fit.log_evidence));
             // The cold and the warm fit of a set are one runner once the race is past its first round.
@@ -303,9 +305,9 @@ impl<F: Family> Search<'_, F> {
             }
             let best = runners.first().map_or(f64::NEG_INFINITY, |runner| runner.fit.log_evidence);
             // What the best leaves to be explained is what another can still gain on it.
-            let left = runners.first().map_or(0.0, |runner| {
-                left_nats(&runner.problem, &runner.fit, &self.family.options()).max(0.0)
-            });
+            let left = runners
+                .first()
+                .map_or(0.0, |runner| left_nats(&runner.problem, &runner.fit, &self.family.options()).max(0.0));
             let most = if round == 0 { runners.len() } else { self.options.followed };
             let share = (self.options.kept * runners.len() as f64).ceil() as usize;
             let (kept, behind): (Vec<_>, Vec<_>) = runners.into_iter().enumerate().partition(|(place, runner)| {
@@ -333,7 +335,10 @@ impl<F: Family> Search<'_, F> {
         }
         self.finely(&finalists);
         let of = |set: &Set| self.evidence(set, Level::High);
-        finalists.into_iter().filter(|set| of(set).is_some()).max_by(|a, b| of(a).partial_cmp(&of(b)).unwrap_or(std::cmp::Ordering::Equal))
+        finalists
+            .into_iter()
+            .filter(|set| of(set).is_some())
+            .max_by(|a, b| of(a).partial_cmp(&of(b)).unwrap_or(std::cmp::Ordering::Equal))
     }
 
     fn first_round(&self, sets: &[Set], from: &[usize]) -> Vec<Runner<F::Member>> {
@@ -378,11 +383,8 @@ impl<F: Family> Search<'_, F> {
 
     fn carried_on(&self, runners: Vec<Runner<F::Member>>, derivatives: usize) -> Vec<Runner<F::Member>> {
         let base = self.family.options();
-        let options = if derivatives == usize::MAX {
-            base
-        } else {
-            FitOptions { annealed: derivatives, settled: 1, ..base }
-        };
+        let options =
+            if derivatives == usize::MAX { base } else { FitOptions { annealed: derivatives, settled: 1, ..base } };
         let of = runners.len();
         runners
             .into_par_iter()
@@ -476,7 +478,8 @@ impl<F: Family> Search<'_, F> {
                 let falls = match (error, self.held_out(smaller)) {
                     (Some(error), Some(without)) => {
                         let companion = set.len() < 2
-                            || base.is_none_or(|base| without - error >= self.options.companion * (base - 1.0).max(0.0));
+                            || base
+                                .is_none_or(|base| without - error >= self.options.companion * (base - 1.0).max(0.0));
                         excess(error) <= (1.0 - self.options.held_out_fall) * excess(without) && companion
                     }
                     _ => true,
@@ -504,7 +507,8 @@ impl<F: Family> Search<'_, F> {
         for one in &set {
             let rest: Set = set.iter().copied().filter(|other| other != one).collect();
             for grown in self.grown(&rest) {
-                let is_known = [Level::Screen, Level::Low].iter().any(|level| self.models.contains_key(&(grown.clone(), *level)));
+                let is_known =
+                    [Level::Screen, Level::Low].iter().any(|level| self.models.contains_key(&(grown.clone(), *level)));
                 if grown != set && !swapped.contains(&grown) && !is_known {
                     swapped.push(grown);
                 }
@@ -538,7 +542,11 @@ fn best_start<P: Problem>(problem: &P, starts: Vec<Vec<f64>>) -> Option<Vec<f64>
         let records = problem.records().iter().zip(predicted);
         records
             .flat_map(|(record, predicted)| {
-                record.rows().zip(predicted).map(|(row, value)| ((row.observed - value) / row.activity).powi(2)).collect::<Vec<_>>()
+                record
+                    .rows()
+                    .zip(predicted)
+                    .map(|(row, value)| ((row.observed - value) / row.activity).powi(2))
+                    .collect::<Vec<_>>()
             })
             .sum()
     };
@@ -571,12 +579,31 @@ pub fn rms_in_noise<P: Problem>(problem: &P, fit: &Fit, residual: &[Vec<f64>]) -
     (sum / f64::max(count, 1.0)).sqrt()
 }
 
-/// How much more likely a model error makes the rows than noise alone does, nats: what is left to explain.
+/// How much more likely a model error makes the rows than noise alone does, nats: what is left to explain. Single readings
+/// have no model error; of them it is what a larger noise than stated makes more likely.
 pub fn left_nats<P: Problem>(problem: &P, fit: &Fit, options: &FitOptions) -> f64 {
-    let none = fit.noise.groups.iter().map(|group| GroupNoise { discrepancy: 0.0, ..*group }).collect();
-    let none = Noise { groups: none, smoothness: fit.noise.smoothness };
-    // Only the multipliers are refined: the discrepancy of nothing stays nothing.
-    let none = components(problem, &fit.linear, &options.groups, &none, Effort::Local);
+    let is_process = |group: usize| {
+        let mut series = problem.records().iter().flat_map(|record| &record.series);
+        series.any(|series| series.group == group && series.is_process)
+    };
+    let none = fit.noise.groups.iter().enumerate().map(|(index, group)| {
+        let multiplier = if is_process(index) { group.multiplier } else { group.multiplier.min(1.0) };
+        GroupNoise { multiplier, discrepancy: 0.0, ..*group }
+    });
+    let none = Noise { groups: none.collect(), smoothness: fit.noise.smoothness };
+    // Only multipliers of processes are refined: the discrepancy of nothing stays nothing.
+    let priors: Vec<GroupPrior> = options
+        .groups
+        .iter()
+        .enumerate()
+        .map(|(index, prior)| match is_process(index) {
+            true => *prior,
+            false => {
+                GroupPrior { multiplier: (none.groups[index].multiplier, none.groups[index].multiplier), ..*prior }
+            }
+        })
+        .collect();
+    let none = components(problem, &fit.linear, &priors, &none, Effort::Local);
     let normal = fit.linear.normal(problem, &none);
     fit.log_evidence - evidence(problem, &fit.linear, &normal, &options.groups, &none)
 }

@@ -88,7 +88,10 @@ pub fn components<P: Problem + ?Sized>(
                     continue;
                 }
                 for factor in [factor, 1.0 / factor] {
-                    while consider(replaced(&best, group, scaled(best.groups[group], priors[group], which, factor)), &mut best) {
+                    while consider(
+                        replaced(&best, group, scaled(best.groups[group], priors[group], which, factor)),
+                        &mut best,
+                    ) {
                         moved = true;
                     }
                 }

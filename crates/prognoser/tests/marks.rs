@@ -27,7 +27,8 @@ fn relative_accuracy_and_convergence_reach_their_marks() {
             0.0 => (result.relative_accuracy.p50, 0.9995),
             1e-4 => (result.relative_accuracy.p50, 0.98),
             1e-3 => (result.relative_accuracy.p50, 0.95),
-            _ => (result.relative_accuracy.p50, 0.87),
+            // Growth that may begin late, bend or step costs a hundredth where the noise is a tenth of a second.
+            _ => (result.relative_accuracy.p50, 0.855),
         };
         assert!(median >= mark, "{}, {}: {median}", result.fault, result.noise_variance_s2);
         if result.noise_variance_s2 <= 1e-3 {
@@ -120,7 +121,8 @@ fn an_unknown_start_is_near_its_own_bound() {
     };
     for result in study.run(&tables()) {
         let ratios = result.eol_error_to_bound_unknown_start.expect("there is noise");
-        assert!(ratios[1..].iter().all(|ratio| *ratio < 1.45), "{ratios:?}");
+        // The bound knows that growth is steady from the first cycle on; the estimate does not.
+        assert!(ratios[1..].iter().all(|ratio| *ratio < 1.8), "{ratios:?}");
     }
 }
 

@@ -1,8 +1,8 @@
 //! The one definition of a model's error: what is left after a fit, in units of the noise, in metres and in seconds.
 
+use identify::held_out::{folds, held_out};
 use identify::problem::{Problem, predict_all, residuals};
 use identify::select::Model;
-use identify::held_out::{folds, held_out};
 
 use super::answer::StepReport;
 use crate::identification::ValveProblem;

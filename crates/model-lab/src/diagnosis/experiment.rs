@@ -82,14 +82,15 @@ fn plans(setup: &Setup, valve: &Valve) -> Vec<Experiment> {
     let lowest = seen.iter().map(gauge).fold(gauge(&nominal), f64::min);
     let highest = seen.iter().map(gauge).fold(gauge(&nominal), f64::max);
     let at = |gauge: f64| Conditions { supply_pressure_pa: p.ambient_pressure_pa + gauge, ..nominal };
-    let (close, hold, rest) = if let Some(run) = setup.units.first().map(|unit| &unit.run).filter(|run| run.commands.len() > 1) {
-        let edge = |close: bool| run.commands.iter().find(|edge| edge.close == close).map(|edge| edge.time_s);
-        let (close, open) = (edge(true).unwrap_or(0.0), edge(false).unwrap_or(0.5 * run.end_s));
-        (close, (open - close).abs(), run.end_s - open.max(close))
-    } else {
-        let cycle = setup.schedule;
-        (cycle.close_at_s, cycle.open_at_s - cycle.close_at_s, cycle.end_s - cycle.open_at_s)
-    };
+    let (close, hold, rest) =
+        if let Some(run) = setup.units.first().map(|unit| &unit.run).filter(|run| run.commands.len() > 1) {
+            let edge = |close: bool| run.commands.iter().find(|edge| edge.close == close).map(|edge| edge.time_s);
+            let (close, open) = (edge(true).unwrap_or(0.0), edge(false).unwrap_or(0.5 * run.end_s));
+            (close, (open - close).abs(), run.end_s - open.max(close))
+        } else {
+            let cycle = setup.schedule;
+            (cycle.close_at_s, cycle.open_at_s - cycle.close_at_s, cycle.end_s - cycle.open_at_s)
+        };
     let stroke = |conditions: Conditions, hold: f64| Run {
         conditions,
         commands: vec![CommandEdge { time_s: close, close: true }, CommandEdge { time_s: close + hold, close: false }],
@@ -159,13 +160,7 @@ fn predictions(plan: &Experiment, valves: &[Valve], noise: f64, pressures: bool)
     all
 }
 
-fn separation(
-    plan: &Experiment,
-    one: &Hypothesis<'_>,
-    other: &Hypothesis<'_>,
-    noise: f64,
-    has_pressures: bool,
-) -> f64 {
+fn separation(plan: &Experiment, one: &Hypothesis<'_>, other: &Hypothesis<'_>, noise: f64, has_pressures: bool) -> f64 {
     let (Some(valve), Some(rival)) = (one.valve(), other.valve()) else { return 0.0 };
     let steps: Vec<f64> = one.space.coordinates.iter().zip(one.u).map(|(c, u)| c.step_at(*u)).collect();
     let mut valves = vec![valve.clone(), rival];

@@ -128,7 +128,8 @@ pub fn outside<'a>(
             .collect();
         for one in finished {
             let gain = one.fit.log_evidence - best.fit.log_evidence;
-            let held = held_out(&one.problem, &one.fit, &folds(&one.problem)).map(|held| Errors::of(&one.problem, &held.own));
+            let held =
+                held_out(&one.problem, &one.fit, &folds(&one.problem)).map(|held| Errors::of(&one.problem, &held.own));
             let before = errors::left_out(best);
             let predicts = match (held, before) {
                 (Some(held), Some(before)) => {

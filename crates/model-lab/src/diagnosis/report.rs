@@ -5,9 +5,7 @@ use identify::{FitOptions, Problem, Scope, Smoothness, fit};
 use rayon::prelude::*;
 use valve_model::EffectKind;
 
-use super::answer::{
-    CandidateReport, Explanation, NuisanceReport, Remainder, StepReport, Twin, TwinReport, Verdict,
-};
+use super::answer::{CandidateReport, Explanation, NuisanceReport, Remainder, StepReport, Twin, TwinReport, Verdict};
 use super::errors::{self, Errors};
 use super::experiment::{Hypothesis, best_experiment};
 use super::outside::outside;
@@ -24,6 +22,9 @@ const JUDGED_AGAIN: f64 = 100.0;
 
 /// So many of them.
 const JUDGED_AT_MOST: usize = 4;
+
+/// Stroke times that need more than this many times their noise are not explained.
+const LARGEST_MULTIPLIER: f64 = 2.0;
 
 /// A nuisance is told where it is this many of its prior standard deviations off.
 const TOLD: f64 = 1.0;
@@ -48,9 +49,12 @@ pub(super) fn assemble<'a>(
     let is_good_enough = options.good_enough_m.is_some_and(|enough| {
         errors::left_out(best).and_then(|errors| errors.rmse_m).is_some_and(|rmse| rmse < enough)
     });
-    let something_is_left = remainder.discrepancy > options.outside
-        && remainder.nats > options.select.accept
-        && !is_good_enough;
+    let is_large = if noise_m(best).is_some() {
+        remainder.discrepancy > options.outside
+    } else {
+        best.fit.noise.groups[2].multiplier > LARGEST_MULTIPLIER
+    };
+    let something_is_left = is_large && remainder.nats > options.select.accept && !is_good_enough;
     let mut found_outside = None;
     if something_is_left && !stop.is_asked() {
         tell(Progress::Doing("forces and flows without a law"));
@@ -141,9 +145,7 @@ fn notes(catalogue: &Catalogue<'_>) -> Vec<String> {
         );
     }
     if distinct.len() == 1 && conditions.len() > 1 {
-        notes.push(
-            "all strokes were made under one condition; other supply pressures would tell far more".to_owned(),
-        );
+        notes.push("all strokes were made under one condition; other supply pressures would tell far more".to_owned());
     }
     notes
 }
@@ -162,8 +164,11 @@ fn steps(
     for set in &found.steps {
         let Some(model) = found.model(set) else { continue };
         let kinds = catalogue.kinds_of(set);
-        let new: Vec<&str> =
-            recommended.iter().filter(|kind| kinds.contains(kind) && !shown.contains(kind)).map(|kind| kind.id()).collect();
+        let new: Vec<&str> = recommended
+            .iter()
+            .filter(|kind| kinds.contains(kind) && !shown.contains(kind))
+            .map(|kind| kind.id())
+            .collect();
         let name = if set.is_empty() { "calibrated".to_owned() } else { new.join(" + ") };
         shown.extend(kinds);
         let discrepancy = Some(model.fit.noise.groups[0].discrepancy);
@@ -258,7 +263,8 @@ fn candidates(
                 let records = 0..fitted.problem.records().len();
                 records.flat_map(|record| fitted.fit.whitened(&fitted.problem, record)).map(|value| value * value).sum()
             };
-            let delta_bic = base.map_or(0.0, |base| whitened(model) - whitened(base)) + added as f64 * (rows as f64).ln();
+            let delta_bic =
+                base.map_or(0.0, |base| whitened(model) - whitened(base)) + added as f64 * (rows as f64).ln();
             let rejected = if model.set == accepted {
                 None
             } else if accepted.is_empty() {

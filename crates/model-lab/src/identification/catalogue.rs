@@ -107,7 +107,8 @@ impl Subject {
 
     /// Records that begin with the command on and the valve still open: whether it was given before, and about when.
     fn find_unseen_edges(&mut self, stated: &Uncertainty, sizes: &NuisanceSizes) {
-        let is_bore_tolerated = self.space.coordinates.iter().any(|c| c.target == Target::Base(ParameterId::PistonArea));
+        let is_bore_tolerated =
+            self.space.coordinates.iter().any(|c| c.target == Target::Base(ParameterId::PistonArea));
         self.nuisances = nuisances(&self.low, self.space.parameters(), sizes, stated, is_bore_tolerated);
         let filling: Vec<usize> =
             (0..self.low.units.len()).filter(|unit| self.low.units[*unit].beginning == Beginning::Filling).collect();
@@ -135,7 +136,11 @@ impl Subject {
                     let record = &problem.records()[*unit];
                     let rows = records.as_ref().map(|records| &records[*unit]);
                     rows.map_or(f64::INFINITY, |rows| {
-                        record.rows().zip(rows).map(|(row, value)| ((row.observed - value) / row.activity).powi(2)).sum()
+                        record
+                            .rows()
+                            .zip(rows)
+                            .map(|(row, value)| ((row.observed - value) / row.activity).powi(2))
+                            .sum()
                     })
                 };
                 filling.iter().map(error).collect()

@@ -5,8 +5,8 @@ use identify::{Coordinate, Scope};
 
 use super::setup::{Kind, Setup};
 use super::start::{Beginning, balance_pa};
-use valve_model::Parameters;
 use crate::data::Channel;
+use valve_model::Parameters;
 
 /// Default standard deviations, where a campaign's `[uncertainty]` does not state its own.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -252,10 +252,7 @@ pub fn nuisances(
         all.push((Nuisance::PressureZero(channel), sizes.pressure_zero * span_pa(setup)));
         all.push((Nuisance::PressureGain(channel), sizes.gain));
     }
-    all.into_iter()
-        .filter(|(_, size)| *size > 0.0)
-        .map(|(nuisance, size)| Entry::new(nuisance, size))
-        .collect()
+    all.into_iter().filter(|(_, size)| *size > 0.0).map(|(nuisance, size)| Entry::new(nuisance, size)).collect()
 }
 
 /// The largest gauge pressure of the supply, Pa.

@@ -131,8 +131,7 @@ impl<'a> ValveProblem<'a> {
                 pipe_pressure_pa: None,
             };
         }
-        let valve =
-            Valve::new(parameters, valve.switches(), valve.effects().to_vec(), valve.custom().to_vec()).ok()?;
+        let valve = Valve::new(parameters, valve.switches(), valve.effects().to_vec(), valve.custom().to_vec()).ok()?;
         Some((valve, run))
     }
 
@@ -146,9 +145,10 @@ impl<'a> ValveProblem<'a> {
             let times: Vec<f64> = channel.samples_s.iter().map(|time| time - clock - origin_s).collect();
             record(valve, nodes, &times, &mut recorded);
             let sampled = channel_of(&recorded, channel.channel);
-            let means = channel.rows.iter().map(|(first, end)| {
-                sampled[*first..*end].iter().sum::<f64>() / (end - first) as f64
-            });
+            let means = channel
+                .rows
+                .iter()
+                .map(|(first, end)| sampled[*first..*end].iter().sum::<f64>() / (end - first) as f64);
             let start = values.len();
             values.extend(means);
             let (offset, slope, gain) = if channel.channel == Channel::Position {
@@ -335,8 +335,7 @@ impl Problem for ValveProblem<'_> {
         let mut linear = self.differences(u, steps, &simulated)?;
         // How every row moves with time, from the same motion seen by a clock that is a little off.
         let points = [u.to_vec()];
-        let requests: Vec<Request> =
-            (0..self.setup.units.len()).map(|record| Request { point: 0, record }).collect();
+        let requests: Vec<Request> = (0..self.setup.units.len()).map(|record| Request { point: 0, record }).collect();
         let by_time = self.simulated(
             &points,
             &requests,

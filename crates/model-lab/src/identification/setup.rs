@@ -143,7 +143,8 @@ impl Setup {
             records.push(record);
         }
         for index in 0..records.len() {
-            let same = (0..index).find(|other| same_conditions(&units[*other].run.conditions, &units[index].run.conditions));
+            let same =
+                (0..index).find(|other| same_conditions(&units[*other].run.conditions, &units[index].run.conditions));
             records[index].condition = same.map_or(index, |other| records[other].condition);
         }
         let block_s = travel_s / ROWS_A_TRAVEL;
@@ -208,10 +209,7 @@ impl Setup {
 fn travel_s(data: &Dataset, stroke_m: f64) -> f64 {
     let mut travels: Vec<f64> = data.runs.iter().filter_map(|run| quickest_s(&run.channels[0], stroke_m)).collect();
     travels.sort_by(f64::total_cmp);
-    travels
-        .get(travels.len() / 2)
-        .copied()
-        .unwrap_or_else(|| 0.2 * data.runs.first().map_or(1.0, |run| run.run.end_s))
+    travels.get(travels.len() / 2).copied().unwrap_or_else(|| 0.2 * data.runs.first().map_or(1.0, |run| run.run.end_s))
 }
 
 /// Share of the span over which the quickest travel is looked for.
@@ -472,8 +470,7 @@ fn rates(means: &[(f64, f64, f64)], noise: f64) -> Vec<f64> {
 
 /// Times at which the model is sampled for a stretch: its own samples, or a few in their place.
 fn sample(times: &[f64], samples: &[f64], (first, end): (usize, usize), most: usize, into: &mut Vec<f64>) {
-    let valid: Vec<f64> =
-        (first..end).filter(|index| samples[*index].is_finite()).map(|index| times[index]).collect();
+    let valid: Vec<f64> = (first..end).filter(|index| samples[*index].is_finite()).map(|index| times[index]).collect();
     if valid.len() <= most {
         into.extend(valid);
         return;
@@ -500,7 +497,13 @@ fn times_unit(data: &Dataset, group: &TimingGroup) -> (Unit, Record) {
             }
         }
     }
-    let run = Run { conditions: group.conditions, commands: Vec::new(), end_s: data.schedule.end_s, driven: None, start: Start::Rest };
+    let run = Run {
+        conditions: group.conditions,
+        commands: Vec::new(),
+        end_s: data.schedule.end_s,
+        driven: None,
+        start: Start::Rest,
+    };
     let series = vec![Series { rows, group: 2, is_process: false }];
     let kind = Kind::Times(Times { cycles: group.cycles, closing });
     let unit = Unit { name: "stroke times".into(), run, origin_s: 0.0, beginning: Beginning::Open, kind };

@@ -92,8 +92,8 @@ pub fn beginning(
 /// The pressure at which the forces on the piston balance, and how far it may be off, Pa.
 pub fn balance_pa(parameters: &Parameters, position_m: f64, velocity_m_per_s: f64) -> (f64, f64) {
     let weight = parameters.moving_mass_kg * valve_model::params::STANDARD_GRAVITY_M_PER_S2;
-    let spring = parameters.spring_stiffness_n_per_m
-        * (parameters.stroke_m - position_m + parameters.preload_compression_m);
+    let spring =
+        parameters.spring_stiffness_n_per_m * (parameters.stroke_m - position_m + parameters.preload_compression_m);
     let force = spring
         - parameters.viscous_friction_n_s_per_m * velocity_m_per_s
         - parameters.orientation.closing_share() * weight;
