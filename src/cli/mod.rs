@@ -1,6 +1,7 @@
 //! The command line: one definition for the parser, `--help`, the man page and
 //! the completions.
 
+mod init;
 mod measurement;
 mod model;
 mod prognosis;
@@ -11,6 +12,7 @@ use std::path::PathBuf;
 
 use clap::{Parser, Subcommand, ValueEnum};
 
+pub use init::{InitArgs, InitCampaignArgs, InitValveArgs, InitWhat};
 pub use measurement::{AdoptArgs, CalibrateArgs, CompareArgs, ExplainArgs};
 pub use model::{EffectsArgs, ReportArgs, RevertArgs, SimulateArgs};
 pub use prognosis::{DemoArgs, EvaluateArgs, GrowthName, LearnArgs, MethodName, PrognoseArgs, StartName, StreamFormat};
@@ -22,7 +24,7 @@ pub use tables::{BuildTablesArgs, QuantityRange};
 /// closing and opening time into a leak area, and the growth of the leak into
 /// the remaining useful life.
 #[derive(Debug, Parser)]
-#[command(name = "valve", version, max_term_width = 100, after_long_help = CHAIN)]
+#[command(name = "valve", version, max_term_width = 100, after_long_help = CHAIN, disable_help_subcommand = true)]
 pub struct Cli {
     /// What to do.
     #[command(subcommand)]
@@ -37,6 +39,8 @@ answer is the bad news asked for; 2 the input or the call is wrong.";
 /// The verbs.
 #[derive(Debug, Subcommand)]
 pub enum Verb {
+    /// Begin: a valve file from a datasheet's numbers, a campaign file from recordings
+    Init(Box<InitArgs>),
     /// Simulate cycles of a valve and print their stroke times
     #[command(visible_alias = "sim")]
     Simulate(SimulateArgs),
@@ -64,6 +68,13 @@ pub enum Verb {
     Report(ReportArgs),
     /// Undo the last step of a valve file's history
     Revert(RevertArgs),
+    /// Print this message, the help of a verb, or the page about all files (formats)
+    ///
+    /// Examples: valve help simulate; valve help formats
+    Help {
+        /// A verb, or "formats".
+        topic: Vec<String>,
+    },
     /// Print the completions for a shell
     ///
     /// Example, for bash: valve completions bash > ~/.local/share/bash-completion/completions/valve

@@ -1,4 +1,4 @@
-//! `valve completions` and `valve man`: made from the definition of the command line.
+//! `valve help`, `valve completions` and `valve man`: made from the definition of the command line.
 
 use std::io::Write;
 use std::path::Path;
@@ -8,8 +8,29 @@ use clap::CommandFactory;
 use clap_complete::Shell;
 
 use crate::cli::Cli;
-use crate::failure::Answer;
+use crate::failure::{Answer, Hinted};
 use crate::output;
+
+/// The page about all files.
+const FORMATS: &str = include_str!("../../docs/formats.md");
+
+/// Prints the help of the program or of a verb, or the page about all files.
+pub fn help(topic: &[String]) -> anyhow::Result<Answer> {
+    if topic == ["formats"] {
+        return write_out(FORMATS.as_bytes());
+    }
+    let mut command = Cli::command();
+    command.build();
+    for word in topic {
+        let names = command.get_subcommands().map(|verb| verb.get_name().to_owned()).chain(["formats".to_owned()]);
+        let names: Vec<String> = names.collect();
+        command = command.find_subcommand(word).cloned().ok_or_else(|| {
+            let nearest = quantity::suggest::did_you_mean(word, names.iter().map(String::as_str));
+            Hinted::error(format!("there is no help about \"{word}\"{nearest}"), format!("one of {}", names.join(", ")))
+        })?;
+    }
+    write_out(command.render_long_help().to_string().as_bytes())
+}
 
 /// Prints the completions for a shell.
 pub fn completions(shell: Shell) -> anyhow::Result<Answer> {

@@ -14,6 +14,7 @@ mod evaluate;
 mod explain;
 mod explain_figures;
 mod explain_json;
+mod init;
 mod ladder;
 mod learn;
 mod manual;
@@ -31,6 +32,7 @@ use crate::failure::Answer;
 /// Does what the command line asks.
 pub fn run(verb: &Verb) -> anyhow::Result<Answer> {
     match verb {
+        Verb::Init(args) => init::run(args),
         Verb::Simulate(args) => simulate::run(args),
         Verb::BuildTables(args) => build_tables::run(args),
         Verb::Prognose(args) => prognose::run(args),
@@ -44,6 +46,7 @@ pub fn run(verb: &Verb) -> anyhow::Result<Answer> {
         Verb::Effects(args) => effects::run(args),
         Verb::Report(args) => report::run(args),
         Verb::Revert(args) => revert::run(args),
+        Verb::Help { topic } => manual::help(topic),
         Verb::Completions { shell } => manual::completions(*shell),
         Verb::Man { dir } => manual::pages(dir.as_deref()),
     }

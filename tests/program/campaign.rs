@@ -58,7 +58,10 @@ impl Recording {
         for (index, supply) in self.supplies_psig.iter().enumerate() {
             let name = format!("run-{}.csv", index + 1);
             sandbox.write(&name, &self.trace(file.valve(), *supply, &mut noise, &mut differences));
-            let _ = write!(campaign, "\n[[run]]\nfile = \"{name}\"\nsupply_pressure = \"{supply} psig\"\n");
+            let _ = write!(
+                campaign,
+                "\n[[run]]\nfile = \"{name}\"\nsupply_pressure = \"{supply} psig\"\ntemperature = \"293.15 K\"\n"
+            );
         }
         sandbox.write("campaign.toml", &campaign);
     }

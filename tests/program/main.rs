@@ -8,4 +8,5 @@ mod cli;
 mod compare;
 mod docs;
 mod explain;
+mod init;
 mod support;

@@ -113,6 +113,7 @@ pub fn without_hashes(text: &str) -> String {
 /// Every verb of the program.
 pub fn verbs() -> Vec<&'static str> {
     vec![
+        "init",
         "simulate",
         "build-tables",
         "prognose",

@@ -11,6 +11,7 @@
 mod columns;
 mod conditions;
 mod error;
+pub mod guess;
 mod noise;
 mod outliers;
 mod plausibility;

@@ -19,7 +19,7 @@ pub enum NoticeKind {
         encoding: &'static str,
     },
     /// Lines above the header.
-    #[error("{lines} lines before the header were skipped")]
+    #[error("lines before the header were skipped: {lines}")]
     Preamble {
         /// How many.
         lines: usize,

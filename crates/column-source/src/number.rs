@@ -19,7 +19,7 @@ impl NumberStyle {
     ) -> (Self, Option<&'a str>, Option<&'a str>) {
         let mut style = Self::PLAIN;
         let (mut decimal_example, mut thousands_example) = (None, None);
-        let (mut point_seen, mut comma_groups) = (false, None);
+        let (mut point_seen, mut comma_groups, mut all_grouped) = (false, None, true);
         for field in fields {
             let body = field.trim().trim_start_matches(['+', '-']);
             let digits = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
@@ -57,24 +57,23 @@ impl NumberStyle {
                         && (fraction.is_empty() || digits(fraction))
                     {
                         comma_groups.get_or_insert(field);
+                        all_grouped &= grouped(body, ',', &[]) && !body.starts_with('0');
                     }
                 }
                 (None, Some(_)) => point_seen = true,
                 _ => {}
             }
         }
-        // A single comma is a decimal one, unless the file has decimal points or commas part its fields.
+        // A single comma is a decimal one, unless the file has decimal points. Among fields that are parted by commas,
+        // in quotation marks, it is one of thousands where all could be.
         if let Some(field) = comma_groups
             && style.thousands != Some(',')
         {
-            if !point_seen && !comma_parts_fields || style.decimal == b',' {
+            let decimal = style.decimal == b',' || !(point_seen || comma_parts_fields && all_grouped);
+            if decimal {
                 style.decimal = b',';
                 decimal_example = Some(field);
-            } else if comma_parts_fields && !point_seen {
-                // Quoted, among fields that are parted by commas: only a decimal comma needs the quotes.
-                style.decimal = b',';
-                decimal_example.get_or_insert(field);
-            } else if grouped(field.trim().trim_start_matches(['+', '-']), ',', &[]) {
+            } else if all_grouped {
                 style.thousands = Some(',');
                 thousands_example.get_or_insert(field);
             }
@@ -182,6 +181,8 @@ mod tests {
         let all = |numbers: &[f64]| numbers.iter().copied().map(Some).collect::<Vec<_>>();
         assert_eq!(read(&["1.5", "-2e-1"], true), all(&[1.5, -0.2]));
         assert_eq!(read(&["1,5", "0,123", "-2,5e-1"], false), all(&[1.5, 0.123, -0.25]));
+        assert_eq!(read(&["1,5", "2,123"], true), all(&[1.5, 2.123]));
+        assert_eq!(read(&["999", "1,000"], true), all(&[999.0, 1000.0]));
         assert_eq!(read(&["1.234,5", "7,25", "1.000"], false), all(&[1234.5, 7.25, 1000.0]));
         assert_eq!(read(&["1,234.5", "7.25", "1,000"], true), all(&[1234.5, 7.25, 1000.0]));
         assert_eq!(read(&["1'234.5", "7.25"], true), all(&[1234.5, 7.25]));

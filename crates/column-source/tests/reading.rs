@@ -118,7 +118,7 @@ fn lines_before_the_header_are_skipped_and_said() {
     let table = read(text.as_bytes());
     assert_eq!(table.names[..3], ["Zeit", "Weg", "Ventil"]);
     assert_eq!(table.lines[0], 6);
-    assert_eq!(table.notices[0], "4: 2 lines before the header were skipped");
+    assert_eq!(table.notices[0], "4: lines before the header were skipped: 2");
 }
 
 #[test]

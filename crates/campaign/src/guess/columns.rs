@@ -1,0 +1,312 @@
+//! Which column is which, and in which unit.
+
+use quantity::{Dimension, Reference, Unit};
+
+use super::levels::{increases, plateaus, two_levels};
+use super::words::{self, CHANNELS};
+use super::{ColumnGuess, Hints, Recording, ThresholdGuess, Understanding, Unknown};
+use crate::noise::quantile;
+
+/// What each channel measures; a temperature is recognised so that it is taken for nothing else.
+fn dimension(channel: &str) -> Dimension {
+    match channel {
+        "time" => Dimension::Time,
+        "position" => Dimension::Length,
+        "command" => Dimension::Pure,
+        "temperature" => Dimension::Temperature,
+        _ => Dimension::Pressure,
+    }
+}
+
+/// Gives columns to channels.
+pub(super) fn assign(recordings: &[Recording], hints: &Hints, found: &mut Understanding) {
+    let first = &recordings[0];
+    let mut free: Vec<usize> = (0..first.names.len()).filter(|index| is_used(first, *index)).collect();
+    for (channel, name) in &hints.columns {
+        let Some(words) = CHANNELS.iter().find(|words| words.channel == channel) else { continue };
+        let named = (0..first.names.len()).find(|index| first.names[*index] == *name || first.bare[*index] == *name);
+        if let Some(index) = named {
+            free.retain(|other| *other != index);
+            take(recordings, hints, index, words.channel, "as you said", found);
+        }
+    }
+    for words in &CHANNELS {
+        if found.columns.iter().any(|column| column.channel == words.channel) {
+            continue;
+        }
+        let fits = |index: &usize| (*index, fit(recordings, *index, words));
+        let scores: Vec<(usize, u32)> = free.iter().map(fits).filter(|(_, score)| *score > 0).collect();
+        let best = scores.iter().map(|(_, score)| *score).max().unwrap_or(0);
+        let mut winners = scores.iter().filter(|(_, score)| *score == best).map(|(index, _)| *index);
+        let (winner, second) = (winners.next(), winners.next());
+        match (winner, second) {
+            (Some(index), None) => {
+                free.retain(|other| *other != index);
+                if words.channel != "temperature" {
+                    take(recordings, hints, index, words.channel, "by its name, unit and shape", found);
+                }
+            }
+            (Some(index), Some(_)) if words.channel == "time" => {
+                free.retain(|other| *other != index);
+                take(recordings, hints, index, words.channel, "the first that increases", found);
+            }
+            (Some(index), Some(second)) => {
+                let (one, other) = (&first.names[index], &first.names[second]);
+                found.said.push(format!("{}: \"{one}\" and \"{other}\" both may be it", words.channel));
+            }
+            (None, _) => {}
+        }
+    }
+    let has = |found: &Understanding, channel: &str| found.columns.iter().any(|column| column.channel == channel);
+    if !has(found, "command") {
+        command_from_pressure(recordings, found);
+    }
+    for (channel, unknown) in [("time", Unknown::Time), ("position", Unknown::Position)] {
+        if !has(found, channel) {
+            found.unknown.push(unknown);
+        }
+    }
+    if !has(found, "command") && found.threshold.is_none() {
+        found.unknown.push(Unknown::Command);
+    }
+    let left: Vec<String> = free.iter().map(|index| format!("\"{}\"", first.names[*index])).collect();
+    if !left.is_empty() {
+        found.said.push(format!("not read: {}", left.join(", ")));
+    }
+}
+
+/// Whether a column holds numbers that say something.
+fn is_used(recording: &Recording, index: usize) -> bool {
+    recording.columns[index].iter().filter(|value| value.is_finite()).count() * 2 > recording.columns[index].len()
+}
+
+/// How well a column fits a channel, 0 for not at all.
+fn fit(recordings: &[Recording], index: usize, words: &words::Words) -> u32 {
+    let first = &recordings[0];
+    let (name, values) = (&first.bare[index], &first.columns[index]);
+    let kind = dimension(words.channel);
+    let unit = unit_of(first, index);
+    let fitting = unit.as_ref().map(|unit| unit.measures(kind) && !unit.text().is_empty());
+    let by_name = words::fit(name, words);
+    match words.channel {
+        "time" => {
+            let usable = fitting != Some(false) || first.timestamps[index];
+            if usable && increases(values) { 1 + 2 * by_name + u32::from(fitting == Some(true)) } else { 0 }
+        }
+        "command" => {
+            let levels = two_levels(values);
+            // Volts and unitless signals are as good as bits.
+            let usable =
+                unit.as_ref().is_none_or(|unit| unit.dimension() == Some(Dimension::Pure)) && fitting != Some(true);
+            let bits = levels == Some((0.0, 1.0));
+            if levels.is_none() || !usable || words::is_switch(name) || by_name == 0 && !bits {
+                0
+            } else {
+                1 + 2 * by_name + u32::from(bits)
+            }
+        }
+        "position" => {
+            let moves = two_levels(values) != Some((0.0, 1.0)) && !increases(values);
+            if fitting == Some(false) && unit.as_ref().is_some_and(|unit| unit.dimension() != Some(Dimension::Pure)) {
+                0
+            } else if moves && (by_name > 0 || fitting == Some(true)) {
+                2 * by_name + 3 * u32::from(fitting == Some(true))
+            } else {
+                0
+            }
+        }
+        _ => {
+            // A pressure that nobody names could be any of the three: the word decides.
+            if by_name == 0 || fitting == Some(false) { 0 } else { 2 * by_name + u32::from(fitting == Some(true)) }
+        }
+    }
+}
+
+/// A column's unit: in brackets, in the row of units, or at the end of its name.
+fn unit_of(recording: &Recording, index: usize) -> Option<Unit> {
+    if let Some(unit) = &recording.units[index] {
+        return Some(unit.clone());
+    }
+    let (_, end) = recording.names[index].rsplit_once('_')?;
+    let all = [Dimension::Time, Dimension::Length, Dimension::Pressure, Dimension::Temperature];
+    let known = all.iter().find_map(|dimension| dimension.unit_ignoring_case(end));
+    let bare = ["psi", "bar"].into_iter().find(|unit| unit.eq_ignore_ascii_case(end));
+    Unit::parse(known.or(bare)?).ok()
+}
+
+/// Whether the reader takes the column's unit from its heading by itself.
+fn reader_knows(recording: &Recording, index: usize, unit: &Unit, kind: Dimension) -> bool {
+    unit.measures(kind)
+        && unit.reference() != Reference::Ambiguous
+        && (recording.units[index].is_some() || unit_of(recording, index).is_some())
+}
+
+fn take(
+    recordings: &[Recording],
+    hints: &Hints,
+    index: usize,
+    channel: &'static str,
+    why: &str,
+    found: &mut Understanding,
+) {
+    let first = &recordings[0];
+    let name = first.names[index].clone();
+    let written = unit_of(first, index).filter(|unit| unit.measures(dimension(channel)) && !unit.text().is_empty());
+    let mut column =
+        ColumnGuess { channel, index, name: name.clone(), unit: None, scale: 1.0, offset: 0.0, factor: 1.0 };
+    let said = match channel {
+        "time" if first.timestamps[index] => "timestamps".to_owned(),
+        "command" => {
+            let (low, high) = two_levels(&first.columns[index]).unwrap_or((0.0, 1.0));
+            format!("which holds {low} and {high}")
+        }
+        _ => match written {
+            Some(unit) if reader_knows(first, index, &unit, dimension(channel)) => {
+                column.factor = unit.difference_to_si(1.0);
+                column.offset = 0.0;
+                format!("in {}, as it says", unit.text())
+            }
+            written => match guessed_unit(recordings, hints, index, channel, written.as_ref()) {
+                Some((unit, reason)) => {
+                    column.factor = unit.difference_to_si(1.0);
+                    let words = format!("in {}: {reason}", unit.text());
+                    column.unit = Some(unit.text().to_owned());
+                    words
+                }
+                None if channel == "position" => scaled_to_stroke(recordings, hints, index, &mut column)
+                    .unwrap_or_else(|| {
+                        found.unknown.push(Unknown::PositionUnit);
+                        "in a unit that it does not say".to_owned()
+                    }),
+                None => "in a unit that it does not say".to_owned(),
+            },
+        },
+    };
+    found.said.push(format!("{channel}: column \"{name}\" ({why}), {said}"));
+    if channel == "command" {
+        command_levels(&first.columns[index], &column, found);
+    }
+    found.columns.push(column);
+}
+
+/// A command of two other levels than 0 and 1 goes by a threshold.
+fn command_levels(values: &[f64], column: &ColumnGuess, found: &mut Understanding) {
+    let Some((low, high)) = two_levels(values) else { return };
+    if (low, high) != (0.0, 1.0) {
+        found.threshold = Some(ThresholdGuess {
+            channel: column.name.clone(),
+            threshold: rounded(0.5 * (low + high)),
+            hysteresis: rounded(0.2 * (high - low)),
+            is_pressure: false,
+            above_closes: true,
+        });
+    }
+}
+
+/// Three significant digits: a threshold needs no more.
+fn rounded(number: f64) -> f64 {
+    format!("{number:.2e}").parse().unwrap_or(number)
+}
+
+/// The unit that the numbers themselves suggest, with the reason.
+fn guessed_unit(
+    recordings: &[Recording],
+    hints: &Hints,
+    index: usize,
+    channel: &str,
+    written: Option<&Unit>,
+) -> Option<(Unit, String)> {
+    let values = &recordings[0].columns[index];
+    let unit = |text: &str| Unit::parse(text).ok();
+    match dimension(channel) {
+        Dimension::Time => {
+            let steps: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
+            let step = quantile(&steps, 0.5);
+            let (text, reason) =
+                if step >= 0.5 { ("ms", "rows would be too far apart for s") } else { ("s", "the usual unit") };
+            Some((unit(text)?, format!("{reason} (a step of {step})")))
+        }
+        Dimension::Length => {
+            let stroke_m = hints.stroke_m?;
+            let (low, high) = plateaus(values);
+            let near = |text: &&str| {
+                let ratio = (high - low) * unit(text).map_or(0.0, |unit| unit.to_si(1.0)) / stroke_m;
+                (0.85..1.12).contains(&ratio)
+            };
+            let text = ["mm", "in", "cm", "m", "um"].into_iter().find(near)?;
+            Some((unit(text)?, format!("it spans {:.4} then, the stroke being {:.4} mm", high - low, stroke_m * 1e3)))
+        }
+        Dimension::Pressure => pressure_unit(recordings, hints, index, channel, written),
+        _ => None,
+    }
+}
+
+/// Gauge or absolute, and in which unit: a vented chamber or pipe is at the atmosphere.
+fn pressure_unit(
+    recordings: &[Recording],
+    hints: &Hints,
+    index: usize,
+    channel: &str,
+    written: Option<&Unit>,
+) -> Option<(Unit, String)> {
+    // The supply is never vented; its neighbours tell nothing about its zero.
+    if channel == "supply_pressure" {
+        return None;
+    }
+    let lows = recordings.iter().filter_map(|recording| recording.columns.get(index)).map(|values| plateaus(values).0);
+    let low = lows.fold(f64::INFINITY, f64::min);
+    let candidates: &[&str] = match written.map(Unit::text) {
+        Some("bar") => &["barg", "bara"],
+        Some("psi") => &["psig", "psia"],
+        Some("kPa") => &["kPa", "kPag"],
+        Some("MPa") => &["MPa", "MPag"],
+        _ => &["bara", "psia", "kPa"],
+    };
+    let high = recordings[0].columns[index].iter().copied().filter(|value| value.is_finite()).fold(0.0, f64::max);
+    candidates.iter().find_map(|text| {
+        let unit = Unit::parse(text).ok()?;
+        let gauge = unit.reference() == Reference::Gauge;
+        let vented = if gauge { unit.to_si(low) } else { unit.to_si(low) - hints.ambient_pressure_pa };
+        // Near the atmosphere on the scale of what it reaches.
+        let reached = if gauge { unit.to_si(high) } else { unit.to_si(high) - hints.ambient_pressure_pa };
+        (reached > 0.0 && vented.abs() < 0.08 * reached && vented.abs() < 0.3 * hints.ambient_pressure_pa)
+            .then(|| (unit, format!("it falls to {low:.4}, which is the atmosphere then")))
+    })
+}
+
+/// A position in volts, percent or counts: its plateaus are the stops.
+fn scaled_to_stroke(recordings: &[Recording], hints: &Hints, index: usize, column: &mut ColumnGuess) -> Option<String> {
+    let stroke_m = hints.stroke_m?;
+    let (low, high) = plateaus(&recordings[0].columns[index]);
+    if high <= low {
+        return None;
+    }
+    column.unit = Some("mm".to_owned());
+    column.factor = 1e-3;
+    column.scale = 1e3 * stroke_m / (high - low);
+    column.offset = -low * column.scale * 1e-3;
+    Some(format!("its plateaus at {low:.4} and {high:.4} taken for the stops, {:.4} mm apart", stroke_m * 1e3))
+}
+
+/// A pipe pressure tells the command where no column does.
+fn command_from_pressure(recordings: &[Recording], found: &mut Understanding) {
+    let Some(pipe) = found.columns.iter().find(|column| column.channel == "pipe_pressure") else { return };
+    let unit =
+        pipe.unit.clone().and_then(|text| Unit::parse(&text).ok()).or_else(|| unit_of(&recordings[0], pipe.index));
+    let Some(unit) = unit else { return };
+    let (low, high) = plateaus(&recordings[0].columns[pipe.index]);
+    // Low, so that the edge is near the command: pipes fill from the start.
+    let level = unit.to_si(low + 0.2 * (high - low));
+    found.threshold = Some(ThresholdGuess {
+        channel: "pipe_pressure".to_owned(),
+        threshold: level.round(),
+        hysteresis: unit.difference_to_si(0.1 * (high - low)).round(),
+        is_pressure: true,
+        above_closes: true,
+    });
+    found.said.push(format!(
+        "command: no column holds it; told by the pipe pressure at a fifth of its rise, {:.1} {}",
+        unit.from_si(level),
+        unit.text()
+    ));
+}

@@ -1,0 +1,207 @@
+//! Recordings in three languages, turned round and in odd units: what is understood is read back as the strokes were.
+
+use std::fmt::Write;
+
+use super::draft::{DraftRun, draft};
+use super::*;
+use crate::{Campaign, ValveFacts};
+
+const STROKE_M: f64 = 0.0254;
+
+/// How a recorder writes down a stroke.
+struct Recorder {
+    header: &'static str,
+    /// Time in s, told to close, position in mm, chamber pressure in Pa absolute.
+    row: fn(f64, bool, f64, f64) -> String,
+    hints: fn(&mut Hints),
+}
+
+/// Position from the closed stop, mm, and chamber pressure, Pa absolute, of a valve that closes at 0.3 s and opens at 2 s.
+fn valve(time_s: f64) -> (bool, f64, f64) {
+    let close = (0.3..2.0).contains(&time_s);
+    let closed = ((time_s - 0.5) / 0.4).clamp(0.0, 1.0) - ((time_s - 2.3) / 0.6).clamp(0.0, 1.0);
+    let pressure = if time_s < 0.3 {
+        0.0
+    } else if time_s < 2.0 {
+        1.0 - (-(time_s - 0.3) / 0.2).exp()
+    } else {
+        (-(time_s - 2.0) / 0.3).exp()
+    };
+    (close, 25.4 * (1.0 - closed), 101_325.0 + 517e3 * pressure)
+}
+
+fn record(recorder: &Recorder) -> String {
+    let mut text = format!("{}\n", recorder.header);
+    for step in 0..2000 {
+        let time_s = f64::from(step) * 2e-3;
+        let (close, position_mm, pressure_pa) = valve(time_s);
+        let noise = 0.03 * ((f64::from(step) * 12.9898).sin() * 43_758.545_3).fract();
+        writeln!(text, "{}", (recorder.row)(time_s, close, position_mm + noise, pressure_pa)).unwrap();
+    }
+    text
+}
+
+fn comma(number: f64, digits: usize) -> String {
+    format!("{number:.digits$}").replace('.', ",")
+}
+
+fn hints() -> Hints {
+    Hints { stroke_m: Some(STROKE_M), ambient_pressure_pa: 101_325.0, ..Hints::default() }
+}
+
+fn understood(recorder: &Recorder) -> (Understanding, Recording, String) {
+    let text = record(recorder);
+    let recording = Recording::read(text.as_bytes(), "75psig.csv").unwrap();
+    let mut hints = hints();
+    (recorder.hints)(&mut hints);
+    (understand(std::slice::from_ref(&recording), &hints), recording, text)
+}
+
+fn read_back(recorder: &Recorder) -> Campaign {
+    let (found, recording, csv) = understood(recorder);
+    assert_eq!(found.unknown, [], "{}: {:?}", recorder.header, found.said);
+    let supply = found.supply[0].clone().unwrap();
+    let run = DraftRun {
+        file: "75psig.csv".into(),
+        supply_pressure: supply.text,
+        supply_from: supply.from.into(),
+        temperature: Some("20 degC".into()),
+    };
+    let text = draft("a \"valve\"", &found, &recording, &[run]);
+    let facts = ValveFacts {
+        ambient_pressure_pa: 101_325.0,
+        supply_pressure_pa: 618e3,
+        temperature_k: 293.15,
+        stroke_m: STROKE_M,
+    };
+    Campaign::parse(&text, "c.toml", &facts, &|_| Ok(csv.clone().into_bytes()))
+        .unwrap_or_else(|error| panic!("{error}\n{text}"))
+}
+
+const RECORDERS: [Recorder; 8] = [
+    Recorder {
+        header: "time_s,command,position_mm",
+        row: |t, c, x, _| format!("{t:.3},{},{x:.4}", u8::from(c)),
+        hints: |hints| hints.one_closes = Some(true),
+    },
+    Recorder {
+        header: "Zeit [s];Ventil;Weg [mm];Kammerdruck [bar]",
+        row: |t, c, x, p| {
+            format!("{};{};{};{}", comma(t, 3), u8::from(c), comma(x, 3), comma((p - 101_325.0) / 1e5, 4))
+        },
+        hints: |_| (),
+    },
+    // 1 opens, and the transmitter counts from the open stop in inches.
+    Recorder {
+        header: "Time (ms),Solenoid,Stem travel (in),Cylinder pressure (psig)",
+        row: |t, c, x, p| {
+            format!("{:.1},{},{:.5},{:.3}", t * 1e3, u8::from(!c), (25.4 - x) / 25.4, (p - 101_325.0) / 6894.757)
+        },
+        hints: |_| (),
+    },
+    // Volts of a coil and of a sensor.
+    Recorder {
+        header: "Temps;Commande [V];Course [V];Pression chambre [bara]",
+        row: |t, c, x, p| {
+            format!(
+                "{};{};{};{}",
+                comma(t, 3),
+                if c { "23,9" } else { "0,1" },
+                comma(0.5 + x * 0.15, 4),
+                comma(p / 1e5, 4)
+            )
+        },
+        hints: |_| (),
+    },
+    // The name says what 1 means.
+    Recorder {
+        header: "Uhrzeit\tMagnetventil auf\tHub\n-\t-\tmm",
+        row: |t, c, x, _| format!("12:00:{:06.3}\t{}\t{x:.3}", t, u8::from(!c)),
+        hints: |_| (),
+    },
+    // A pipe pressure alone tells the command; the zero is elsewhere.
+    Recorder {
+        header: "t,LVDT [mm],Leitungsdruck [kPa]",
+        row: |t, _, x, p| format!("{t:.3},{:.3},{:.2}", x + 7.0, p / 1e3),
+        hints: |_| (),
+    },
+    // Limit switches beside the command.
+    Recorder {
+        header: "Zeit [s];Endlage zu;Endlage auf;Befehl zu;Weg [mm]",
+        row: |t, c, x, _| {
+            format!("{};{};{};{};{}", comma(t, 3), u8::from(x < 1.0), u8::from(x > 24.0), u8::from(c), comma(x, 3))
+        },
+        hints: |_| (),
+    },
+    // A position of a transmitter in mA without a word, named by the user.
+    Recorder {
+        header: "Timestamp,DI_3,AI_7,AI_8",
+        row: |t, c, x, _| {
+            format!(
+                "2026-03-01T10:00:{t:06.3}Z,{},{:.4},{:.3}",
+                u8::from(c),
+                4.0 + 16.0 * x / 25.4,
+                20.0 + 0.01 * t.sin()
+            )
+        },
+        hints: |hints| {
+            hints.columns = vec![("position".into(), "AI_7".into())];
+            hints.grows_to_open = Some(true);
+        },
+    },
+];
+
+#[test]
+fn what_is_understood_is_read_back_as_the_strokes_were() {
+    for recorder in &RECORDERS {
+        let campaign = read_back(recorder);
+        let run = &campaign.runs[0];
+        assert!((run.conditions.supply_pressure_pa - (101_325.0 + 75.0 * 6894.757)).abs() < 1.0, "{}", recorder.header);
+        let mut last = f64::NEG_INFINITY;
+        for (row, (time_s, position_m)) in run.trace.time_s.iter().zip(&run.trace.position_m).enumerate() {
+            let (_, position_mm, _) = valve(*time_s);
+            // What is scaled by plateaus is off by their noise.
+            let off_mm = (position_m * 1e3 - position_mm).abs();
+            assert!(off_mm < 0.15, "{}: {off_mm} mm at {time_s} s", recorder.header);
+            assert!(*time_s > last && (time_s - 2e-3 * row as f64).abs() < 1e-6);
+            last = *time_s;
+        }
+        let edges: Vec<(bool, f64)> = run.commands.iter().map(|edge| (edge.close, edge.time_s)).collect();
+        assert!(edges.len() == 2 && edges[0].0 && !edges[1].0, "{}: {edges:?}", recorder.header);
+        // A threshold on a pressure comes later than the command.
+        let late_s = if run.commands_inferred && recorder.header.contains("Leitung") { 0.6 } else { 3e-3 };
+        assert!(
+            (edges[0].1 - 0.3).abs() < late_s && (edges[1].1 - 2.0).abs() < late_s,
+            "{}: {edges:?}",
+            recorder.header
+        );
+    }
+}
+
+#[test]
+fn every_guess_is_said_with_its_reason() {
+    let (found, ..) = understood(&RECORDERS[1]);
+    for expected in [
+        "time: column \"Zeit [s]\" (by its name, unit and shape), in s, as it says",
+        "chamber_pressure: column \"Kammerdruck [bar]\" (by its name, unit and shape), in barg: it falls to 0.0000, which",
+        "command: 1 means close (the pressure of \"Kammerdruck [bar]\" rises with it)",
+        "position: counts towards open",
+    ] {
+        assert!(found.said.iter().any(|said| said.starts_with(expected)), "{expected}: {:#?}", found.said);
+    }
+}
+
+#[test]
+fn what_cannot_be_known_is_not_guessed() {
+    let unknown = |header: &'static str, row: fn(f64, bool, f64, f64) -> String, change: fn(&mut Hints)| {
+        understood(&Recorder { header, row, hints: change }).0.unknown
+    };
+    let plain: fn(f64, bool, f64, f64) -> String = |t, c, x, _| format!("{t:.3},{},{x:.4}", u8::from(c));
+    assert_eq!(unknown("time_s,command,position_mm", plain, |_| ()), [Unknown::Direction]);
+    assert_eq!(unknown("time_s,a,b", plain, |_| ()), [Unknown::Position]);
+    assert_eq!(unknown("time_s,limit switch,position_mm", plain, |_| ()), [Unknown::Command]);
+    assert_eq!(unknown("time_s,command,Hub", plain, |hints| hints.stroke_m = None), [Unknown::PositionUnit]);
+    let no_time: fn(f64, bool, f64, f64) -> String = |_, c, x, _| format!("1,{},{x:.4}", u8::from(c));
+    assert_eq!(unknown("time_s,command,position_mm", no_time, |_| ()), [Unknown::Time]);
+    assert!(understand(&[], &hints()).columns.is_empty());
+}

@@ -1,0 +1,142 @@
+//! Options of `valve init`.
+
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand};
+
+/// Options of `valve init`.
+#[derive(Debug, Args)]
+#[command(args_conflicts_with_subcommands = true, after_long_help = INIT_EXAMPLES)]
+pub struct InitArgs {
+    /// What to write, where it is no valve file
+    #[command(subcommand)]
+    pub what: Option<InitWhat>,
+    /// The valve file's numbers
+    #[command(flatten)]
+    pub valve: InitValveArgs,
+}
+
+const INIT_EXAMPLES: &str = "\
+At a terminal, what is not given is asked for, with a word about where it stands
+on a datasheet. Elsewhere, give the options; --typical fills in the rest.
+
+Examples:
+  valve init --out valve.toml
+  valve init --stroke \"25.4 mm\" --bore \"63 mm\" --supply \"5.2 barg\" --typical
+  valve init campaign traces/*.csv --valve valve.toml --out campaign.toml";
+
+/// What else can be begun.
+#[derive(Debug, Subcommand)]
+pub enum InitWhat {
+    /// Write a campaign file for recordings, after a look at them
+    Campaign(InitCampaignArgs),
+}
+
+/// What a datasheet says, each as text with its unit.
+#[derive(Debug, Args)]
+pub struct InitValveArgs {
+    /// The file to write
+    #[arg(long, value_name = "FILE", default_value = "valve.toml")]
+    pub out: PathBuf,
+    /// Replace the file if it exists
+    #[arg(long)]
+    pub force: bool,
+    /// Take typical values, with wide tolerances, for all that is not given
+    #[arg(long)]
+    pub typical: bool,
+    /// What the valve is called
+    #[arg(long)]
+    pub name: Option<String>,
+    /// Travel between the stops, such as "25.4 mm"
+    #[arg(long, value_name = "LENGTH")]
+    pub stroke: Option<String>,
+    /// Bore of the cylinder, such as "63 mm"
+    #[arg(long, value_name = "LENGTH", conflicts_with = "piston_area")]
+    pub bore: Option<String>,
+    /// Effective area of piston or diaphragm, such as "31.2 cm2"
+    #[arg(long, value_name = "AREA")]
+    pub piston_area: Option<String>,
+    /// Supply pressure, such as "75 psig" or "5.2 barg"
+    #[arg(long, value_name = "PRESSURE")]
+    pub supply: Option<String>,
+    /// Bench set: pressures at which the stroke begins and ends, such as "0.8..2.4 barg"
+    #[arg(long, value_name = "RANGE", conflicts_with_all = ["spring_stiffness", "spring_preload"])]
+    pub bench_set: Option<String>,
+    /// Stiffness of the spring, such as "16 N/mm"; "0 N/m" without a spring
+    #[arg(long, value_name = "STIFFNESS")]
+    pub spring_stiffness: Option<String>,
+    /// Compression of the spring with the valve open, such as "36 mm"
+    #[arg(long, value_name = "LENGTH")]
+    pub spring_preload: Option<String>,
+    /// Mass of piston, stem and plug, such as "1.5 kg"
+    #[arg(long, value_name = "MASS")]
+    pub moving_mass: Option<String>,
+    /// Volume of the chamber with the valve open, such as "30 cm3"
+    #[arg(long, value_name = "VOLUME")]
+    pub dead_volume: Option<String>,
+    /// Viscous friction, such as "600 N s/m"
+    #[arg(long, value_name = "FRICTION")]
+    pub viscous_friction: Option<String>,
+    /// Orifice of the solenoid: a diameter, an area, "Kv 0.03", "Cv 0.04" or "C 0.1"
+    #[arg(long, value_name = "ORIFICE")]
+    pub solenoid: Option<String>,
+    /// Orifice of the cylinder's port, likewise
+    #[arg(long, value_name = "ORIFICE")]
+    pub port: Option<String>,
+    /// Volume between solenoid and cylinder, such as "40 cm3", or "6 mm x 1.4 m" for a hose
+    #[arg(long, value_name = "VOLUME")]
+    pub pipe: Option<String>,
+    /// Gas: air or nitrogen
+    #[arg(long, value_name = "GAS")]
+    pub gas: Option<String>,
+    /// Temperature, such as "20 degC"
+    #[arg(long, value_name = "TEMPERATURE")]
+    pub temperature: Option<String>,
+    /// Atmospheric pressure, such as "101.325 kPa"
+    #[arg(long, value_name = "PRESSURE")]
+    pub ambient: Option<String>,
+    /// Longest acceptable closing time, such as "3 s"
+    #[arg(long, value_name = "TIME")]
+    pub close_within: Option<String>,
+    /// Longest acceptable opening time, such as "6 s"
+    #[arg(long, value_name = "TIME")]
+    pub open_within: Option<String>,
+}
+
+/// Options of `valve init campaign`.
+#[derive(Debug, Args)]
+pub struct InitCampaignArgs {
+    /// The recordings
+    #[arg(required = true, value_name = "FILES")]
+    pub files: Vec<PathBuf>,
+    /// The file to write
+    #[arg(long, value_name = "FILE", default_value = "campaign.toml")]
+    pub out: PathBuf,
+    /// Replace the file if it exists
+    #[arg(long)]
+    pub force: bool,
+    /// The campaign's name; else that of its folder
+    #[arg(long)]
+    pub name: Option<String>,
+    /// The valve file: stroke, ambient pressure and temperature are taken from it
+    #[arg(long, value_name = "FILE")]
+    pub valve: Option<PathBuf>,
+    /// The stroke, where there is no valve file yet, such as "25.4 mm"
+    #[arg(long, value_name = "LENGTH", conflicts_with = "valve")]
+    pub stroke: Option<String>,
+    /// Supply pressure of all recordings, or FILE=PRESSURE of one; may be repeated
+    #[arg(long, value_name = "PRESSURE")]
+    pub supply: Vec<String>,
+    /// Temperature of all recordings, or FILE=TEMPERATURE of one; may be repeated
+    #[arg(long, value_name = "TEMPERATURE")]
+    pub temperature: Vec<String>,
+    /// Which column is which: CHANNEL=NAME, such as position=LVDT; may be repeated
+    #[arg(long, value_name = "CHANNEL=NAME")]
+    pub column: Vec<String>,
+    /// What a command of 1 means: close or open
+    #[arg(long, value_name = "close|open", value_parser = ["close", "open"])]
+    pub one_means: Option<String>,
+    /// Towards which end the recorded position grows: open or closed
+    #[arg(long, value_name = "open|closed", value_parser = ["open", "closed"])]
+    pub position_grows: Option<String>,
+}
