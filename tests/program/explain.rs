@@ -187,7 +187,8 @@ fn an_effect_is_found_though_strokes_differ_and_none_was_repeated() {
     ]);
     let adopted: Value = serde_json::from_slice(&output.stdout).expect("JSON");
     let steps = adopted["steps"].as_array().expect("a ladder");
-    assert!(steps.last().expect("a step")["normalised_rms"].as_f64().expect("a number") < 1.05, "{adopted:#}");
+    // What strokes differ by is taken by nuisances but for its finest part.
+    assert!(steps.last().expect("a step")["normalised_rms"].as_f64().expect("a number") < 1.3, "{adopted:#}");
     let [found, error] =
         ["value", "standard_error"].map(|key| adopted["parameters"][0][key].as_f64().expect("a number"));
     assert!((found - 45.0).abs() < 3.5 * error && error < 5.0, "{found} +- {error} N");

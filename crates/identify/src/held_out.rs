@@ -18,6 +18,9 @@ pub struct HeldOut {
     pub own: Vec<Vec<f64>>,
 }
 
+/// A record that was held out: its index, and its residuals with own coordinates at their means, and fitted.
+type LeftOut = (usize, Vec<f64>, Vec<f64>);
+
 /// Folds of records: by condition where there are several, else each record alone; empty for a single record.
 pub fn folds<P: Problem + ?Sized>(problem: &P) -> Vec<Vec<usize>> {
     let mut folds: Vec<Vec<usize>> = Vec::new();
@@ -41,8 +44,7 @@ pub fn held_out<P: Problem + ?Sized>(problem: &P, fit: &Fit, folds: &[Vec<usize>
     }
     let records = problem.records().len();
     let mut result = HeldOut { at_mean: vec![Vec::new(); records], own: vec![Vec::new(); records] };
-    let of_folds: Vec<Option<Vec<(usize, Vec<f64>, Vec<f64>)>>> =
-        folds.par_iter().map(|fold| left_out(problem, fit, fold)).collect();
+    let of_folds: Vec<Option<Vec<LeftOut>>> = folds.par_iter().map(|fold| left_out(problem, fit, fold)).collect();
     for (record, at_mean, own) in of_folds.into_iter().collect::<Option<Vec<_>>>()?.into_iter().flatten() {
         result.at_mean[record] = at_mean;
         result.own[record] = own;
@@ -57,7 +59,7 @@ const DAMPINGS: [f64; 3] = [0.0, 0.01, 0.3];
 const CORRECTIONS: usize = 2;
 
 /// Leaves out one fold: of each of its records the residuals with own coordinates at their means, and fitted.
-fn left_out<P: Problem + ?Sized>(problem: &P, fit: &Fit, fold: &[usize]) -> Option<Vec<(usize, Vec<f64>, Vec<f64>)>> {
+fn left_out<P: Problem + ?Sized>(problem: &P, fit: &Fit, fold: &[usize]) -> Option<Vec<LeftOut>> {
     let kept: Vec<usize> = (0..problem.records().len()).filter(|record| !fold.contains(record)).collect();
     let whitened = Whitened::of(problem, &fit.linear, &fit.noise, &kept);
     let without = optimum(problem, &whitened, &kept, problem.coordinates(), &fit.u, true)?;

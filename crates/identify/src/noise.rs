@@ -53,7 +53,8 @@ struct Gain {
     transition: [f64; 4],
     /// The row sees `activity` times the first component of the state.
     sees: f64,
-    gain: [f64; 2],
+    /// How far an innovation moves the state.
+    to_state: [f64; 2],
     inverse_deviation: f64,
 }
 
@@ -89,8 +90,8 @@ impl Whitener {
                 let [a, b, c, d] = gain.transition;
                 state = [a * state[0] + b * state[1], c * state[0] + d * state[1]];
                 let innovation = *value - gain.sees * state[0];
-                state[0] += gain.gain[0] * innovation;
-                state[1] += gain.gain[1] * innovation;
+                state[0] += gain.to_state[0] * innovation;
+                state[1] += gain.to_state[1] * innovation;
                 *value = innovation * gain.inverse_deviation;
             }
         }
@@ -122,7 +123,12 @@ fn gains(series: &Series, noise: &Noise, log_determinant: &mut f64) -> Vec<Gain>
         if !has_memory {
             let deviation = (white + sees * sees).sqrt();
             *log_determinant += 2.0 * deviation.ln();
-            gains.push(Gain { transition: [0.0; 4], sees: 0.0, gain: [0.0; 2], inverse_deviation: 1.0 / deviation });
+            gains.push(Gain {
+                transition: [0.0; 4],
+                sees: 0.0,
+                to_state: [0.0; 2],
+                inverse_deviation: 1.0 / deviation,
+            });
             continue;
         }
         let transition = match before {
@@ -136,7 +142,7 @@ fn gains(series: &Series, noise: &Noise, log_determinant: &mut f64) -> Vec<Gain>
         let gain = [p00 * sees / variance, p01 * sees / variance];
         covariance = [p00 - gain[0] * sees * p00, p01 - gain[0] * sees * p01, p11 - gain[1] * sees * p01];
         *log_determinant += variance.ln();
-        gains.push(Gain { transition, sees, gain, inverse_deviation: 1.0 / variance.sqrt() });
+        gains.push(Gain { transition, sees, to_state: gain, inverse_deviation: 1.0 / variance.sqrt() });
     }
     gains
 }

@@ -18,6 +18,9 @@ pub struct Linearised {
     pub columns: Vec<Vec<(usize, Vec<f64>)>>,
 }
 
+/// Columns of one record with the index of their coordinate.
+type Columns = Vec<(usize, Vec<f64>)>;
+
 /// Normal equations of the whitened rows, without priors.
 #[derive(Debug, Clone)]
 pub struct Normal {
@@ -132,7 +135,7 @@ impl Whitened {
     /// Of some records of a linearised problem, without residuals yet.
     pub fn of<P: Problem + ?Sized>(problem: &P, at: &Linearised, noise: &Noise, records: &[usize]) -> Self {
         let n = at.u.len();
-        let parts: Vec<(Whitener, Vec<(usize, Vec<f64>)>, DMatrix<f64>)> = records
+        let parts: Vec<(Whitener, Columns, DMatrix<f64>)> = records
             .par_iter()
             .map(|index| {
                 let (record, columns) = (&problem.records()[*index], &at.columns[*index]);

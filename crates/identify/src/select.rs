@@ -309,6 +309,7 @@ impl<F: Family> Search<'_, F> {
                 .first()
                 .map_or(0.0, |runner| left_nats(&runner.problem, &runner.fit, &self.family.options()).max(0.0));
             let most = if round == 0 { runners.len() } else { self.options.followed };
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of a few runners")]
             let share = (self.options.kept * runners.len() as f64).ceil() as usize;
             let (kept, behind): (Vec<_>, Vec<_>) = runners.into_iter().enumerate().partition(|(place, runner)| {
                 *place < self.options.finalists
@@ -596,11 +597,12 @@ pub fn left_nats<P: Problem>(problem: &P, fit: &Fit, options: &FitOptions) -> f6
         .groups
         .iter()
         .enumerate()
-        .map(|(index, prior)| match is_process(index) {
-            true => *prior,
-            false => {
-                GroupPrior { multiplier: (none.groups[index].multiplier, none.groups[index].multiplier), ..*prior }
+        .map(|(index, prior)| {
+            if is_process(index) {
+                return *prior;
             }
+            let kept = none.groups[index].multiplier;
+            GroupPrior { multiplier: (kept, kept), ..*prior }
         })
         .collect();
     let none = components(problem, &fit.linear, &priors, &none, Effort::Local);

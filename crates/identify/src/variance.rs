@@ -59,7 +59,7 @@ pub fn components<P: Problem + ?Sized>(
         }
         better
     };
-    for group in 0..from.groups.len() {
+    for (group, prior) in priors.iter().enumerate().take(from.groups.len()) {
         let has_process = problem
             .records()
             .iter()
@@ -68,7 +68,7 @@ pub fn components<P: Problem + ?Sized>(
         if effort == Effort::Global && has_process {
             let none = GroupNoise { discrepancy: 0.0, ..best.groups[group] };
             consider(replaced(&best, group, none), &mut best);
-            let ((least, most), times) = (priors[group].discrepancy, priors[group].time_s);
+            let ((least, most), times) = (prior.discrepancy, prior.time_s);
             for i in 0..GRID.0 {
                 for j in 0..GRID.1 {
                     let one = GroupNoise {
@@ -88,10 +88,8 @@ pub fn components<P: Problem + ?Sized>(
                     continue;
                 }
                 for factor in [factor, 1.0 / factor] {
-                    while consider(
-                        replaced(&best, group, scaled(best.groups[group], priors[group], which, factor)),
-                        &mut best,
-                    ) {
+                    while consider(replaced(&best, group, scaled(best.groups[group], *prior, which, factor)), &mut best)
+                    {
                         moved = true;
                     }
                 }

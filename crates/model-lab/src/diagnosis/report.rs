@@ -268,9 +268,10 @@ fn candidates(
             let rejected = if model.set == accepted {
                 None
             } else if accepted.is_empty() {
-                Some(match gain > options.select.accept {
-                    true => "does not lower the error on what was held out".to_owned(),
-                    false => format!("changes the log evidence by {gain:+.1} nats only"),
+                Some(if gain > options.select.accept {
+                    "does not lower the error on what was held out".to_owned()
+                } else {
+                    format!("changes the log evidence by {gain:+.1} nats only")
                 })
             } else if accepted.iter().all(|one| model.set.contains(one)) {
                 Some("adds too little to be believed".to_owned())

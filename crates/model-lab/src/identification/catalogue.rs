@@ -1,5 +1,7 @@
 //! The catalogue of effects as a family of problems: what a search goes through.
 
+use std::cmp::Ordering;
+
 use campaign::{Campaign, Uncertainty};
 use identify::problem::predict_all;
 use identify::select::{Family, Level, News};
@@ -170,6 +172,7 @@ const SCREENED: (usize, f64) = (3, 0.25);
 /// A few records whose conditions and commands lie far apart, by index.
 fn farthest_apart(setup: &Setup) -> Vec<usize> {
     let count = setup.units.len();
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of a few records")]
     let wanted = SCREENED.0 + (SCREENED.1 * count.saturating_sub(SCREENED.0) as f64).floor() as usize;
     if count <= wanted + 1 {
         return (0..count).collect();
@@ -271,15 +274,17 @@ impl<'a> Family for Catalogue<'a> {
         to.space.carry(&from.space, u, &mut carried);
         let (own, theirs) = (to.space.coordinates.len(), from.space.coordinates.len());
         let (has, had) = (to.nuisances.len(), from.nuisances.len());
-        if has == had {
-            carried[own..].copy_from_slice(&u[theirs..]);
-        } else if has > had {
-            for (place, value) in self.subject.places.iter().zip(&u[theirs..]) {
-                carried[own + place] = *value;
+        match has.cmp(&had) {
+            Ordering::Equal => carried[own..].copy_from_slice(&u[theirs..]),
+            Ordering::Greater => {
+                for (place, value) in self.subject.places.iter().zip(&u[theirs..]) {
+                    carried[own + place] = *value;
+                }
             }
-        } else {
-            for (value, place) in carried[own..].iter_mut().zip(&self.subject.places) {
-                *value = u[theirs + place];
+            Ordering::Less => {
+                for (value, place) in carried[own..].iter_mut().zip(&self.subject.places) {
+                    *value = u[theirs + place];
+                }
             }
         }
         carried

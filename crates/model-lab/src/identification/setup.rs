@@ -479,6 +479,7 @@ fn sample(times: &[f64], samples: &[f64], (first, end): (usize, usize), most: us
     let parts = most as f64;
     into.extend((0..most).map(|part| {
         let place = (part as f64 + 0.5) / parts * valid.len() as f64 - 0.5;
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a place among a few samples")]
         let left = place.floor().max(0.0) as usize;
         let share = place - left as f64;
         valid[left] + share * (valid[(left + 1).min(valid.len() - 1)] - valid[left])
