@@ -38,7 +38,7 @@ fn model_lab(criterion: &mut Criterion) {
             b.iter(|| Calibration::of(black_box(space), data, file.valve(), CalibrateOptions::default()));
         });
         group.bench_function("explain", |b| {
-            b.iter(|| explain(black_box(file), campaign, &DiagnoseOptions::default(), &|_| (), Stop::never()))
+            b.iter(|| explain(black_box(file), campaign, &DiagnoseOptions::default(), &|_| (), Stop::never()));
         });
         group.finish();
     }

@@ -44,6 +44,7 @@ Examples:
   valve prognose log.csv --tables tables --noise \"10 ms\" --plot life.svg
   tail -f log.csv | valve prognose - --tables tables --format jsonl
   valve prognose log.csv --tables tables --follow --fail-on-eol")]
+#[expect(clippy::struct_excessive_bools, reason = "options of a command line")]
 pub struct PrognoseArgs {
     /// The timing log; `-` reads stdin
     pub log: PathBuf,

@@ -23,7 +23,6 @@ pub fn push_number(out: &mut Vec<u8>, value: f64, decimals: usize) {
     let mut written = 0;
     while rest > 0 || written <= decimals {
         at -= 1;
-        #[expect(clippy::cast_possible_truncation, reason = "a digit")]
         let digit = (rest % 10) as u8;
         digits[at] = b'0' + digit;
         rest /= 10;

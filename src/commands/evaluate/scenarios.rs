@@ -49,7 +49,7 @@ pub fn run(args: &EvaluateArgs, file: &ValveFile) -> anyhow::Result<Answer> {
     match args.format {
         Format::Text => output::print_text(&table(&results, args))?,
         Format::Json => {
-            output::print_json(&json!({ "valve": file.name(), "first_seed": args.first_seed, "scenarios": results }))?
+            output::print_json(&json!({ "valve": file.name(), "first_seed": args.first_seed, "scenarios": results }))?;
         }
     }
     Ok(Answer::Fine)

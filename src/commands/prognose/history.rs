@@ -116,7 +116,9 @@ impl End {
             format!("{name}, cycle {cycle}: {known}")
         };
         if let Some(caveat) = &one.caveat {
-            sentence.push_str(&format!(" ({caveat})"));
+            sentence.push_str(" (");
+            sentence.push_str(caveat);
+            sentence.push(')');
         }
         sentence
     }

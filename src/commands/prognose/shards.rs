@@ -45,7 +45,7 @@ struct Shard {
 pub struct Shards {
     log: String,
     format: RowFormat,
-    shards: Vec<Shard>,
+    all: Vec<Shard>,
     chunk: Chunk,
     size: usize,
 }
@@ -56,7 +56,7 @@ impl Shards {
     pub fn new(
         log: String,
         tables: &Arc<TableBundle>,
-        method: Method,
+        method: &Method,
         format: RowFormat,
         live: bool,
         history: Option<History>,
@@ -64,13 +64,13 @@ impl Shards {
         let count = if live || history.is_some() { 1 } else { rayon::current_num_threads().max(1) };
         let mut history = history;
         let shards = (0..count).map(|_| Shard {
-            prognoser: Prognoser::new(Arc::clone(tables), method),
+            prognoser: Prognoser::new(Arc::clone(tables), method.clone()),
             history: history.take(),
             out: Vec::new(),
             notes: String::new(),
             ends: Vec::new(),
         });
-        Self { log, format, shards: shards.collect(), chunk: Chunk::default(), size: if live { 1 } else { CHUNK } }
+        Self { log, format, all: shards.collect(), chunk: Chunk::default(), size: if live { 1 } else { CHUNK } }
     }
 
     /// Reads and works on the next rows of a log, and gives every row with its
@@ -85,14 +85,14 @@ impl Shards {
         let chunk = &self.chunk;
         let (name, format) = (self.log.as_str(), self.format);
         let work = |(index, shard): (usize, &mut Shard)| shard.work(index, chunk, name, format);
-        if self.shards.len() == 1 {
-            self.shards.iter_mut().enumerate().try_for_each(work)?;
+        if self.all.len() == 1 {
+            self.all.iter_mut().enumerate().try_for_each(work)?;
         } else {
-            self.shards.par_iter_mut().enumerate().try_for_each(work)?;
+            self.all.par_iter_mut().enumerate().try_for_each(work)?;
         }
-        let mut next = vec![(0, (0, 0)); self.shards.len()];
+        let mut next = vec![(0, (0, 0)); self.all.len()];
         for row in &self.chunk.rows {
-            let shard = &self.shards[row.shard];
+            let shard = &self.all[row.shard];
             let (index, (out, note)) = &mut next[row.shard];
             let (row_end, note_end) = shard.ends[*index];
             each(&shard.out[*out..row_end], &shard.notes[*note..note_end])?;
@@ -116,7 +116,7 @@ impl Shards {
             };
             let (valve, time) = (keep(row.valve), row.time.map(&mut keep));
             #[expect(clippy::cast_possible_truncation, reason = "a remainder by a small number")]
-            let shard = (hasher.hash_one(row.valve) % self.shards.len() as u64) as usize;
+            let shard = (hasher.hash_one(row.valve) % self.all.len() as u64) as usize;
             self.chunk.rows.push(Row { shard, valve, time, reading: row.reading, line: row.line });
         }
         Ok(true)
@@ -126,7 +126,7 @@ impl Shards {
     pub fn finish(self) -> (Vec<Prognosis>, Option<History>) {
         let mut history = None;
         let mut lasts = Vec::new();
-        for shard in self.shards {
+        for shard in self.all {
             lasts.extend(shard.prognoser.lasts().cloned());
             history = history.or(shard.history);
         }
