@@ -42,6 +42,7 @@ fn life(tables: &TableBundle) -> Vec<Reading> {
             cycle: u64::from(cycle),
             close_time_s: time(Stroke::Close, noise[index]),
             open_time_s: time(Stroke::Open, noise[30 + index]),
+            ..Reading::default()
         }
     };
     (0..25).map(reading).collect()

@@ -155,7 +155,11 @@ fn what_recordings_do_not_tell_is_asked_for_by_its_option() {
     );
     let mixed = call(&["--valve", "valve.toml", "--one-means", "close", "--supply", "75 psi"]);
     assert!(mixed.contains("--supply: \"psi\" does not say from where it counts"), "{mixed}");
-    let names: Vec<String> = sandbox.names().into_iter().filter(|name| name.ends_with(".toml")).collect();
+    let names: Vec<String> = sandbox
+        .names()
+        .into_iter()
+        .filter(|name| std::path::Path::new(name).extension().is_some_and(|end| end == "toml"))
+        .collect();
     assert_eq!(names, ["valve.toml"], "a refused call leaves nothing behind");
     let done = call(&["--valve", "valve.toml", "--position-grows", "open"]);
     assert!(done.starts_with("exit code: 0"), "{done}");

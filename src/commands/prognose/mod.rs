@@ -45,7 +45,7 @@ pub fn run(args: &PrognoseArgs) -> anyhow::Result<Answer> {
     }
     let format = RowFormat { format: args.format, rows_as_text: args.all_rows || live };
     let mut writer = Writer::new(format, output::stdout(), live)?;
-    let mut shards = Shards::new(name, &tables, method, format, live, history);
+    let mut shards = Shards::new(name, &tables, &method, format, live, history);
     let mut each = |row: &[u8], notes: &str| {
         notes.lines().for_each(output::note);
         writer.write(row)

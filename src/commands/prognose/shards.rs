@@ -64,7 +64,7 @@ impl Shards {
         let count = if live || history.is_some() { 1 } else { rayon::current_num_threads().max(1) };
         let mut history = history;
         let shards = (0..count).map(|_| Shard {
-            prognoser: Prognoser::new(Arc::clone(tables), method.clone()),
+            prognoser: Prognoser::new(Arc::clone(tables), *method),
             history: history.take(),
             out: Vec::new(),
             notes: String::new(),

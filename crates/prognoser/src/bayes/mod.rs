@@ -1,6 +1,6 @@
 //! The default method: a Bayesian estimate of fault, severity, growth and life.
 //!
-//! A valve's state is a mixture of Gaussians, the [parts](part): each is one
+//! A valve's state is a mixture of Gaussians, the parts (`part.rs`): each is one
 //! story of what wears, by which law, and how steadily. Severity, growth and
 //! the valve's own healthy times are Gaussian within a part; which part is true
 //! is what the data decide. Every cycle the stories move on, may change into
