@@ -12,7 +12,7 @@ pub struct Heading {
 }
 
 impl Heading {
-    /// The heading with the unit at its end: "Weg [mm]", "p Kammer (bar)", "position / mm".
+    /// The heading with the unit at its end: `Weg [mm]`, `p Kammer (bar)`, `position / mm`.
     #[must_use]
     pub fn new(name: &str) -> Self {
         let name = name.trim().to_owned();

@@ -1,7 +1,7 @@
 //! System identification for records whose instruments, conditions and models are all a little wrong.
 //!
 //! A [`Problem`] predicts the rows of records from coordinates with priors. Its errors are white noise and a model
-//! error that is a Markov process in time ([`noise`]); [`fit`] finds the coordinates, [`variance`] the errors' sizes,
+//! error that is a Markov process in time ([`noise`]); [`fit()`] finds the coordinates, [`variance`] the errors' sizes,
 //! and the logarithm of the [evidence](normal::Posterior::log_evidence) is the one currency in which models are
 //! compared. The crate knows no valve.
 
