@@ -43,7 +43,7 @@ impl Default for NuisanceSizes {
             gain: 0.01,
             supply: 0.015,
             gauge: 0.02,
-            clock_s: 0.025,
+            clock_s: 0.004,
             delay_s: 0.004,
             load: 0.01,
             bore: 0.01,
