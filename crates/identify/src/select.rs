@@ -13,6 +13,7 @@ use rayon::prelude::*;
 use crate::fit::{Fit, FitOptions, fit};
 use crate::held_out::{folds, held_out};
 use crate::noise::{GroupNoise, Noise};
+use crate::normal::prior_cost;
 use crate::problem::Problem;
 use crate::stop::Stop;
 use crate::variance::{Effort, GroupPrior, components, evidence};
@@ -143,6 +144,8 @@ pub struct Model<P> {
     pub fit: Fit,
     /// Error on rows that were held out, in units of their noise: records' own coordinates fitted to them.
     pub held_out: Option<f64>,
+    /// The same with records' own coordinates at their prior means.
+    pub held_out_at_mean: Option<f64>,
 }
 
 /// What a search found.
@@ -246,8 +249,9 @@ impl<F: Family> Search<'_, F> {
         let better =
             self.models.get(&(set.clone(), level)).is_none_or(|known| known.fit.log_evidence < fit.log_evidence);
         if better {
-            let held_out = if level == Level::High { held_out_error(&problem, &fit) } else { None };
-            self.models.insert((set.clone(), level), Model { set, level, problem, fit, held_out });
+            let errors = if level == Level::High { held_out_errors(&problem, &fit) } else { None };
+            let (held_out, held_out_at_mean) = (errors.map(|errors| errors.0), errors.map(|errors| errors.1));
+            self.models.insert((set.clone(), level), Model { set, level, problem, fit, held_out, held_out_at_mean });
         }
     }
 
@@ -260,15 +264,17 @@ impl<F: Family> Search<'_, F> {
         of(set) - of(&[])
     }
 
-    fn held_out(&self, set: &[usize]) -> Option<f64> {
-        self.models.get(&(set.to_vec(), Level::High))?.held_out
+    /// The errors on what was held out: with own coordinates fitted, and at their means.
+    fn held_out(&self, set: &[usize]) -> Option<[f64; 2]> {
+        let model = self.models.get(&(set.to_vec(), Level::High))?;
+        Some([model.held_out?, model.held_out_at_mean?])
     }
 
     /// Whether nothing is left that another effect could explain.
     fn is_explained(&self, set: &[usize]) -> bool {
         let Some(model) = self.models.get(&(set.to_vec(), Level::High)) else { return true };
         let enough = model.held_out.is_some_and(|error| error < self.options.good_enough);
-        enough || left_nats(&model.problem, &model.fit, &self.family.options()) < self.options.nothing_left
+        enough || left_to_explain(&model.problem, &model.fit, &self.family.options()) < self.options.nothing_left
     }
 
     /// All sets with one effect more that have not been fitted.
@@ -477,12 +483,12 @@ impl<F: Family> Search<'_, F> {
             let is_needless = |smaller: &Set| -> Option<f64> {
                 let gain = all - self.evidence(smaller, Level::High)?;
                 let falls = match (error, self.held_out(smaller)) {
-                    (Some(error), Some(without)) => {
+                    (Some(error), Some(without)) => (0..2).any(|kind| {
+                        let fall = without[kind] - error[kind];
                         let companion = set.len() < 2
-                            || base
-                                .is_none_or(|base| without - error >= self.options.companion * (base - 1.0).max(0.0));
-                        excess(error) <= (1.0 - self.options.held_out_fall) * excess(without) && companion
-                    }
+                            || base.is_none_or(|base| fall >= self.options.companion * (base[kind] - 1.0).max(0.0));
+                        fall >= self.options.held_out_fall * without[kind] && companion
+                    }),
                     _ => true,
                 };
                 (gain < self.options.accept || !falls).then_some(gain)
@@ -524,11 +530,6 @@ impl<F: Family> Search<'_, F> {
     }
 }
 
-/// An error in units of the noise with the noise itself left in: differences below it mean nothing.
-fn excess(error: f64) -> f64 {
-    error
-}
-
 /// Of several starts the one with the least error, scaled by the rows' own spread.
 fn best_start<P: Problem>(problem: &P, starts: Vec<Vec<f64>>) -> Option<Vec<f64>> {
     if starts.len() < 2 {
@@ -557,10 +558,19 @@ fn best_start<P: Problem>(problem: &P, starts: Vec<Vec<f64>>) -> Option<Vec<f64>
     best.map(|(_, start)| start)
 }
 
-/// The error on rows that are held out, fold by fold, in units of their noise; nothing for a single record.
-pub fn held_out_error<P: Problem>(problem: &P, fit: &Fit) -> Option<f64> {
+/// The errors on rows that are held out, fold by fold, in units of their noise: with records' own coordinates fitted to
+/// them, and at their prior means; nothing for a single record.
+pub fn held_out_errors<P: Problem>(problem: &P, fit: &Fit) -> Option<(f64, f64)> {
     let held = held_out(problem, fit, &folds(problem))?;
-    Some(rms_in_noise(problem, fit, &held.own))
+    Some((rms_in_noise(problem, fit, &held.own), rms_in_noise(problem, fit, &held.at_mean)))
+}
+
+/// What another effect could gain at most, nats: what a model error explains, and what coordinates had to leave their
+/// prior means for beyond what they do by chance.
+fn left_to_explain<P: Problem>(problem: &P, fit: &Fit, options: &FitOptions) -> f64 {
+    let coordinates = problem.coordinates();
+    let strain = 0.5 * (prior_cost(coordinates, &fit.u) - coordinates.len() as f64);
+    left_nats(problem, fit, options).max(0.0) + strain.max(0.0)
 }
 
 /// Root mean square of residuals in units of the rows' noise with its multiplier.

@@ -1,7 +1,7 @@
 //! Effects that the user chose: everything refitted with them, one after the other.
 
 use campaign::Campaign;
-use identify::select::{Family, Level, Model, held_out_error};
+use identify::select::{Family, Level, Model};
 use identify::{Fit, FitOptions, Stop, fit};
 use rayon::prelude::*;
 use valve_file::ValveFile;
@@ -114,8 +114,7 @@ fn best<'a>(
     let problem = subject.problem(space.clone(), Level::High, stop);
     let fits: Vec<Fit> = starts.par_iter().filter_map(|start| fit(&problem, start, options)).collect();
     let fit = fits.into_iter().max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))?;
-    let held_out = held_out_error(&problem, &fit);
-    Some(Model { set: Vec::new(), level: Level::High, problem, fit, held_out })
+    Some(Model { set: Vec::new(), level: Level::High, problem, fit, held_out: None, held_out_at_mean: None })
 }
 
 fn rung(name: &str, model: &Model<ValveProblem<'_>>) -> Rung {
