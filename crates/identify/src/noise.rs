@@ -6,7 +6,13 @@
 //! (Särkkä, "Bayesian Filtering and Smoothing", 2013). The filter's gains do not depend on what was observed:
 //! the same pass whitens residuals and the columns of a Jacobian.
 
+use nalgebra::DMatrix;
+
 use crate::problem::{Record, Series};
+
+/// Columns that pass the filter side by side: each is a chain of dependent operations, and a machine has room for about
+/// this many of them at once.
+const ABREAST: usize = 8;
 
 /// How smooth the model error is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -74,34 +80,78 @@ impl Whitener {
         Self { series, log_determinant }
     }
 
-    /// Whitens one column in place.
-    pub fn apply(&self, column: &mut [f64]) {
-        let mut rest = column;
-        for series in &self.series {
-            let Some(stretch) = rest.split_off_mut(..series.len()) else { return };
-            if series.first().is_some_and(|gain| gain.sees == 0.0) {
-                for (value, gain) in stretch.iter_mut().zip(series) {
-                    *value *= gain.inverse_deviation;
-                }
-                continue;
-            }
-            let mut state = [0.0, 0.0];
-            for (value, gain) in stretch.iter_mut().zip(series) {
-                let [a, b, c, d] = gain.transition;
-                state = [a * state[0] + b * state[1], c * state[0] + d * state[1]];
-                let innovation = *value - gain.sees * state[0];
-                state[0] += gain.to_state[0] * innovation;
-                state[1] += gain.to_state[1] * innovation;
-                *value = innovation * gain.inverse_deviation;
-            }
-        }
-    }
-
-    /// A whitened copy.
+    /// A whitened copy of a column.
     pub fn whitened(&self, column: &[f64]) -> Vec<f64> {
         let mut copy = column.to_vec();
-        self.apply(&mut copy);
+        self.pass([&mut copy]);
         copy
+    }
+
+    /// Whitened copies of columns that have a value for each row, as columns of a matrix.
+    pub fn matrix(&self, columns: &[&[f64]]) -> DMatrix<f64> {
+        let rows = columns.first().map_or(0, |column| column.len());
+        let mut matrix = DMatrix::zeros(rows, columns.len());
+        if rows == 0 {
+            return matrix;
+        }
+        let mut places = matrix.as_mut_slice().chunks_exact_mut(rows);
+        for group in columns.chunks(ABREAST) {
+            let mut copies: Vec<&mut [f64]> = places.by_ref().take(group.len()).collect();
+            copies.iter_mut().zip(group).for_each(|(copy, column)| copy.copy_from_slice(column));
+            match <[&mut [f64]; ABREAST]>::try_from(copies) {
+                Ok(all) => self.pass(all),
+                Err(few) => few.into_iter().for_each(|one| self.pass([one])),
+            }
+        }
+        matrix
+    }
+
+    /// Whitens columns in place.
+    fn pass<const N: usize>(&self, columns: [&mut [f64]; N]) {
+        let mut rest = columns;
+        for series in &self.series {
+            let mut cut = rest.map(|column| column.split_at_mut(series.len()));
+            let stretches = cut.each_mut().map(|(stretch, _)| &mut **stretch);
+            if series.first().is_some_and(|gain| gain.sees == 0.0) {
+                scale(series, stretches);
+            } else if series.iter().all(|gain| gain.to_state[1] == 0.0) {
+                filter::<N, false>(series, stretches);
+            } else {
+                filter::<N, true>(series, stretches);
+            }
+            rest = cut.map(|(_, rest)| rest);
+        }
+    }
+}
+
+/// Divides columns by the deviations of their rows.
+fn scale<const N: usize>(gains: &[Gain], columns: [&mut [f64]; N]) {
+    for column in columns {
+        for (value, gain) in column.iter_mut().zip(gains) {
+            *value *= gain.inverse_deviation;
+        }
+    }
+}
+
+/// The Kalman filter over several columns side by side; `SMOOTH` where its state has a second component.
+fn filter<const N: usize, const SMOOTH: bool>(gains: &[Gain], mut columns: [&mut [f64]; N]) {
+    let mut first = [0.0; N];
+    let mut second = [0.0; N];
+    for (row, gain) in gains.iter().enumerate() {
+        let [a, b, c, d] = gain.transition;
+        for (column, (first, second)) in columns.iter_mut().zip(first.iter_mut().zip(&mut second)) {
+            if SMOOTH {
+                (*first, *second) = (a * *first + b * *second, c * *first + d * *second);
+            } else {
+                *first *= a;
+            }
+            let innovation = column[row] - gain.sees * *first;
+            *first += gain.to_state[0] * innovation;
+            if SMOOTH {
+                *second += gain.to_state[1] * innovation;
+            }
+            column[row] = innovation * gain.inverse_deviation;
+        }
     }
 }
 
@@ -172,7 +222,7 @@ fn propagated([a, b, c, d]: [f64; 4], [p00, p01, p11]: [f64; 3], [s00, s01, s11]
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::{DMatrix, DVector};
+    use nalgebra::DVector;
 
     use super::*;
     use crate::problem::Row;
@@ -219,6 +269,22 @@ mod tests {
                 let (expected, log_determinant) = dense(&series, &noise, &residual);
                 assert!((chi2 / expected - 1.0).abs() < 1e-9, "{smoothness:?} {time_s}: {chi2} for {expected}");
                 assert!((whitener.log_determinant - log_determinant).abs() < 1e-8);
+            }
+        }
+    }
+
+    #[test]
+    fn columns_side_by_side_are_whitened_as_one_by_one() {
+        let record = Record { series: vec![series(), series()], condition: 0 };
+        let columns: Vec<Vec<f64>> =
+            (0..11).map(|j| (0..80).map(|i| (0.3 * f64::from(i * j) + 0.1).sin()).collect()).collect();
+        let views: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
+        for smoothness in [Smoothness::Rough, Smoothness::Smooth] {
+            let groups = vec![GroupNoise { multiplier: 1.1, discrepancy: 0.4, time_s: 0.05 }];
+            let whitener = Whitener::new(&record, &Noise { groups, smoothness });
+            let matrix = whitener.matrix(&views);
+            for (column, whitened) in columns.iter().zip(matrix.column_iter()) {
+                assert_eq!(whitener.whitened(column), whitened.iter().copied().collect::<Vec<_>>());
             }
         }
     }

@@ -18,8 +18,48 @@ pub struct Linearised {
     pub columns: Vec<Vec<(usize, Vec<f64>)>>,
 }
 
-/// Columns of one record with the index of their coordinate.
-type Columns = Vec<(usize, Vec<f64>)>;
+/// The derivatives of one record's rows, whitened.
+#[derive(Debug)]
+struct Jacobian {
+    whitener: Whitener,
+    /// The coordinate of each column.
+    coordinates: Vec<usize>,
+    /// A column for each coordinate that moves the record.
+    columns: DMatrix<f64>,
+}
+
+impl Jacobian {
+    fn new(whitener: Whitener, columns: &[(usize, Vec<f64>)]) -> Self {
+        let views: Vec<&[f64]> = columns.iter().map(|(_, column)| column.as_slice()).collect();
+        let columns = (columns.iter().map(|(index, _)| *index).collect(), whitener.matrix(&views));
+        Self { whitener, coordinates: columns.0, columns: columns.1 }
+    }
+
+    /// Adds the products of the columns with each other.
+    fn add_gram(&self, matrix: &mut DMatrix<f64>) {
+        if self.columns.is_empty() {
+            return;
+        }
+        let gram = self.columns.transpose() * &self.columns;
+        for (i, row) in self.coordinates.iter().enumerate() {
+            for (j, column) in self.coordinates.iter().enumerate() {
+                matrix[(*row, *column)] += gram[(i, j)];
+            }
+        }
+    }
+
+    /// Adds the products of the columns with a residual, and gives its square.
+    fn add_gradient(&self, residual: &[f64], gradient: &mut DVector<f64>) -> f64 {
+        let residual = DVector::from_vec(self.whitener.whitened(residual));
+        if !self.columns.is_empty() {
+            let products = self.columns.tr_mul(&residual);
+            for (index, product) in self.coordinates.iter().zip(products.iter()) {
+                gradient[*index] += product;
+            }
+        }
+        residual.norm_squared()
+    }
+}
 
 /// Normal equations of the whitened rows, without priors.
 #[derive(Debug, Clone)]
@@ -74,22 +114,14 @@ impl Linearised {
     }
 
     /// The part of one record in the normal equations.
-    pub fn normal_of(&self, record: usize, whitener: &Whitener) -> Normal {
-        let n = self.u.len();
-        let residual = whitener.whitened(&self.residual[record]);
-        let columns: Vec<(usize, Vec<f64>)> =
-            self.columns[record].iter().map(|(index, column)| (*index, whitener.whitened(column))).collect();
-        let mut gradient = DVector::zeros(n);
-        for (index, column) in &columns {
-            gradient[*index] = dot(column, &residual);
-        }
-        Normal {
-            matrix: gram(&columns, n),
-            gradient,
-            chi2: dot(&residual, &residual),
-            log_determinant: whitener.log_determinant,
-            rows: residual.len(),
-        }
+    fn normal_of(&self, record: usize, whitener: Whitener) -> Normal {
+        let mut normal = Normal::empty(self.u.len());
+        normal.log_determinant = whitener.log_determinant;
+        normal.rows = self.residual[record].len();
+        let jacobian = Jacobian::new(whitener, &self.columns[record]);
+        jacobian.add_gram(&mut normal.matrix);
+        normal.chi2 = jacobian.add_gradient(&self.residual[record], &mut normal.gradient);
+        normal
     }
 
     /// The normal equations of all records, one by one.
@@ -98,7 +130,7 @@ impl Linearised {
             .records()
             .par_iter()
             .enumerate()
-            .map(|(index, record)| self.normal_of(index, &Whitener::new(record, noise)))
+            .map(|(index, record)| self.normal_of(index, Whitener::new(record, noise)))
             .collect()
     }
 
@@ -114,8 +146,7 @@ impl Linearised {
 /// A linearised problem whitened under given errors: normal equations for any residuals near the point.
 #[derive(Debug)]
 pub struct Whitened {
-    whiteners: Vec<Whitener>,
-    columns: Vec<Vec<(usize, Vec<f64>)>>,
+    records: Vec<Jacobian>,
     /// The normal equations at the point itself.
     pub normal: Normal,
 }
@@ -135,24 +166,16 @@ impl Whitened {
     /// Of some records of a linearised problem, without residuals yet.
     pub fn of<P: Problem + ?Sized>(problem: &P, at: &Linearised, noise: &Noise, records: &[usize]) -> Self {
         let n = at.u.len();
-        let parts: Vec<(Whitener, Columns, DMatrix<f64>)> = records
+        let jacobians: Vec<Jacobian> = records
             .par_iter()
-            .map(|index| {
-                let (record, columns) = (&problem.records()[*index], &at.columns[*index]);
-                let whitener = Whitener::new(record, noise);
-                let columns: Vec<(usize, Vec<f64>)> =
-                    columns.iter().map(|(index, column)| (*index, whitener.whitened(column))).collect();
-                let matrix = gram(&columns, n);
-                (whitener, columns, matrix)
-            })
+            .map(|index| Jacobian::new(Whitener::new(&problem.records()[*index], noise), &at.columns[*index]))
             .collect();
-        let mut whitened = Self { whiteners: Vec::new(), columns: Vec::new(), normal: Normal::empty(n) };
-        for (whitener, columns, matrix) in parts {
-            whitened.normal.matrix += matrix;
-            whitened.normal.log_determinant += whitener.log_determinant;
-            whitened.whiteners.push(whitener);
-            whitened.columns.push(columns);
+        let mut whitened = Self { records: Vec::new(), normal: Normal::empty(n) };
+        for jacobian in &jacobians {
+            jacobian.add_gram(&mut whitened.normal.matrix);
+            whitened.normal.log_determinant += jacobian.whitener.log_determinant;
         }
+        whitened.records = jacobians;
         whitened.normal.rows = records.iter().map(|record| at.residual[*record].len()).sum();
         whitened
     }
@@ -165,29 +188,10 @@ impl Whitened {
 
     fn gradient(&self, residual: &[Vec<f64>], n: usize) -> (DVector<f64>, f64) {
         let mut gradient = DVector::zeros(n);
-        let mut chi2 = 0.0;
-        for ((whitener, columns), residual) in self.whiteners.iter().zip(&self.columns).zip(residual) {
-            let residual = whitener.whitened(residual);
-            chi2 += dot(&residual, &residual);
-            for (index, column) in columns {
-                gradient[*index] += dot(column, &residual);
-            }
-        }
+        let records = self.records.iter().zip(residual);
+        let chi2 = records.map(|(jacobian, residual)| jacobian.add_gradient(residual, &mut gradient)).sum();
         (gradient, chi2)
     }
-}
-
-/// The products of columns with each other.
-fn gram(columns: &[(usize, Vec<f64>)], n: usize) -> DMatrix<f64> {
-    let mut matrix = DMatrix::zeros(n, n);
-    for (place, (i, one)) in columns.iter().enumerate() {
-        for (j, other) in &columns[..=place] {
-            let product = dot(one, other);
-            matrix[(*i, *j)] = product;
-            matrix[(*j, *i)] = product;
-        }
-    }
-    matrix
 }
 
 impl Normal {
@@ -389,17 +393,4 @@ fn solve_free(matrix: &DMatrix<f64>, right: &DVector<f64>, fixed: &[Option<f64>]
         solution[*index] = solved[place];
     }
     Some(solution)
-}
-
-/// The product of two columns, summed in four strands that the machine adds side by side.
-pub fn dot(one: &[f64], other: &[f64]) -> f64 {
-    let mut sums = [0.0; 4];
-    let (ones, others) = (one.chunks_exact(4), other.chunks_exact(4));
-    let rest: f64 = ones.remainder().iter().zip(others.remainder()).map(|(a, b)| a * b).sum();
-    for (a, b) in ones.zip(others) {
-        for strand in 0..4 {
-            sums[strand] += a[strand] * b[strand];
-        }
-    }
-    sums[0] + sums[1] + (sums[2] + sums[3]) + rest
 }

@@ -37,6 +37,17 @@ pub(crate) const MOST_SUBSTEPS: u32 = 16;
 /// On a stop, supply, line, pipe and chamber closer than this (relative) are at one pressure for all purposes.
 const REST_GAP: f64 = 1e-4;
 
+/// A piston that presses on its stop with more than this share of what the supply can press on it is not about to
+/// leave.
+const FIRM: f64 = 0.02;
+
+/// Substeps at most while a firmly pressed piston is pressed on harder: what comes of it is rest, and the pressures
+/// there do not depend on how wide the blend was on the way.
+const PRESSING_SUBSTEPS: u32 = 2;
+
+/// The same while it is about to be lifted, which takes time that counts.
+const LIFTING_SUBSTEPS: u32 = 4;
+
 /// A lane of which no state moves by more than this share over a block is at rest. A creep that
 /// slow would take years for a stroke, and what is still to come of a decay is below 1e-8.
 const SETTLED: f64 = 1e-11;
@@ -56,6 +67,8 @@ pub(crate) struct Clock {
     before: Option<State<f64>>,
     held: Held,
     outcome: Outcome,
+    /// How hard the piston pressed on its stop a block ago, N.
+    pressed: f64,
 }
 
 /// Whether the gas of a volume is that of its state; a measured pressure leaves the state to itself.
@@ -99,7 +112,18 @@ impl Clock {
         let segments: Vec<_> = segments.iter().map(cut).collect();
         let beyond = segments.first().map_or(0, |(_, count, _)| *count);
         let outcome = Outcome::Complete;
-        Self { segments, pace, index: 0, beyond, left: 0, may_settle, before: None, held, outcome }
+        Self {
+            segments,
+            pace,
+            index: 0,
+            beyond,
+            left: 0,
+            may_settle,
+            before: None,
+            held,
+            outcome,
+            pressed: f64::INFINITY,
+        }
     }
 
     /// How the run ended, once it is done.
@@ -172,7 +196,7 @@ impl Clock {
             front.since_command.set_lane(lane, (segment.start_s - segment.last_command_s).min(1e9));
         }
         self.beyond -= block;
-        let substeps = substeps(lane, front, coefficients, self.pace);
+        let substeps = substeps(lane, front, coefficients, self.pace, &mut self.pressed);
         self.left = block * substeps;
         let share = 1.0 / f64::from(substeps);
         front.step.set_lane(lane, step * share);
@@ -184,10 +208,16 @@ impl Clock {
     }
 }
 
-/// The substeps that keep the blends away from the pressure differences at hand. On a stop, where
-/// nothing depends on it, one is enough.
+/// The substeps that keep the blends away from the pressure differences at hand: fewer where the piston is pressed
+/// on a stop, and one where all is at one pressure there. `pressed_before` is the force on the stop a block ago, N.
 #[inline(always)]
-fn substeps<R: Real>(lane: usize, front: &Front<R>, coefficients: &Coefficients<R>, pace: Pace) -> u32 {
+fn substeps<R: Real>(
+    lane: usize,
+    front: &Front<R>,
+    coefficients: &Coefficients<R>,
+    pace: Pace,
+    pressed_before: &mut f64,
+) -> u32 {
     let state = front.state.lane(lane);
     let stroke = coefficients.stroke.lane(lane);
     let zr = coefficients.zr.lane(lane);
@@ -201,14 +231,23 @@ fn substeps<R: Real>(lane: usize, front: &Front<R>, coefficients: &Coefficients<
     let feeds = pace.line_blend > 0.0 && (front.spool.lane(lane) > 0.0 || coefficients.leak_in.lane(lane) > 0.0);
     let line = if feeds { gap(state.line_pressure, pipe) } else { 0.0 };
     let drop = if feeds { gap(coefficients.supply.lane(lane), state.line_pressure) } else { 0.0 };
-    if (state.x <= 0.0 || state.x >= stroke) && port.max(line).max(drop) < REST_GAP {
-        return 1;
+    let inside = (state.x - stroke).max(-state.x);
+    let mut most = pace.most_substeps;
+    if inside >= 0.0 {
+        if port.max(line).max(drop) < REST_GAP {
+            return 1;
+        }
+        let pressed = coefficients.contact.lane(lane) * inside;
+        let firm = FIRM * coefficients.supply.lane(lane) * coefficients.piston_area.lane(lane);
+        if pressed > firm {
+            let harder = pressed >= *pressed_before;
+            most = most.min(if harder { PRESSING_SUBSTEPS } else { LIFTING_SUBSTEPS });
+        }
+        *pressed_before = pressed;
     }
     let wide = |count: u32| 0.8 * f64::from(count * count);
     let mut count = 1;
-    while count < pace.most_substeps
-        && (pace.port_blend > port * wide(count) || feeds && pace.line_blend > line * wide(count))
-    {
+    while count < most && (pace.port_blend > port * wide(count) || feeds && pace.line_blend > line * wide(count)) {
         count *= 2;
     }
     count
