@@ -18,14 +18,17 @@ pub struct FitOptions {
     pub settled: usize,
     /// The error without memory, as a share of the error at hand.
     pub share: f64,
-    /// It goes over to the second phase where a step promises less than this, nats.
+    /// It goes over to the second phase where a step promises to take less than this share of chi-squared away.
     pub annealed_tolerance: f64,
     /// Steps for which derivatives are used again, kept up to date by what the steps show (Broyden 1965).
     pub steps_a_derivative: usize,
-    /// Dampings tried side by side, as factors on the damping at hand.
-    pub dampings: Vec<f64>,
+    /// Dampings tried first, as factors on the damping at hand, and those tried beside them where these disappoint.
+    pub dampings: [Vec<f64>; 2],
     /// It has ended where a step promises less than this, nats.
     pub tolerance: f64,
+    /// The same as a share of what the model error costs: where a lot is left to be explained, a little more or less
+    /// decides nothing.
+    pub tolerance_of_left: f64,
     /// What is known of the errors of each group.
     pub groups: Vec<GroupPrior>,
     /// The kind of the model error.
@@ -41,10 +44,11 @@ impl FitOptions {
             annealed: 12,
             settled: 8,
             share: 0.3,
-            annealed_tolerance: 2.0,
+            annealed_tolerance: 0.005,
             steps_a_derivative: 4,
-            dampings: vec![0.0, 0.03, 1.0, 30.0],
+            dampings: [vec![0.1, 1.0], vec![0.003, 30.0]],
             tolerance: 0.5,
+            tolerance_of_left: 0.005,
             groups,
             smoothness: Smoothness::Rough,
             known: None,
@@ -85,6 +89,16 @@ impl Fit {
 /// Share of what a step promised that it must have brought for its derivatives to be used again.
 const TRUSTED: f64 = 0.3;
 
+/// Share of what a step promised from which no other is tried.
+const PLENTY: f64 = 0.6;
+
+/// So often in a row no step may be better, each time with more damping and less reach, before a phase is over.
+const FAILURES: usize = 3;
+
+/// Factors on the longest move of a step, for the reach of the next one: where it disappointed, and where not.
+const SHORTER: f64 = 0.3;
+const LONGER: f64 = 3.0;
+
 /// Share of the least that a step must promise from which a more damped one is tried beside it.
 const LEAST_SHARE: f64 = 0.1;
 
@@ -119,11 +133,16 @@ struct Fitting<'a, P: Problem + ?Sized> {
     derivatives: usize,
     predictions: usize,
     damping: f64,
+    /// No coordinate moves by more than this in a step, in prior deviations.
+    reach: f64,
+    /// The deviation of each coordinate, all others known, as it was seen last.
+    sigmas: Vec<f64>,
 }
 
 /// Fits a problem from a starting point; nothing where that is impossible.
 pub fn fit<P: Problem + ?Sized>(problem: &P, start: &[f64], options: &FitOptions) -> Option<Fit> {
-    let mut fitting = Fitting { problem, options, derivatives: 0, predictions: 0, damping: 1e-2 };
+    let sigmas = vec![f64::INFINITY; start.len()];
+    let mut fitting = Fitting { problem, options, derivatives: 0, predictions: 0, damping: 1e-2, reach: 1.0, sigmas };
     let start =
         problem.coordinates().iter().zip(start).map(|(coordinate, u)| u.clamp(coordinate.lower, coordinate.upper));
     let at = fitting.linearised(start.collect())?;
@@ -134,55 +153,62 @@ pub fn fit<P: Problem + ?Sized>(problem: &P, start: &[f64], options: &FitOptions
 impl<P: Problem + ?Sized> Fitting<'_, P> {
     fn linearised(&mut self, u: Vec<f64>) -> Option<Linearised> {
         self.derivatives += 1;
-        let steps: Vec<f64> =
-            self.problem.coordinates().iter().zip(&u).map(|(coordinate, u)| coordinate.step_at(*u)).collect();
+        let coordinates = self.problem.coordinates().iter().zip(u.iter().zip(&self.sigmas));
+        let steps: Vec<f64> = coordinates.map(|(coordinate, (u, sigma))| coordinate.step_at(*u, *sigma)).collect();
         let linear = self.problem.linearise(&u, &steps)?;
         Some(Linearised::new(self.problem, u, linear))
     }
 
-    /// The best of several damped steps, by what is predicted there; nothing where none is better.
-    fn stepped(&mut self, at: &Linearised, noise: &Noise, least: f64) -> Option<Taken> {
+    /// The best of several damped steps, by what is predicted there; nothing where none is better, or where none
+    /// promises `least` nats.
+    fn stepped(&mut self, at: &Linearised, noise: &Noise, least: impl Fn(&Normal) -> f64) -> Option<Taken> {
         let whitened = Whitened::new(self.problem, at, noise);
+        let least = least(&whitened.normal);
         let coordinates = self.problem.coordinates();
         let posterior = Posterior::new(coordinates, &at.u, &whitened.normal);
-        let steps: Vec<(f64, Step)> = self
-            .options
-            .dampings
-            .iter()
-            .filter_map(|factor| Some((*factor, posterior.step(factor * self.damping)?)))
-            .filter(|(_, step)| step.promised > 2.0 * LEAST_SHARE * least)
-            .collect();
-        if steps.first().is_none_or(|(_, step)| step.promised < 2.0 * least) {
+        self.sigmas = posterior.precision.diagonal().iter().map(|precision| precision.sqrt().recip()).collect();
+        if posterior.newton().is_none_or(|step| step.promised < 2.0 * least) {
             return None;
         }
-        let mut tried = Vec::with_capacity(2 * steps.len());
-        let firsts: Vec<(Vec<f64>, f64, f64)> =
-            steps.into_iter().map(|(factor, step)| (step.to, factor, step.promised)).collect();
-        self.try_all(&whitened, firsts, &mut tried);
-        // Along a curved valley a step ends beside its floor: the same derivatives lead back down.
-        tried.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-        let seconds: Vec<(Vec<f64>, f64, f64)> = tried
-            .iter()
-            .take(CORRECTED)
-            .filter_map(|trial: &Trial| {
+        let worthwhile = |step: &Step| step.promised > 2.0 * LEAST_SHARE * least;
+        let mut tried = Vec::new();
+        for factors in &self.options.dampings {
+            let steps = factors.iter().filter_map(|factor| {
+                let step = posterior.step(factor * self.damping, self.reach).filter(worthwhile)?;
+                Some((step.to, *factor, step.promised))
+            });
+            let steps = steps.collect();
+            self.try_all(&whitened, steps, &mut tried);
+            let enough = |trial: &Trial| posterior.cost - trial.cost > PLENTY * trial.promised;
+            if tried.iter().any(enough) {
+                break;
+            }
+            // Along a curved valley a step ends beside its floor: the same derivatives lead back down.
+            tried.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+            let seconds = tried.iter().take(CORRECTED).filter_map(|trial: &Trial| {
                 let posterior = Posterior::new(coordinates, &trial.u, &trial.normal);
-                let step = posterior.step(trial.factor * self.damping)?;
-                (step.promised > 2.0 * LEAST_SHARE * least).then_some((step.to, trial.factor, trial.promised))
-            })
-            .collect();
-        self.try_all(&whitened, seconds, &mut tried);
+                let step = posterior.step(trial.factor * self.damping, self.reach).filter(worthwhile)?;
+                Some((step.to, trial.factor, trial.promised))
+            });
+            let seconds = seconds.collect();
+            self.try_all(&whitened, seconds, &mut tried);
+            if tried.iter().any(enough) {
+                break;
+            }
+        }
         let best = tried.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost))?;
         let Trial { u, residual, cost, factor, promised, .. } = best;
         let gain = 0.5 * (posterior.cost - cost);
         if gain <= 0.0 {
+            self.reach *= SHORTER;
+            self.damping = (30.0 * self.damping).clamp(1e-2, 1e4);
             return None;
         }
-        // The damping follows what worked.
-        self.damping = match factor {
-            0.0 => 0.3 * self.damping,
-            factor => factor * self.damping,
-        }
-        .clamp(1e-6, 1e4);
+        // Damping and reach follow what worked.
+        let moves = u.iter().zip(&at.u).zip(coordinates).map(|((to, from), c)| (to - from).abs() / c.sigma);
+        let moved = moves.fold(0.0, f64::max);
+        self.reach = if 2.0 * gain < TRUSTED * promised { SHORTER * moved } else { self.reach.max(LONGER * moved) };
+        self.damping = (factor * self.damping).clamp(1e-6, 1e4);
         let weights = posterior.precision.diagonal().iter().copied().collect();
         Some(Taken { u, residual, share: 2.0 * gain / promised, weights })
     }
@@ -223,7 +249,8 @@ impl<P: Problem + ?Sized> Fitting<'_, P> {
                 *size = size.min(self.options.share * now);
             }
             let noise = self.memoryless(&sizes);
-            match self.stepped(&at, &noise, self.options.annealed_tolerance) {
+            let share = 0.5 * self.options.annealed_tolerance;
+            match self.stepped(&at, &noise, |normal| share * normal.chi2) {
                 Some(taken) => {
                     failures = 0;
                     at = self.advanced(at, taken, &mut age)?;
@@ -232,10 +259,7 @@ impl<P: Problem + ?Sized> Fitting<'_, P> {
                     age = 0;
                     at = self.linearised(at.u)?;
                 }
-                None if failures < 1 => {
-                    failures += 1;
-                    self.damping = (30.0 * self.damping).clamp(1e-2, 1e4);
-                }
+                None if failures < FAILURES => failures += 1,
                 None => break,
             }
         }
@@ -269,12 +293,13 @@ impl<P: Problem + ?Sized> Fitting<'_, P> {
             }
             let normal = at.normal(self.problem, &noise);
             let posterior = Posterior::new(self.problem.coordinates(), &at.u, &normal);
-            promised = posterior.step(0.0).map_or(f64::INFINITY, |step| 0.5 * step.promised);
-            let has_converged = promised < self.options.tolerance;
+            promised = posterior.newton().map_or(f64::INFINITY, |step| 0.5 * step.promised);
+            let tolerance = self.tolerance(&noise, &normal);
+            let has_converged = promised < tolerance;
             if age == 0 && (has_converged || self.derivatives >= most) {
                 break;
             }
-            match if has_converged { None } else { self.stepped(&at, &noise, self.options.tolerance) } {
+            match if has_converged { None } else { self.stepped(&at, &noise, |_| tolerance) } {
                 Some(taken) => {
                     failures = 0;
                     at = self.advanced(at, taken, &mut age)?;
@@ -283,15 +308,13 @@ impl<P: Problem + ?Sized> Fitting<'_, P> {
                     age = 0;
                     at = self.linearised(at.u)?;
                 }
-                None if failures < 2 => {
-                    failures += 1;
-                    self.damping = (30.0 * self.damping).clamp(1e-2, 1e4);
-                }
+                None if failures < FAILURES => failures += 1,
                 None => break,
             }
         }
         let normal = at.normal(self.problem, &noise);
         let log_evidence = evidence(self.problem, &at, &normal, &self.options.groups, &noise);
+        let converged = promised < self.tolerance(&noise, &normal);
         let coordinates = self.problem.coordinates();
         let held = coordinates.iter().zip(&at.u).map(|(coordinate, u)| coordinate.is_at_bound(*u)).collect();
         Some(Fit {
@@ -301,10 +324,20 @@ impl<P: Problem + ?Sized> Fitting<'_, P> {
             linear: at,
             held,
             promised,
-            converged: promised < self.options.tolerance,
+            converged,
             derivatives: self.derivatives,
             predictions: self.predictions,
         })
+    }
+
+    /// What a step may promise at the end, nats.
+    fn tolerance(&self, noise: &Noise, normal: &Normal) -> f64 {
+        let groups = noise.groups.iter().map(|group| GroupNoise { discrepancy: 0.0, ..*group });
+        let white = Noise { groups: groups.collect(), smoothness: noise.smoothness };
+        let of_record = |record| Whitener::new(record, &white).log_determinant;
+        let without: f64 = self.problem.records().iter().map(of_record).sum();
+        let left = 0.5 * (normal.log_determinant - without);
+        self.options.tolerance.max(self.options.tolerance_of_left * left)
     }
 
     fn starting_noise(&self, sizes: &[f64]) -> Noise {

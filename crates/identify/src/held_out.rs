@@ -115,7 +115,7 @@ fn optimum<P: Problem + ?Sized>(
         let posterior = Posterior::new(coordinates, &best.0, &best.1.1);
         let tried: Vec<(Vec<f64>, (f64, Normal))> = dampings
             .iter()
-            .filter_map(|damping| posterior.step(*damping))
+            .filter_map(|damping| posterior.step(*damping, f64::INFINITY))
             .filter_map(|step| at(&step.to).map(|value| (step.to, value)))
             .collect();
         let better = tried.into_iter().min_by(|a, b| a.1.0.total_cmp(&b.1.0)).filter(|one| one.1.0 < best.1.0);

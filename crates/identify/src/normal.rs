@@ -261,10 +261,21 @@ impl<'a> Posterior<'a> {
         Self { coordinates, u, precision, pull, cost, rows: normal.rows }
     }
 
+    /// The step to the least of the quadratic within the bounds.
+    pub fn newton(&self) -> Option<Step> {
+        self.step(0.0, f64::INFINITY)
+    }
+
     /// The damped step (Levenberg 1944, Marquardt 1963) within the bounds: coordinates that would leave them end
-    /// there, and the others are solved anew. Nothing where the matrix is not positive definite.
-    pub fn step(&self, damping: f64) -> Option<Step> {
+    /// there, and the others are solved anew. None moves by more than `reach` of its prior deviations. Nothing where the
+    /// matrix is not positive definite.
+    pub fn step(&self, damping: f64, reach: f64) -> Option<Step> {
         let n = self.u.len();
+        let bounds = |index: usize| {
+            let coordinate: &Coordinate = &self.coordinates[index];
+            let (u, far) = (self.u[index], reach * coordinate.sigma);
+            (coordinate.lower.max(u - far), coordinate.upper.min(u + far))
+        };
         let mut matrix = self.precision.clone();
         for index in 0..n {
             matrix[(index, index)] *= 1.0 + damping;
@@ -277,10 +288,11 @@ impl<'a> Posterior<'a> {
             let beyond = (0..n)
                 .filter(|index| fixed[*index].is_none())
                 .filter_map(|index| {
-                    let coordinate = &self.coordinates[index];
                     let target = self.u[index] + step[index];
-                    let bound = target.clamp(coordinate.lower, coordinate.upper);
-                    (target != bound).then(|| (index, bound - self.u[index], (target - bound).abs() / coordinate.sigma))
+                    let (lower, upper) = bounds(index);
+                    let bound = target.clamp(lower, upper);
+                    let beyond = (target - bound).abs() / self.coordinates[index].sigma;
+                    (target != bound).then(|| (index, bound - self.u[index], beyond))
                 })
                 .max_by(|a, b| a.2.total_cmp(&b.2));
             if let Some((index, by, _)) = beyond {
@@ -289,11 +301,11 @@ impl<'a> Posterior<'a> {
             }
             let left = &self.pull - &matrix * &step;
             let inwards = (0..n).find(|index| {
-                let coordinate = &self.coordinates[*index];
+                let (lower, upper) = bounds(*index);
                 let at = self.u[*index] + step[*index];
                 fixed[*index].is_some()
-                    && ((at <= coordinate.lower && left[*index] > 1e-9 * matrix[(*index, *index)])
-                        || (at >= coordinate.upper && left[*index] < -1e-9 * matrix[(*index, *index)]))
+                    && ((at <= lower && left[*index] > 1e-9 * matrix[(*index, *index)])
+                        || (at >= upper && left[*index] < -1e-9 * matrix[(*index, *index)]))
             });
             match inwards {
                 Some(index) => fixed[index] = None,
@@ -302,8 +314,8 @@ impl<'a> Posterior<'a> {
         }
         let to: Vec<f64> = (0..n)
             .map(|index| {
-                let coordinate = &self.coordinates[index];
-                (self.u[index] + step[index]).clamp(coordinate.lower, coordinate.upper)
+                let (lower, upper) = bounds(index);
+                (self.u[index] + step[index]).clamp(lower, upper)
             })
             .collect();
         let step = DVector::from_iterator(n, to.iter().zip(self.u).map(|(to, from)| to - from));
@@ -316,7 +328,7 @@ impl<'a> Posterior<'a> {
     ///
     /// Coordinates at a bound count with the integral of the density on their side of it.
     pub fn log_evidence(&self) -> Option<f64> {
-        let step = self.step(0.0)?;
+        let step = self.newton()?;
         self.log_evidence_at(&step)
     }
 

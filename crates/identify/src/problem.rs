@@ -4,6 +4,10 @@ use rayon::prelude::*;
 
 use crate::stop::Stop;
 
+/// The shortest difference for derivatives, as a share of the first one: below it what a
+/// simulation cuts short counts more.
+const SHORTEST: f64 = 0.02;
+
 /// Which records a coordinate moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scope {
@@ -28,7 +32,7 @@ pub struct Coordinate {
     pub lower: f64,
     /// Largest value.
     pub upper: f64,
-    /// Difference for derivatives; its sign is turned where the bound is near.
+    /// Difference for derivatives where nothing is known yet of how sharply data pin the coordinate.
     pub step: f64,
 }
 
@@ -48,9 +52,11 @@ impl Coordinate {
         u <= self.lower || u >= self.upper
     }
 
-    /// A difference for derivatives at `u` that stays within the bounds.
-    pub fn step_at(&self, u: f64) -> f64 {
-        if u + self.step > self.upper { -self.step } else { self.step }
+    /// A difference for derivatives at `u` that stays within the bounds. `sigma` is the deviation of the coordinate, all
+    /// others known: data that pin it sharply see the curvature of a longer difference as a wrong slope.
+    pub fn step_at(&self, u: f64, sigma: f64) -> f64 {
+        let step = sigma.clamp(SHORTEST * self.step, self.step);
+        if u + step > self.upper { -step } else { step }
     }
 
     /// Whether it moves a record.

@@ -181,7 +181,7 @@ impl<P: Problem> Selection<P> {
 
 /// Searches a family for the effects that records need; nothing where not even the empty set can be fitted.
 pub fn select<F: Family>(family: &F, options: &SelectOptions) -> Option<Selection<F::Member>> {
-    let mut search = Search { family, options, models: HashMap::new() };
+    let mut search = Search { family, options, models: HashMap::new(), reduced: Vec::new() };
     for level in [Level::Low, Level::High] {
         search.base(level)?;
     }
@@ -222,6 +222,8 @@ struct Search<'a, F: Family> {
     family: &'a F,
     options: &'a SelectOptions,
     models: HashMap<(Set, Level), Model<F::Member>>,
+    /// Sets whose smaller ones were fitted from their optimum.
+    reduced: Vec<Set>,
 }
 
 /// A set in a race.
@@ -433,6 +435,9 @@ impl<F: Family> Search<'_, F> {
     fn with_smaller(&mut self, set: &[usize]) -> Vec<Set> {
         let smaller: Vec<Set> =
             set.iter().map(|one| set.iter().copied().filter(|other| other != one).collect()).collect();
+        if self.reduced.iter().any(|one| one == set) {
+            return smaller;
+        }
         let fits: Vec<(Set, F::Member, Fit)> = {
             let Some(origin) = self.models.get(&(set.to_vec(), Level::High)) else { return smaller };
             smaller
@@ -453,6 +458,7 @@ impl<F: Family> Search<'_, F> {
         for (set, problem, fit) in fits {
             self.keep(set, Level::High, problem, fit);
         }
+        self.reduced.push(set.to_vec());
         smaller
     }
 

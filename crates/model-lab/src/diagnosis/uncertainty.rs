@@ -45,7 +45,7 @@ impl Certainty {
                 let mut rest = sum.clone();
                 rest.subtract(normal);
                 let posterior = Posterior::new(coordinates, &fit.u, &rest);
-                without.extend(posterior.step(0.0).map(|step| step.to));
+                without.extend(posterior.newton().map(|step| step.to));
             }
         }
         Self { covariance, without }

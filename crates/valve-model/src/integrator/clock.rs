@@ -48,6 +48,14 @@ const PRESSING_SUBSTEPS: u32 = 2;
 /// The same while it is about to be lifted, which takes time that counts.
 const LIFTING_SUBSTEPS: u32 = 4;
 
+/// A piston that runs against a stop and would press it in by more than this share of its stroke is followed closely: an
+/// error in how it comes off again would jump with where in a step it hits.
+const HARD_HIT: f64 = 1e-4;
+
+/// The angle of the swing on the stop that a step may then cover, and the most substeps that are taken for it.
+const HIT_ANGLE: f64 = 0.15;
+const HIT_SUBSTEPS: u32 = 8;
+
 /// A lane of which no state moves by more than this share over a block is at rest. A creep that
 /// slow would take years for a stroke, and what is still to come of a decay is below 1e-8.
 const SETTLED: f64 = 1e-11;
@@ -233,9 +241,10 @@ fn substeps<R: Real>(
     let drop = if feeds { gap(coefficients.supply.lane(lane), state.line_pressure) } else { 0.0 };
     let inside = (state.x - stroke).max(-state.x);
     let mut most = pace.most_substeps;
+    let mut count = hit_substeps(state.v, inside, stroke, swing(lane, coefficients), pace.step_s);
     if inside >= 0.0 {
         if port.max(line).max(drop) < REST_GAP {
-            return 1;
+            return count;
         }
         let pressed = coefficients.contact.lane(lane) * inside;
         let firm = FIRM * coefficients.supply.lane(lane) * coefficients.piston_area.lane(lane);
@@ -246,8 +255,28 @@ fn substeps<R: Real>(
         *pressed_before = pressed;
     }
     let wide = |count: u32| 0.8 * f64::from(count * count);
-    let mut count = 1;
     while count < most && (pace.port_blend > port * wide(count) || feeds && pace.line_blend > line * wide(count)) {
+        count *= 2;
+    }
+    count
+}
+
+/// How fast a piston swings on its stop, 1/s.
+#[inline(always)]
+fn swing<R: Real>(lane: usize, coefficients: &Coefficients<R>) -> f64 {
+    libm::sqrt(coefficients.contact.lane(lane) * coefficients.inverse_mass.lane(lane))
+}
+
+/// The substeps of a block in which the piston hits a stop, or comes off it; one where it does not. `inside` is how far it
+/// is beyond the stop, m.
+#[inline(always)]
+fn hit_substeps(v: f64, inside: f64, stroke: f64, swing: f64, step_s: f64) -> u32 {
+    let within_block = v.abs() * f64::from(BLOCK) * step_s;
+    if inside < -within_block || v.abs() < HARD_HIT * stroke * swing {
+        return 1;
+    }
+    let mut count = 1;
+    while count < HIT_SUBSTEPS && swing * step_s > HIT_ANGLE * f64::from(count) {
         count *= 2;
     }
     count
