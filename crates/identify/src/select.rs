@@ -11,7 +11,7 @@ use std::collections::HashMap;
 use rayon::prelude::*;
 
 use crate::fit::{Fit, FitOptions, fit};
-use crate::held_out::{folds, held_out};
+use crate::held_out::{HeldOut, folds, held_out};
 use crate::noise::{GroupNoise, Noise};
 use crate::normal::prior_cost;
 use crate::problem::Problem;
@@ -142,10 +142,8 @@ pub struct Model<P> {
     pub problem: P,
     /// Its fit.
     pub fit: Fit,
-    /// Error on rows that were held out, in units of their noise: records' own coordinates fitted to them.
-    pub held_out: Option<f64>,
-    /// The same with records' own coordinates at their prior means.
-    pub held_out_at_mean: Option<f64>,
+    /// What it predicts of records that were held out; nothing where it was fitted cheaply, or to a single record.
+    pub held_out: Option<HeldOut>,
 }
 
 /// What a search found.
@@ -251,9 +249,9 @@ impl<F: Family> Search<'_, F> {
         let better =
             self.models.get(&(set.clone(), level)).is_none_or(|known| known.fit.log_evidence < fit.log_evidence);
         if better {
-            let errors = if level == Level::High { held_out_errors(&problem, &fit) } else { None };
-            let (held_out, held_out_at_mean) = (errors.map(|errors| errors.0), errors.map(|errors| errors.1));
-            self.models.insert((set.clone(), level), Model { set, level, problem, fit, held_out, held_out_at_mean });
+            let is_wanted = level == Level::High;
+            let held_out = is_wanted.then(|| held_out(&problem, &fit, &folds(&problem))).flatten();
+            self.models.insert((set.clone(), level), Model { set, level, problem, fit, held_out });
         }
     }
 
@@ -269,13 +267,14 @@ impl<F: Family> Search<'_, F> {
     /// The errors on what was held out: with own coordinates fitted, and at their means.
     fn held_out(&self, set: &[usize]) -> Option<[f64; 2]> {
         let model = self.models.get(&(set.to_vec(), Level::High))?;
-        Some([model.held_out?, model.held_out_at_mean?])
+        let held = model.held_out.as_ref()?;
+        Some([&held.own, &held.at_mean].map(|residual| rms_in_noise(&model.problem, &model.fit, residual)))
     }
 
     /// Whether nothing is left that another effect could explain.
     fn is_explained(&self, set: &[usize]) -> bool {
         let Some(model) = self.models.get(&(set.to_vec(), Level::High)) else { return true };
-        let enough = model.held_out.is_some_and(|error| error < self.options.good_enough);
+        let enough = self.held_out(set).is_some_and(|[own, _]| own < self.options.good_enough);
         enough || left_to_explain(&model.problem, &model.fit, &self.family.options()) < self.options.nothing_left
     }
 
@@ -316,12 +315,11 @@ impl<F: Family> Search<'_, F> {
             let left = runners
                 .first()
                 .map_or(0.0, |runner| left_nats(&runner.problem, &runner.fit, &self.family.options()).max(0.0));
-            let most = if round == 0 { runners.len() } else { self.options.followed };
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of a few runners")]
             let share = (self.options.kept * runners.len() as f64).ceil() as usize;
+            let most = if round == 0 { share } else { self.options.followed };
             let (kept, behind): (Vec<_>, Vec<_>) = runners.into_iter().enumerate().partition(|(place, runner)| {
                 *place < self.options.finalists
-                    || (*place < share && round == 0)
                     || (*place < most && runner.fit.log_evidence > best - self.options.hopeless - left)
             });
             for (_, runner) in behind {
@@ -562,13 +560,6 @@ fn best_start<P: Problem>(problem: &P, starts: Vec<Vec<f64>>) -> Option<Vec<f64>
     let errors = predicted.into_iter().map(|predicted| predicted.map_or(f64::INFINITY, error));
     let best = errors.zip(starts).filter(|(error, _)| error.is_finite()).min_by(|a, b| a.0.total_cmp(&b.0));
     best.map(|(_, start)| start)
-}
-
-/// The errors on rows that are held out, fold by fold, in units of their noise: with records' own coordinates fitted to
-/// them, and at their prior means; nothing for a single record.
-pub fn held_out_errors<P: Problem>(problem: &P, fit: &Fit) -> Option<(f64, f64)> {
-    let held = held_out(problem, fit, &folds(problem))?;
-    Some((rms_in_noise(problem, fit, &held.own), rms_in_noise(problem, fit, &held.at_mean)))
 }
 
 /// What another effect could gain at most, nats: what a model error explains, and what coordinates had to leave their

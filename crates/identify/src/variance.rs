@@ -4,7 +4,7 @@
 //! the restricted likelihood (Patterson and Thompson, Biometrika 58(3), 1971) with the priors of the coordinates. It has
 //! more than one summit, so a grid is looked at first and the best of it refined.
 
-use crate::noise::{GroupNoise, Noise};
+use crate::noise::{GroupNoise, Noise, Whitener};
 use crate::normal::{Linearised, Normal, Posterior};
 use crate::problem::Problem;
 
@@ -31,7 +31,10 @@ pub enum Effort {
 }
 
 /// Points of the grid: discrepancies and times.
-const GRID: (usize, usize) = (6, 4);
+const GRID: (usize, usize) = (10, 5);
+
+/// Points of the grid that are looked at with what the coordinates may take; all others only with the residuals.
+const LOOKED_AT: usize = 5;
 
 /// First and last factor by which a size is moved in the refinement.
 const MOVES: (f64, f64) = (2.0, 1.1);
@@ -69,15 +72,18 @@ pub fn components<P: Problem + ?Sized>(
             let none = GroupNoise { discrepancy: 0.0, ..best.groups[group] };
             consider(replaced(&best, group, none), &mut best);
             let ((least, most), times) = (prior.discrepancy, prior.time_s);
-            for i in 0..GRID.0 {
-                for j in 0..GRID.1 {
-                    let one = GroupNoise {
-                        discrepancy: between(least, most, i, GRID.0),
-                        time_s: between(times.0, times.1, j, GRID.1),
-                        ..best.groups[group]
-                    };
-                    consider(replaced(&best, group, one), &mut best);
-                }
+            let mut grid: Vec<(f64, Noise)> = (0..GRID.0 * GRID.1)
+                .map(|point| GroupNoise {
+                    discrepancy: between(least, most, point / GRID.1, GRID.0),
+                    time_s: between(times.0, times.1, point % GRID.1, GRID.1),
+                    ..best.groups[group]
+                })
+                .map(|one| replaced(&best, group, one))
+                .map(|noise| (log_likelihood(problem, at, &noise), noise))
+                .collect();
+            grid.sort_by(|a, b| b.0.total_cmp(&a.0));
+            for (_, noise) in grid.into_iter().take(LOOKED_AT) {
+                consider(noise, &mut best);
             }
         }
         let mut factor = MOVES.0;
@@ -103,6 +109,17 @@ pub fn components<P: Problem + ?Sized>(
         }
     }
     best
+}
+
+/// The logarithm of the likelihood of the residuals alone, up to a constant, nats.
+fn log_likelihood<P: Problem + ?Sized>(problem: &P, at: &Linearised, noise: &Noise) -> f64 {
+    let records = problem.records().iter().zip(&at.residual);
+    let of_record = |(record, residual): (_, &Vec<f64>)| {
+        let whitener = Whitener::new(record, noise);
+        let chi2: f64 = whitener.whitened(residual).iter().map(|value| value * value).sum();
+        chi2 + whitener.log_determinant
+    };
+    -0.5 * records.map(of_record).sum::<f64>()
 }
 
 /// The evidence of a linearised problem with what is known of the errors' sizes, nats.

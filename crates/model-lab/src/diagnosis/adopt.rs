@@ -1,6 +1,7 @@
 //! Effects that the user chose: everything refitted with them, one after the other.
 
 use campaign::Campaign;
+use identify::held_out::{folds, held_out};
 use identify::select::{Family, Level, Model};
 use identify::{Fit, FitOptions, Stop, fit};
 use rayon::prelude::*;
@@ -114,7 +115,8 @@ fn best<'a>(
     let problem = subject.problem(space.clone(), Level::High, stop);
     let fits: Vec<Fit> = starts.par_iter().filter_map(|start| fit(&problem, start, options)).collect();
     let fit = fits.into_iter().max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))?;
-    Some(Model { set: Vec::new(), level: Level::High, problem, fit, held_out: None, held_out_at_mean: None })
+    let held_out = held_out(&problem, &fit, &folds(&problem));
+    Some(Model { set: Vec::new(), level: Level::High, problem, fit, held_out })
 }
 
 fn rung(name: &str, model: &Model<ValveProblem<'_>>) -> Rung {

@@ -1,6 +1,5 @@
 //! The one definition of a model's error: what is left after a fit, in units of the noise, in metres and in seconds.
 
-use identify::held_out::{folds, held_out};
 use identify::problem::{Problem, predict_all, residuals};
 use identify::select::Model;
 
@@ -57,10 +56,10 @@ pub fn fitted(model: &Model<ValveProblem<'_>>) -> Errors {
     Errors::of(&model.problem, &model.fit.linear.residual)
 }
 
-/// The errors of a fitted model on what is held out, fold by fold; nothing where there is only one record.
+/// The errors of a fitted model on what is held out, fold by fold; nothing where there is only one record, or where it was
+/// fitted cheaply.
 pub fn left_out(model: &Model<ValveProblem<'_>>) -> Option<Errors> {
-    let held = held_out(&model.problem, &model.fit, &folds(&model.problem))?;
-    Some(Errors::of(&model.problem, &held.own))
+    model.held_out.as_ref().map(|held| Errors::of(&model.problem, &held.own))
 }
 
 /// The errors at a point that nothing was fitted to.
