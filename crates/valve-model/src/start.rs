@@ -90,7 +90,9 @@ impl Motion<'_> {
         let chamber = driven(terms.driven_chamber, self.inputs.chamber_pressure)
             .or(chamber_pressure_pa)
             .unwrap_or_else(|| self.balancing_pressure(&system));
-        let pipe = driven(terms.driven_pipe, self.inputs.pipe_pressure).or(pipe_pressure_pa).unwrap_or(chamber);
+        let pipe = driven(terms.driven_pipe, self.inputs.pipe_pressure)
+            .or(pipe_pressure_pa)
+            .unwrap_or_else(|| self.passing_pressure(&system, chamber));
         self.with_pressures(&system, chamber, pipe)
     }
 
@@ -103,6 +105,17 @@ impl Motion<'_> {
             system.rates::<{ groups::ANY }>(&self.with_pressures(system, pressure, pressure), &inputs).v
         };
         root(low, high, acceleration)
+    }
+
+    /// The pipe pressure at which as much gas leaves the pipe as enters it, Pa: a pipe is small beside what passes through
+    /// it while a piston moves.
+    fn passing_pressure(&self, system: &System<'_, f64>, chamber: f64) -> f64 {
+        let c = &self.equations.coefficients;
+        let (low, high) = (c.exhaust.min(chamber), c.supply.max(chamber));
+        root(low, high, |pipe| {
+            let inputs = Inputs { chamber_pressure: chamber, pipe_pressure: pipe, ..*self.inputs };
+            system.rates::<{ groups::ANY }>(&self.with_pressures(system, chamber, pipe), &inputs).pipe_mass
+        })
     }
 
     fn with_pressures(&self, system: &System<'_, f64>, chamber: f64, pipe: f64) -> State<f64> {

@@ -121,7 +121,7 @@ const FILLING_LEAD: f64 = 2.0;
 
 /// The step of the integrator, s: a millisecond, longer where a stroke takes very long, shorter where it is over at once.
 fn step_s(travel_s: f64) -> f64 {
-    (travel_s / 250.0).clamp(2e-4, (travel_s / 600.0).clamp(1e-3, 0.02))
+    (travel_s / 100.0).clamp(2e-4, (travel_s / 600.0).clamp(1e-3, 0.02))
 }
 
 impl Setup {
