@@ -108,6 +108,9 @@ pub struct SelectOptions {
     pub followed: usize,
     /// What is left counts as nothing where its evidence is below this, nats.
     pub nothing_left: f64,
+    /// A model error larger than this is more than instruments and small laws explain (in the units of the rows'
+    /// activity): the fit may have ended in a false valley, or something else is missing.
+    pub large: f64,
     /// What is left is given up once the error that was held out is below this (in the units of the rows' noise);
     /// zero for never.
     pub good_enough: f64,
@@ -126,6 +129,7 @@ impl Default for SelectOptions {
             hopeless: 60.0,
             followed: 5,
             nothing_left: 3.0,
+            large: 0.01,
             good_enough: 0.0,
         }
     }
@@ -332,6 +336,8 @@ impl<F: Family> Search<'_, F> {
             runners = self.carried_on(kept, derivatives);
         }
         runners.sort_by(|a, b| b.fit.log_evidence.total_cmp(&a.fit.log_evidence));
+        runners = self.started_again(runners);
+        runners.sort_by(|a, b| b.fit.log_evidence.total_cmp(&a.fit.log_evidence));
         let best = runners.first().map_or(best_known, |runner| runner.fit.log_evidence.max(best_known));
         let mut finalists = known;
         for (place, runner) in runners.into_iter().enumerate() {
@@ -406,6 +412,26 @@ impl<F: Family> Search<'_, F> {
                 runner
             })
             .collect()
+    }
+
+    /// Runners whose fits leave a large model error, fitted from every start that knows nothing: one of them may lead out
+    /// of a false valley.
+    fn started_again(&self, runners: Vec<Runner<F::Member>>) -> Vec<Runner<F::Member>> {
+        let family = self.family;
+        let again = |mut runner: Runner<F::Member>| {
+            let is_large = runner.fit.noise.groups.iter().any(|group| group.discrepancy > self.options.large);
+            if !is_large || family.stop().is_asked() {
+                return runner;
+            }
+            let problem = &runner.problem;
+            let fits = family.cold(problem).into_par_iter().filter_map(|start| fit(problem, &start, &family.options()));
+            let best = fits.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence));
+            if let Some(best) = best.filter(|best| best.log_evidence > runner.fit.log_evidence) {
+                runner.fit = best;
+            }
+            runner
+        };
+        runners.into_par_iter().map(again).collect()
     }
 
     /// Fits sets as exactly as they are reported, from where their cheap fits ended.

@@ -49,9 +49,6 @@ pub struct DiagnoseOptions {
     pub nuisances: NuisanceSizes,
     /// How effects are searched for.
     pub select: SelectOptions,
-    /// A model error of this share of the stroke is more than instruments and small laws explain: something else is
-    /// missing.
-    pub outside: f64,
     /// Alternatives within this evidence of the best cannot be told from it, nats.
     pub twin: f64,
     /// An error on what was held out that is good enough for the user, m; nothing to go on to the noise.
@@ -63,7 +60,6 @@ impl Default for DiagnoseOptions {
         Self {
             nuisances: NuisanceSizes::default(),
             select: SelectOptions::default(),
-            outside: 0.01,
             twin: 5.0,
             good_enough_m: None,
         }

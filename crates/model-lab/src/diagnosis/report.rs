@@ -50,7 +50,7 @@ pub(super) fn assemble<'a>(
         errors::left_out(best).and_then(|errors| errors.rmse_m).is_some_and(|rmse| rmse < enough)
     });
     let is_large = if noise_m(best).is_some() {
-        remainder.discrepancy > options.outside
+        remainder.discrepancy > options.select.large
     } else {
         best.fit.noise.groups[2].multiplier > LARGEST_MULTIPLIER
     };
