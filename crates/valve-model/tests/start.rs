@@ -27,7 +27,8 @@ fn rest_of(run: &Run, from_s: f64, start: Start) -> Run {
 
 /// Where the piston is at a time and how fast, with the pressures that are asked for.
 fn moving(nodes: &Nodes, time_s: f64, pressures: [bool; 2]) -> Start {
-    let node = nodes.time_s.partition_point(|time| *time < time_s);
+    // Substeps add up to a step but for rounding.
+    let node = nodes.time_s.partition_point(|time| *time < time_s - 1e-9);
     Start::Moving {
         position_m: nodes.position_m[node],
         velocity_m_per_s: nodes.velocity_m_per_s[node],
@@ -78,7 +79,7 @@ fn an_unknown_chamber_pressure_is_the_one_that_balances_the_piston() {
 }
 
 #[test]
-fn without_any_pressure_the_pipe_has_that_of_the_chamber() {
+fn without_any_pressure_the_pipe_passes_on_what_enters_it() {
     let valve = valve_of(testbed(), vec![]);
     let start = Start::Moving {
         position_m: 0.5 * 25.4e-3,
@@ -90,7 +91,10 @@ fn without_any_pressure_the_pipe_has_that_of_the_chamber() {
     let weight = 1.5 * 9.806_65;
     let balanced = 101_325.0 + (16e3 * (0.5 * 25.4e-3 + 36e-3) - weight) / 31.17e-4;
     assert!((nodes.chamber_pressure_pa[0] - balanced).abs() < 1.0, "{} Pa", nodes.chamber_pressure_pa[0]);
-    assert!((nodes.pipe_pressure_pa[0] - balanced).abs() < 1.0);
+    // At rest under this pressure the chamber empties through pipe and solenoid: a millisecond later no more has gathered.
+    let (first, then) = (nodes.pipe_pressure_pa[0], at(&nodes, 0.002)[2]);
+    assert!(first > 101_325.0 && first < balanced, "{first} Pa");
+    assert!((then - first).abs() < 0.2 * (balanced - first), "{first} Pa, then {then} Pa");
     assert!(at(&nodes, 0.2)[0] > 0.5 * 25.4e-3, "vented, it opens");
 }
 

@@ -41,16 +41,13 @@ const REST_GAP: f64 = 1e-4;
 /// leave.
 const FIRM: f64 = 0.02;
 
-/// Substeps at most while a firmly pressed piston is pressed on harder: what comes of it is rest, and the pressures
-/// there do not depend on how wide the blend was on the way.
-const PRESSING_SUBSTEPS: u32 = 2;
+/// Substeps at most while a piston is firmly pressed on its stop: what comes of that is rest, and the pressures there do not
+/// depend on how wide the blend was on the way. With fewer, times near a stall step back by microseconds.
+const PRESSED_SUBSTEPS: u32 = 4;
 
-/// The same while it is about to be lifted, which takes time that counts.
-const LIFTING_SUBSTEPS: u32 = 4;
-
-/// A piston that runs against a stop and would press it in by more than this share of its stroke is followed closely: an
-/// error in how it comes off again would jump with where in a step it hits.
-const HARD_HIT: f64 = 1e-4;
+/// A piston that runs against a stop and would press it in by more than this share of its stroke is followed closely: with
+/// how it bounces, all that is still to come would jump with where in a step it hits.
+const HARD_HIT: f64 = 5e-3;
 
 /// The angle of the swing on the stop that a step may then cover, and the most substeps that are taken for it.
 const HIT_ANGLE: f64 = 0.15;
@@ -75,8 +72,6 @@ pub(crate) struct Clock {
     before: Option<State<f64>>,
     held: Held,
     outcome: Outcome,
-    /// How hard the piston pressed on its stop a block ago, N.
-    pressed: f64,
 }
 
 /// Whether the gas of a volume is that of its state; a measured pressure leaves the state to itself.
@@ -120,18 +115,7 @@ impl Clock {
         let segments: Vec<_> = segments.iter().map(cut).collect();
         let beyond = segments.first().map_or(0, |(_, count, _)| *count);
         let outcome = Outcome::Complete;
-        Self {
-            segments,
-            pace,
-            index: 0,
-            beyond,
-            left: 0,
-            may_settle,
-            before: None,
-            held,
-            outcome,
-            pressed: f64::INFINITY,
-        }
+        Self { segments, pace, index: 0, beyond, left: 0, may_settle, before: None, held, outcome }
     }
 
     /// How the run ended, once it is done.
@@ -204,7 +188,7 @@ impl Clock {
             front.since_command.set_lane(lane, (segment.start_s - segment.last_command_s).min(1e9));
         }
         self.beyond -= block;
-        let substeps = substeps(lane, front, coefficients, self.pace, &mut self.pressed);
+        let substeps = substeps(lane, front, coefficients, self.pace);
         self.left = block * substeps;
         let share = 1.0 / f64::from(substeps);
         front.step.set_lane(lane, step * share);
@@ -217,15 +201,9 @@ impl Clock {
 }
 
 /// The substeps that keep the blends away from the pressure differences at hand: fewer where the piston is pressed
-/// on a stop, and one where all is at one pressure there. `pressed_before` is the force on the stop a block ago, N.
+/// on a stop, and one where all is at one pressure there; more where it hits a stop hard.
 #[inline(always)]
-fn substeps<R: Real>(
-    lane: usize,
-    front: &Front<R>,
-    coefficients: &Coefficients<R>,
-    pace: Pace,
-    pressed_before: &mut f64,
-) -> u32 {
+fn substeps<R: Real>(lane: usize, front: &Front<R>, coefficients: &Coefficients<R>, pace: Pace) -> u32 {
     let state = front.state.lane(lane);
     let stroke = coefficients.stroke.lane(lane);
     let zr = coefficients.zr.lane(lane);
@@ -249,10 +227,8 @@ fn substeps<R: Real>(
         let pressed = coefficients.contact.lane(lane) * inside;
         let firm = FIRM * coefficients.supply.lane(lane) * coefficients.piston_area.lane(lane);
         if pressed > firm {
-            let harder = pressed >= *pressed_before;
-            most = most.min(if harder { PRESSING_SUBSTEPS } else { LIFTING_SUBSTEPS });
+            most = most.min(PRESSED_SUBSTEPS);
         }
-        *pressed_before = pressed;
     }
     let wide = |count: u32| 0.8 * f64::from(count * count);
     while count < most && (pace.port_blend > port * wide(count) || feeds && pace.line_blend > line * wide(count)) {
@@ -271,7 +247,8 @@ fn swing<R: Real>(lane: usize, coefficients: &Coefficients<R>) -> f64 {
 /// is beyond the stop, m.
 #[inline(always)]
 fn hit_substeps(v: f64, inside: f64, stroke: f64, swing: f64, step_s: f64) -> u32 {
-    let within_block = v.abs() * f64::from(BLOCK) * step_s;
+    // It may gain speed on the way.
+    let within_block = 2.0 * v.abs() * f64::from(BLOCK) * step_s;
     if inside < -within_block || v.abs() < HARD_HIT * stroke * swing {
         return 1;
     }
