@@ -16,7 +16,7 @@ use crate::noise::{GroupNoise, Noise};
 use crate::normal::prior_cost;
 use crate::problem::Problem;
 use crate::stop::Stop;
-use crate::variance::{Effort, GroupPrior, components, evidence};
+use crate::variance::{Effort, GroupPrior, components, evidence, log_prior};
 
 /// A set of candidates by index, rising.
 pub type Set = Vec<usize>;
@@ -268,17 +268,18 @@ impl<F: Family> Search<'_, F> {
         of(set) - of(&[])
     }
 
-    /// The errors on what was held out: with own coordinates fitted, and at their means.
-    fn held_out(&self, set: &[usize]) -> Option<[f64; 2]> {
+    /// The errors on what was held out, with own coordinates fitted and at their means, in units of the rows' noise as
+    /// another set found it: of two sets both must be measured by one.
+    fn held_out(&self, set: &[usize], noise: &Noise) -> Option<[f64; 2]> {
         let model = self.models.get(&(set.to_vec(), Level::High))?;
         let held = model.held_out.as_ref()?;
-        Some([&held.own, &held.at_mean].map(|residual| rms_in_noise(&model.problem, &model.fit, residual)))
+        Some([&held.own, &held.at_mean].map(|residual| rms_in_noise(&model.problem, noise, residual)))
     }
 
     /// Whether nothing is left that another effect could explain.
     fn is_explained(&self, set: &[usize]) -> bool {
         let Some(model) = self.models.get(&(set.to_vec(), Level::High)) else { return true };
-        let enough = self.held_out(set).is_some_and(|[own, _]| own < self.options.good_enough);
+        let enough = self.held_out(set, &model.fit.noise).is_some_and(|[own, _]| own < self.options.good_enough);
         enough || left_to_explain(&model.problem, &model.fit, &self.family.options()) < self.options.nothing_left
     }
 
@@ -508,11 +509,12 @@ impl<F: Family> Search<'_, F> {
     fn judged(&mut self, mut set: Set) -> Set {
         while !set.is_empty() {
             let smaller = self.with_smaller(&set);
-            let base = self.held_out(&[]);
-            let (Some(all), error) = (self.evidence(&set, Level::High), self.held_out(&set)) else { return set };
+            let Some(model) = self.models.get(&(set.clone(), Level::High)) else { return set };
+            let (all, noise) = (model.fit.log_evidence, &model.fit.noise);
+            let (base, error) = (self.held_out(&[], noise), self.held_out(&set, noise));
             let is_needless = |smaller: &Set| -> Option<f64> {
                 let gain = all - self.evidence(smaller, Level::High)?;
-                let falls = match (error, self.held_out(smaller)) {
+                let falls = match (error, self.held_out(smaller, noise)) {
                     (Some(error), Some(without)) => (0..2).any(|kind| {
                         let fall = without[kind] - error[kind];
                         let companion = set.len() < 2
@@ -588,22 +590,22 @@ fn best_start<P: Problem>(problem: &P, starts: Vec<Vec<f64>>) -> Option<Vec<f64>
     best.map(|(_, start)| start)
 }
 
-/// What another effect could gain at most, nats: what a model error explains, and what coordinates had to leave their
-/// prior means for beyond what they do by chance.
+/// What another effect could gain at most, nats: what a model error explains, and what coordinates and noise had to leave
+/// their prior means for beyond what they do by chance.
 fn left_to_explain<P: Problem>(problem: &P, fit: &Fit, options: &FitOptions) -> f64 {
     let coordinates = problem.coordinates();
     let strain = 0.5 * (prior_cost(coordinates, &fit.u) - coordinates.len() as f64);
-    left_nats(problem, fit, options).max(0.0) + strain.max(0.0)
+    left_nats(problem, fit, options).max(0.0) + strain.max(0.0) - log_prior(&options.groups, &fit.noise)
 }
 
 /// Root mean square of residuals in units of the rows' noise with its multiplier.
-pub fn rms_in_noise<P: Problem>(problem: &P, fit: &Fit, residual: &[Vec<f64>]) -> f64 {
+pub fn rms_in_noise<P: Problem>(problem: &P, noise: &Noise, residual: &[Vec<f64>]) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0);
     for (record, residual) in problem.records().iter().zip(residual) {
         let mut rest = residual.as_slice();
         for series in &record.series {
             let Some(stretch) = rest.split_off(..series.rows.len()) else { continue };
-            let multiplier = fit.noise.groups[series.group].multiplier;
+            let multiplier = noise.groups[series.group].multiplier;
             for (row, residual) in series.rows.iter().zip(stretch) {
                 sum += (residual / (multiplier * row.sigma)).powi(2);
                 count += 1.0;

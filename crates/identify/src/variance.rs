@@ -36,8 +36,12 @@ const GRID: (usize, usize) = (10, 5);
 /// Points of the grid that are looked at with what the coordinates may take; all others only with the residuals.
 const LOOKED_AT: usize = 5;
 
-/// First and last factor by which a size is moved in the refinement.
-const MOVES: (f64, f64) = (2.0, 1.1);
+/// First and last factor by which sizes are moved in the refinement.
+const MOVES: (f64, f64) = (2.0, 1.05);
+
+/// The powers of that factor by which multiplier, discrepancy and correlation time are moved together: each alone, and
+/// where one stands in for another.
+const DIRECTIONS: [[i32; 3]; 5] = [[1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [0, 1, 1]];
 
 /// A gain of evidence below this is none, nats.
 const LEAST_GAIN: f64 = 0.05;
@@ -89,13 +93,15 @@ pub fn components<P: Problem + ?Sized>(
         let mut factor = MOVES.0;
         while factor > MOVES.1 {
             let mut moved = false;
-            for which in 0..3 {
-                if which > 0 && (!has_process || best.groups[group].discrepancy == 0.0) {
+            for powers in DIRECTIONS {
+                if powers[1..] != [0, 0] && (!has_process || best.groups[group].discrepancy == 0.0) {
                     continue;
                 }
                 for factor in [factor, 1.0 / factor] {
-                    while consider(replaced(&best, group, scaled(best.groups[group], *prior, which, factor)), &mut best)
-                    {
+                    while consider(
+                        replaced(&best, group, scaled(best.groups[group], *prior, powers, factor)),
+                        &mut best,
+                    ) {
                         moved = true;
                     }
                 }
@@ -149,15 +155,15 @@ fn replaced(noise: &Noise, group: usize, by: GroupNoise) -> Noise {
     noise
 }
 
-fn scaled(group: GroupNoise, prior: GroupPrior, which: usize, factor: f64) -> GroupNoise {
-    let mut group = group;
-    let (value, (least, most)) = match which {
-        0 => (&mut group.multiplier, prior.multiplier),
-        1 => (&mut group.discrepancy, prior.discrepancy),
-        _ => (&mut group.time_s, prior.time_s),
+fn scaled(group: GroupNoise, prior: GroupPrior, powers: [i32; 3], factor: f64) -> GroupNoise {
+    let moved = |value: f64, power: i32, (least, most): (f64, f64)| {
+        if power == 0 { value } else { (value * factor.powi(power)).clamp(least, most) }
     };
-    *value = (*value * factor).clamp(least, most);
-    group
+    GroupNoise {
+        multiplier: moved(group.multiplier, powers[0], prior.multiplier),
+        discrepancy: moved(group.discrepancy, powers[1], prior.discrepancy),
+        time_s: moved(group.time_s, powers[2], prior.time_s),
+    }
 }
 
 /// Point `index` of `count` between two positive ends, in equal ratios.

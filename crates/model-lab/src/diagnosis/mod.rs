@@ -57,12 +57,7 @@ pub struct DiagnoseOptions {
 
 impl Default for DiagnoseOptions {
     fn default() -> Self {
-        Self {
-            nuisances: NuisanceSizes::default(),
-            select: SelectOptions::default(),
-            twin: 5.0,
-            good_enough_m: None,
-        }
+        Self { nuisances: NuisanceSizes::default(), select: SelectOptions::default(), twin: 5.0, good_enough_m: None }
     }
 }
 

@@ -1,0 +1,237 @@
+//! Evidence, variance components and selection where the answer is known.
+
+mod common;
+
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use common::{Functions, options, record, shared, stated};
+use identify::select::{Family, Level, News, SelectOptions, select};
+use identify::{Coordinate, FitOptions, GroupPrior, Problem, Record, Request, Scope, Stop, fit};
+use nalgebra::{DMatrix, DVector};
+use rand::SeedableRng;
+use rand::rngs::StdRng;
+use rand_distr::{Distribution, Normal};
+
+fn noise(count: usize, sigma: f64, seed: u64) -> Vec<f64> {
+    let mut random = StdRng::seed_from_u64(seed);
+    let normal = Normal::new(0.0, sigma).expect("a width");
+    (0..count).map(|_| normal.sample(&mut random)).collect()
+}
+
+/// Some functions of time that are nowhere alike.
+fn regressor(index: usize, time: f64) -> f64 {
+    ((index as f64 + 1.0) * 0.37 * time + 0.2 * index as f64).sin()
+}
+
+#[test]
+fn the_evidence_of_a_linear_model_is_that_of_its_normal_density() {
+    let (rows, n, sigma) = (60, 3, 0.4);
+    let observed: Vec<f64> = noise(rows, sigma, 3)
+        .iter()
+        .enumerate()
+        .map(|(row, noise)| noise + 0.8 * regressor(0, row as f64) - 0.5 * regressor(2, row as f64))
+        .collect();
+    let priors = [1.0, 0.3, 2.0];
+    let mut coordinates: Vec<Coordinate> = (0..n).map(|i| shared(&format!("b{i}"), 0.0, priors[i], 100.0)).collect();
+    coordinates[1].mean = 0.1;
+    let problem = Functions {
+        coordinates,
+        records: vec![record(&observed, sigma, false, 0)],
+        functions: vec![Box::new(move |b| {
+            (0..rows).map(|row| (0..n).map(|i| b[i] * regressor(i, row as f64)).sum()).collect()
+        })],
+        asked: AtomicUsize::new(0),
+    };
+    let found = fit(&problem, &[0.0; 3], &options()).expect("linear");
+    // Observed ~ N(X mean, sigma^2 + X S X').
+    let x = DMatrix::from_fn(rows, n, |row, i| regressor(i, row as f64));
+    let s = DMatrix::from_diagonal(&DVector::from_iterator(n, priors.iter().map(|sigma| sigma * sigma)));
+    let covariance = &x * s * x.transpose() + DMatrix::identity(rows, rows) * sigma * sigma;
+    let mean = &x * DVector::from_vec(vec![0.0, 0.1, 0.0]);
+    let off = DVector::from_vec(observed) - mean;
+    let factor = covariance.cholesky().expect("positive");
+    let exact = -0.5 * off.dot(&factor.solve(&off))
+        - factor.l().diagonal().map(f64::ln).sum()
+        - 0.5 * rows as f64 * std::f64::consts::TAU.ln();
+    assert!((found.log_evidence - exact).abs() < 1e-4, "{} for {exact}", found.log_evidence);
+}
+
+#[test]
+fn variance_components_of_a_mixed_model_are_those_it_was_drawn_with() {
+    // Each of 40 records has a level of its own, and errors that are white and an Ornstein-Uhlenbeck process.
+    let (records, rows, white, size, time) = (40, 60, 0.2, 0.5, 6.0);
+    let mut all: Vec<Record> = Vec::new();
+    let mut coordinates = vec![shared("mean", 0.0, 10.0, 100.0)];
+    for one in 0..records {
+        let steps = noise(rows, 1.0, 100 + one as u64);
+        let whites = noise(rows, white, 900 + one as u64);
+        let level = noise(1, 1.0, 5000 + one as u64)[0];
+        let keep = (-1.0_f64 / time).exp();
+        let mut state = size * steps[0];
+        let mut observed = Vec::with_capacity(rows);
+        for row in 0..rows {
+            if row > 0 {
+                state = keep * state + size * (1.0 - keep * keep).sqrt() * steps[row];
+            }
+            observed.push(3.0 + level + state + whites[row]);
+        }
+        all.push(record(&observed, 0.1, true, one));
+        coordinates.push(Coordinate { scope: Scope::Record(one), ..shared("level", 0.0, 1.0, 6.0) });
+    }
+    let functions = (0..records).map(|one| {
+        let function: Box<dyn Fn(&[f64]) -> Vec<f64> + Sync + Send> = Box::new(move |u| vec![u[0] + u[1 + one]; rows]);
+        function
+    });
+    let problem = Functions { coordinates, records: all, functions: functions.collect(), asked: AtomicUsize::new(0) };
+    let prior =
+        GroupPrior { multiplier_sigma: 2.0, multiplier: (0.1, 20.0), discrepancy: (1e-3, 10.0), time_s: (0.5, 60.0) };
+    let found = fit(&problem, &vec![0.0; records + 1], &FitOptions::new(vec![prior])).expect("linear");
+    let group = found.noise.groups[0];
+    // The rows state half of the white noise.
+    assert!((group.multiplier / 2.0 - 1.0).abs() < 0.15, "{group:?}");
+    assert!((group.discrepancy / size - 1.0).abs() < 0.15, "{group:?}");
+    assert!((group.time_s / time - 1.0).abs() < 0.3, "{group:?}");
+    // Without a process it is nothing.
+    let plain: Vec<Record> = (0..5).map(|one| record(&noise(rows, 0.1, 70 + one), 0.1, true, 0)).collect();
+    let problem = Functions {
+        coordinates: vec![shared("mean", 0.0, 10.0, 100.0)],
+        records: plain,
+        functions: (0..5).map(|_| Box::new(move |u: &[f64]| vec![u[0]; rows]) as Box<_>).collect(),
+        asked: AtomicUsize::new(0),
+    };
+    let found = fit(&problem, &[0.0], &FitOptions::new(vec![prior])).expect("linear");
+    assert!(found.noise.groups[0].discrepancy < 0.03, "{:?}", found.noise);
+}
+
+/// Candidates that each add a regressor; records differ by a gain.
+struct Regressors {
+    records: Vec<Record>,
+    candidates: usize,
+    fitted: Mutex<usize>,
+    asked: AtomicUsize,
+}
+
+struct Member<'a> {
+    family: &'a Regressors,
+    set: Vec<usize>,
+    coordinates: Vec<Coordinate>,
+}
+
+impl Problem for Member<'_> {
+    fn coordinates(&self) -> &[Coordinate] {
+        &self.coordinates
+    }
+
+    fn records(&self) -> &[Record] {
+        &self.family.records
+    }
+
+    fn predict(&self, points: &[Vec<f64>], requests: &[Request]) -> Vec<Option<Vec<f64>>> {
+        self.family.asked.fetch_add(requests.len(), Ordering::Relaxed);
+        let of = |request: &Request| {
+            let u = &points[request.point];
+            let gain = 1.0 + 0.2 * request.record as f64;
+            let rows = self.family.records[request.record].row_count();
+            let value = |row: usize| {
+                let time = row as f64;
+                let added: f64 = self.set.iter().zip(&u[1..]).map(|(one, size)| size * regressor(*one, time)).sum();
+                u[0] + gain * added
+            };
+            Some((0..rows).map(value).collect())
+        };
+        requests.iter().map(of).collect()
+    }
+}
+
+impl Regressors {
+    fn drawn(hidden: &[(usize, f64)], seed: u64) -> Self {
+        let records = (0..5_usize).map(|one| {
+            let gain = 1.0 + 0.2 * one as f64;
+            let observed: Vec<f64> = noise(120, 0.1, seed + one as u64)
+                .iter()
+                .enumerate()
+                .map(|(row, noise)| {
+                    let added: f64 = hidden.iter().map(|(index, size)| size * regressor(*index, row as f64)).sum();
+                    noise + 1.0 + gain * added
+                })
+                .collect();
+            record(&observed, 0.1, true, one)
+        });
+        Self { records: records.collect(), candidates: 12, fitted: Mutex::new(0), asked: AtomicUsize::new(0) }
+    }
+}
+
+impl<'a> Family for &'a Regressors {
+    type Member = Member<'a>;
+
+    fn candidates(&self) -> usize {
+        self.candidates
+    }
+
+    fn member(&self, set: &[usize], _: Level) -> Option<Member<'a>> {
+        let sizes = set.iter().map(|one| shared(&format!("size {one}"), 0.0, 1.0, 20.0));
+        let coordinates = std::iter::once(shared("mean", 0.0, 3.0, 50.0)).chain(sizes).collect();
+        Some(Member { family: self, set: set.to_vec(), coordinates })
+    }
+
+    fn carried(&self, _: &Member<'a>, u: &[f64], _: &Member<'a>) -> Vec<f64> {
+        u.to_vec()
+    }
+
+    fn cold(&self, member: &Member<'a>) -> Vec<Vec<f64>> {
+        vec![vec![0.0; member.coordinates.len()]]
+    }
+
+    fn warm(&self, member: &Member<'a>, from: &Member<'a>, u: &[f64]) -> Vec<Vec<f64>> {
+        let of = |one: &usize| from.set.iter().position(|other| other == one).map_or(0.0, |place| u[1 + place]);
+        vec![std::iter::once(u[0]).chain(member.set.iter().map(of)).collect()]
+    }
+
+    fn options(&self) -> FitOptions {
+        let prior = GroupPrior { discrepancy: (1e-4, 3.0), time_s: (1.0, 20.0), multiplier: (0.3, 20.0), ..stated() };
+        FitOptions::new(vec![prior])
+    }
+
+    fn tell(&self, news: News<'_>) {
+        if let News::Fitted { .. } = news {
+            *self.fitted.lock().expect("no panic") += 1;
+        }
+    }
+
+    fn stop(&self) -> &Stop {
+        Stop::never()
+    }
+}
+
+#[test]
+fn what_is_hidden_is_selected_and_nothing_else() {
+    let cases: [&[(usize, f64)]; 4] = [&[], &[(4, 0.5)], &[(0, 0.4), (7, 0.3)], &[(11, -0.6)]];
+    for (case, hidden) in cases.iter().enumerate() {
+        for seed in [1000, 2000, 3000] {
+            let family = Regressors::drawn(hidden, seed + 10 * case as u64);
+            let found = select(&&family, &SelectOptions::default()).expect("fitted");
+            let expected: Vec<usize> = hidden.iter().map(|(index, _)| *index).collect();
+            assert_eq!(found.accepted(), expected, "seed {seed}");
+            // A race fits few sets to the end: far from all pairs of twelve, from both starts.
+            let fitted = *family.fitted.lock().expect("no panic");
+            assert!(fitted < 40 + 90 * hidden.len(), "{fitted} fits for {hidden:?}");
+            assert!(family.asked.load(Ordering::Relaxed) < 40_000, "{:?}", family.asked);
+        }
+    }
+}
+
+#[test]
+fn an_effect_outside_the_family_is_not_replaced_by_one_of_it() {
+    // A ramp is no sine: what is left is said to be left.
+    let mut family = Regressors::drawn(&[], 77);
+    for record in &mut family.records {
+        for row in &mut record.series[0].rows {
+            row.observed += 0.004 * row.time_s;
+        }
+    }
+    let found = select(&&family, &SelectOptions::default()).expect("fitted");
+    assert!(found.accepted().is_empty(), "{:?}", found.accepted());
+    let base = found.model(&[]).expect("fitted");
+    assert!(base.fit.noise.groups[0].discrepancy > 0.05, "{:?}", base.fit.noise);
+}

@@ -1,0 +1,123 @@
+//! Fits of the standard problems of Moré, Garbow and Hillstrom (ACM Transactions on Mathematical Software 7(1), 1981).
+//!
+//! Each is a sum of squares that is to be zero. The priors are so wide that they move nothing.
+
+mod common;
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use common::{Functions, options, record, shared};
+use identify::fit;
+
+struct Case {
+    name: &'static str,
+    start: Vec<f64>,
+    rows: usize,
+    residual: fn(&[f64]) -> Vec<f64>,
+    solution: Vec<f64>,
+    /// Predictions that it may take.
+    most: usize,
+}
+
+fn cases() -> Vec<Case> {
+    vec![
+        Case {
+            name: "Rosenbrock",
+            start: vec![-1.2, 1.0],
+            rows: 2,
+            residual: |x| vec![10.0 * (x[1] - x[0] * x[0]), 1.0 - x[0]],
+            solution: vec![1.0, 1.0],
+            most: 200,
+        },
+        Case {
+            name: "Freudenstein and Roth",
+            start: vec![6.0, 3.0],
+            rows: 2,
+            residual: |x| {
+                vec![
+                    -13.0 + x[0] + ((5.0 - x[1]) * x[1] - 2.0) * x[1],
+                    -29.0 + x[0] + ((x[1] + 1.0) * x[1] - 14.0) * x[1],
+                ]
+            },
+            solution: vec![5.0, 4.0],
+            most: 200,
+        },
+        Case {
+            name: "Beale",
+            start: vec![1.0, 1.0],
+            rows: 3,
+            residual: |x| {
+                let of = |y: f64, power: i32| y - x[0] * (1.0 - x[1].powi(power));
+                vec![of(1.5, 1), of(2.25, 2), of(2.625, 3)]
+            },
+            solution: vec![3.0, 0.5],
+            most: 200,
+        },
+        Case {
+            name: "helical valley",
+            start: vec![-1.0, 0.0, 0.0],
+            rows: 3,
+            residual: |x| {
+                let angle = x[1].atan2(x[0]) / std::f64::consts::TAU;
+                vec![10.0 * (x[2] - 10.0 * angle), 10.0 * (x[0].hypot(x[1]) - 1.0), x[2]]
+            },
+            solution: vec![1.0, 0.0, 0.0],
+            most: 300,
+        },
+        Case {
+            name: "Wood",
+            start: vec![-3.0, -1.0, -3.0, -1.0],
+            rows: 6,
+            residual: |x| {
+                vec![
+                    10.0 * (x[1] - x[0] * x[0]),
+                    1.0 - x[0],
+                    90.0_f64.sqrt() * (x[3] - x[2] * x[2]),
+                    1.0 - x[2],
+                    10.0_f64.sqrt() * (x[1] + x[3] - 2.0),
+                    (x[1] - x[3]) / 10.0_f64.sqrt(),
+                ]
+            },
+            solution: vec![1.0, 1.0, 1.0, 1.0],
+            most: 800,
+        },
+    ]
+}
+
+#[test]
+fn the_optimum_is_found_within_a_budget() {
+    for case in cases() {
+        let n = case.start.len();
+        let residual = case.residual;
+        let problem = Functions {
+            coordinates: (0..n).map(|i| shared(&format!("x{i}"), 0.0, 1e3, 1e4)).collect(),
+            records: vec![record(&vec![0.0; case.rows], 1e-3, false, 0)],
+            functions: vec![Box::new(residual)],
+            asked: AtomicUsize::new(0),
+        };
+        let mut options = options();
+        options.annealed_tolerance = 1e-9;
+        let found = fit(&problem, &case.start, &options).expect("possible everywhere");
+        let asked = problem.asked.load(Ordering::Relaxed);
+        for (x, expected) in found.u.iter().zip(&case.solution) {
+            assert!((x - expected).abs() < 1e-3, "{}: {:?} for {:?}", case.name, found.u, case.solution);
+        }
+        assert!(asked < case.most, "{}: {asked} predictions", case.name);
+    }
+}
+
+#[test]
+fn a_bound_holds_what_would_leave_it() {
+    // The optimum within x0 <= 0.5 of Rosenbrock's valley lies on the bound.
+    let mut coordinates: Vec<_> = (0..2).map(|i| shared(&format!("x{i}"), 0.0, 1e3, 1e4)).collect();
+    coordinates[0].upper = 0.5;
+    let problem = Functions {
+        coordinates,
+        records: vec![record(&[0.0, 0.0], 1e-3, false, 0)],
+        functions: vec![Box::new(|x| vec![10.0 * (x[1] - x[0] * x[0]), 1.0 - x[0]])],
+        asked: AtomicUsize::new(0),
+    };
+    let found = fit(&problem, &[-1.2, 1.0], &options()).expect("possible");
+    assert!(found.held[0] && found.u[0] == 0.5, "{:?}", found.u);
+    assert!((found.u[1] - 0.25).abs() < 1e-3, "{:?}", found.u);
+}
