@@ -5,7 +5,7 @@ mod common;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use common::{Functions, options, record, shared, stated};
+use common::{Function, Functions, options, record, shared, stated};
 use identify::select::{Family, Level, News, SelectOptions, select};
 use identify::{Coordinate, FitOptions, GroupPrior, Problem, Record, Request, Scope, Stop, fit};
 use nalgebra::{DMatrix, DVector};
@@ -38,7 +38,7 @@ fn the_evidence_of_a_linear_model_is_that_of_its_normal_density() {
     let problem = Functions {
         coordinates,
         records: vec![record(&observed, sigma, false, 0)],
-        functions: vec![Box::new(move |b| {
+        of_records: vec![Box::new(move |b| {
             (0..rows).map(|row| (0..n).map(|i| b[i] * regressor(i, row as f64)).sum()).collect()
         })],
         asked: AtomicUsize::new(0),
@@ -80,10 +80,10 @@ fn variance_components_of_a_mixed_model_are_those_it_was_drawn_with() {
         coordinates.push(Coordinate { scope: Scope::Record(one), ..shared("level", 0.0, 1.0, 6.0) });
     }
     let functions = (0..records).map(|one| {
-        let function: Box<dyn Fn(&[f64]) -> Vec<f64> + Sync + Send> = Box::new(move |u| vec![u[0] + u[1 + one]; rows]);
+        let function: Function = Box::new(move |u| vec![u[0] + u[1 + one]; rows]);
         function
     });
-    let problem = Functions { coordinates, records: all, functions: functions.collect(), asked: AtomicUsize::new(0) };
+    let problem = Functions { coordinates, records: all, of_records: functions.collect(), asked: AtomicUsize::new(0) };
     let prior =
         GroupPrior { multiplier_sigma: 2.0, multiplier: (0.1, 20.0), discrepancy: (1e-3, 10.0), time_s: (0.5, 60.0) };
     let found = fit(&problem, &vec![0.0; records + 1], &FitOptions::new(vec![prior])).expect("linear");
@@ -97,7 +97,7 @@ fn variance_components_of_a_mixed_model_are_those_it_was_drawn_with() {
     let problem = Functions {
         coordinates: vec![shared("mean", 0.0, 10.0, 100.0)],
         records: plain,
-        functions: (0..5).map(|_| Box::new(move |u: &[f64]| vec![u[0]; rows]) as Box<_>).collect(),
+        of_records: (0..5).map(|_| Box::new(move |u: &[f64]| vec![u[0]; rows]) as Box<_>).collect(),
         asked: AtomicUsize::new(0),
     };
     let found = fit(&problem, &[0.0], &FitOptions::new(vec![prior])).expect("linear");

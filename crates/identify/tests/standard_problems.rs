@@ -92,7 +92,7 @@ fn the_optimum_is_found_within_a_budget() {
         let problem = Functions {
             coordinates: (0..n).map(|i| shared(&format!("x{i}"), 0.0, 1e3, 1e4)).collect(),
             records: vec![record(&vec![0.0; case.rows], 1e-3, false, 0)],
-            functions: vec![Box::new(residual)],
+            of_records: vec![Box::new(residual)],
             asked: AtomicUsize::new(0),
         };
         let mut options = options();
@@ -114,7 +114,7 @@ fn a_bound_holds_what_would_leave_it() {
     let problem = Functions {
         coordinates,
         records: vec![record(&[0.0, 0.0], 1e-3, false, 0)],
-        functions: vec![Box::new(|x| vec![10.0 * (x[1] - x[0] * x[0]), 1.0 - x[0]])],
+        of_records: vec![Box::new(|x| vec![10.0 * (x[1] - x[0] * x[0]), 1.0 - x[0]])],
         asked: AtomicUsize::new(0),
     };
     let found = fit(&problem, &[-1.2, 1.0], &options()).expect("possible");

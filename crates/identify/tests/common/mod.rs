@@ -7,13 +7,13 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use identify::{Coordinate, FitOptions, GroupPrior, Problem, Record, Request, Row, Scope, Series};
 
 /// Rows of one record as a function of the point.
-type Function = Box<dyn Fn(&[f64]) -> Vec<f64> + Sync + Send>;
+pub type Function = Box<dyn Fn(&[f64]) -> Vec<f64> + Sync + Send>;
 
 /// A problem whose records are functions of the point.
 pub struct Functions {
     pub coordinates: Vec<Coordinate>,
     pub records: Vec<Record>,
-    pub functions: Vec<Function>,
+    pub of_records: Vec<Function>,
     /// Predictions of a record so far.
     pub asked: AtomicUsize,
 }
@@ -29,7 +29,7 @@ impl Problem for Functions {
 
     fn predict(&self, points: &[Vec<f64>], requests: &[Request]) -> Vec<Option<Vec<f64>>> {
         self.asked.fetch_add(requests.len(), Ordering::Relaxed);
-        requests.iter().map(|request| Some(self.functions[request.record](&points[request.point]))).collect()
+        requests.iter().map(|request| Some(self.of_records[request.record](&points[request.point]))).collect()
     }
 }
 
