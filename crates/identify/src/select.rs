@@ -474,8 +474,9 @@ impl<F: Family> Search<'_, F> {
                     if let Some(low) = self.models.get(&(set.clone(), Level::Low)) {
                         starts.push(self.family.carried(&low.problem, &low.fit.u, &problem));
                     }
-                    let start = best_start(&problem, starts)?;
-                    let fit = fit(&problem, &start, &self.family.options())?;
+                    // A start that looks worse may lie in the better valley.
+                    let fits = starts.into_par_iter().filter_map(|start| fit(&problem, &start, &self.family.options()));
+                    let fit = fits.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))?;
                     Some((set.clone(), problem, fit))
                 })
                 .collect()
