@@ -42,8 +42,19 @@ const KEYS: [(&str, QuantityKind); 9] = [
 pub(crate) fn read(root: &Section<'_>) -> Result<Uncertainty, TomlFileError> {
     let Some(section) = root.section("uncertainty")? else { return Ok(Uncertainty::default()) };
     section.allow_only(&KEYS.map(|(key, _)| key))?;
-    let mut values = [None; KEYS.len()];
-    for ((key, kind), slot) in KEYS.iter().zip(&mut values) {
+    let mut read = Uncertainty::default();
+    let places = [
+        &mut read.position_zero_m,
+        &mut read.position_gain,
+        &mut read.position_drift_m,
+        &mut read.supply_pressure,
+        &mut read.supply_gauge,
+        &mut read.temperature_k,
+        &mut read.clock_s,
+        &mut read.command_delay_s,
+        &mut read.leak_area,
+    ];
+    for ((key, kind), place) in KEYS.iter().zip(places) {
         let Some(value) = section.quantity(key, *kind)? else { continue };
         let relative = *kind == QuantityKind::Si("");
         if !(value > 0.0 && value.is_finite()) {
@@ -54,28 +65,7 @@ pub(crate) fn read(root: &Section<'_>) -> Result<Uncertainty, TomlFileError> {
             let expected = format!("a share below 1, such as {} for {value} percent", value / 100.0);
             return Err(section.wrong(key, value.to_string(), expected));
         }
-        *slot = Some(value);
+        *place = Some(value);
     }
-    let [
-        position_zero_m,
-        position_gain,
-        position_drift_m,
-        supply_pressure,
-        supply_gauge,
-        temperature_k,
-        clock_s,
-        command_delay_s,
-        leak_area,
-    ] = values;
-    Ok(Uncertainty {
-        position_zero_m,
-        position_gain,
-        position_drift_m,
-        supply_pressure,
-        supply_gauge,
-        temperature_k,
-        clock_s,
-        command_delay_s,
-        leak_area,
-    })
+    Ok(read)
 }

@@ -126,6 +126,21 @@ struct Taken {
     weights: Vec<f64>,
 }
 
+/// Steps taken since something was done last.
+#[derive(Debug, Clone, Copy, Default)]
+struct Since {
+    /// Steps since the derivatives were taken.
+    derivatives: usize,
+    /// Failures since a step was better.
+    success: usize,
+}
+
+/// Where a phase stands.
+enum Advance {
+    To(Linearised),
+    End(Linearised),
+}
+
 /// A fit under way.
 struct Fitting<'a, P: Problem + ?Sized> {
     problem: &'a P,
@@ -228,21 +243,30 @@ impl<P: Problem + ?Sized> Fitting<'_, P> {
         }
     }
 
-    /// Goes where a step led: with derivatives kept up to date by what it showed while they hold, else anew.
-    fn advanced(&mut self, at: Linearised, taken: Taken, age: &mut usize) -> Option<Linearised> {
-        if *age < self.options.steps_a_derivative && taken.share > TRUSTED {
-            *age += 1;
-            return Some(at.updated(taken.u, taken.residual, &taken.weights));
+    /// Goes where a step led: with derivatives kept up to date by what it showed while they hold, else anew. Where no step
+    /// was better, first with derivatives of this very point, then a few times more; nothing to go on to ends the phase.
+    fn advanced(&mut self, at: Linearised, taken: Option<Taken>, since: &mut Since) -> Option<Advance> {
+        let Some(taken) = taken else {
+            if since.derivatives > 0 {
+                since.derivatives = 0;
+                return Some(Advance::To(self.linearised(at.u)?));
+            }
+            since.success += 1;
+            return Some(if since.success > FAILURES { Advance::End(at) } else { Advance::To(at) });
+        };
+        since.success = 0;
+        if since.derivatives < self.options.steps_a_derivative && taken.share > TRUSTED {
+            since.derivatives += 1;
+            return Some(Advance::To(at.updated(taken.u, taken.residual, &taken.weights)));
         }
-        *age = 0;
-        self.linearised(taken.u)
+        since.derivatives = 0;
+        Some(Advance::To(self.linearised(taken.u)?))
     }
 
     /// The annealed phase: the error at hand, without memory and only shrinking, decides how much a row counts.
     fn anneal(&mut self, mut at: Linearised) -> Option<Linearised> {
         let mut sizes = vec![f64::INFINITY; self.options.groups.len()];
-        let mut age = 0;
-        let mut failures = 0;
+        let mut since = Since::default();
         while self.derivatives < self.options.annealed && !self.problem.stop().is_asked() {
             let now = error_sizes(self.problem, &at);
             for (size, now) in sizes.iter_mut().zip(&now) {
@@ -250,20 +274,13 @@ impl<P: Problem + ?Sized> Fitting<'_, P> {
             }
             let noise = self.memoryless(&sizes);
             let share = 0.5 * self.options.annealed_tolerance;
-            match self.stepped(&at, &noise, |normal| share * normal.chi2) {
-                Some(taken) => {
-                    failures = 0;
-                    at = self.advanced(at, taken, &mut age)?;
-                }
-                None if age > 0 => {
-                    age = 0;
-                    at = self.linearised(at.u)?;
-                }
-                None if failures < FAILURES => failures += 1,
-                None => break,
+            let taken = self.stepped(&at, &noise, |normal| share * normal.chi2);
+            match self.advanced(at, taken, &mut since)? {
+                Advance::To(next) => at = next,
+                Advance::End(last) => return Some(last),
             }
         }
-        if age > 0 { self.linearised(at.u) } else { Some(at) }
+        if since.derivatives > 0 { self.linearised(at.u) } else { Some(at) }
     }
 
     fn memoryless(&self, sizes: &[f64]) -> Noise {
@@ -284,10 +301,9 @@ impl<P: Problem + ?Sized> Fitting<'_, P> {
         };
         let mut promised = f64::INFINITY;
         let most = self.derivatives + self.options.settled;
-        let mut age = 0;
-        let mut failures = 0;
+        let mut since = Since::default();
         while !self.problem.stop().is_asked() {
-            if age == 0 {
+            if since.derivatives == 0 {
                 noise = components(self.problem, &at, &self.options.groups, &noise, effort);
                 effort = Effort::Local;
             }
@@ -296,20 +312,16 @@ impl<P: Problem + ?Sized> Fitting<'_, P> {
             promised = posterior.newton().map_or(f64::INFINITY, |step| 0.5 * step.promised);
             let tolerance = self.tolerance(&noise, &normal);
             let has_converged = promised < tolerance;
-            if age == 0 && (has_converged || self.derivatives >= most) {
+            if since.derivatives == 0 && (has_converged || self.derivatives >= most) {
                 break;
             }
-            match if has_converged { None } else { self.stepped(&at, &noise, |_| tolerance) } {
-                Some(taken) => {
-                    failures = 0;
-                    at = self.advanced(at, taken, &mut age)?;
+            let taken = if has_converged { None } else { self.stepped(&at, &noise, |_| tolerance) };
+            match self.advanced(at, taken, &mut since)? {
+                Advance::To(next) => at = next,
+                Advance::End(last) => {
+                    at = last;
+                    break;
                 }
-                None if age > 0 => {
-                    age = 0;
-                    at = self.linearised(at.u)?;
-                }
-                None if failures < FAILURES => failures += 1,
-                None => break,
             }
         }
         let normal = at.normal(self.problem, &noise);

@@ -11,8 +11,30 @@ pub(crate) const BRISTLE_STIFFNESS_N_PER_M: f64 = 2e5;
 /// A typical Coulomb force is this share of the largest force on the piston: clearly visible, and nothing sticks.
 const TYPICAL: f64 = 0.01828;
 
+/// How stiff the bristles are, for any friction that has them.
+pub(super) const fn bristles(meaning: &'static str) -> EffectParameter {
+    EffectParameter {
+        name: "bristle_stiffness",
+        si_unit: "N/m",
+        meaning,
+        default: DefaultValue::Value(BRISTLE_STIFFNESS_N_PER_M),
+        refinement: true,
+        range: bristle_stiffness,
+    }
+}
+
+/// How much a friction depends on which way the piston goes.
+pub(super) const OPENING_FACTOR: EffectParameter = EffectParameter {
+    name: "opening_factor",
+    si_unit: "",
+    meaning: "friction while opening over that while closing",
+    default: DefaultValue::Value(1.0),
+    refinement: true,
+    range: |_| fixed(0.2, 1.0, 5.0),
+};
+
 /// Stiffnesses with which a typical friction gives by 5 % of the stroke before it slides, and by 1/10,000 of it.
-pub(super) fn bristle_stiffness(valve: &Parameters) -> FitRange {
+fn bristle_stiffness(valve: &Parameters) -> FitRange {
     let per_metre = scales::modest_force_n(valve, TYPICAL) / valve.stroke_m;
     FitRange {
         lower: (20.0 * per_metre).min(0.1 * BRISTLE_STIFFNESS_N_PER_M),
@@ -67,22 +89,8 @@ pub(super) const INFO: EffectInfo = EffectInfo {
                 FitRange { lower: (0.0068 * speed).min(1e-4), typical: 0.01, upper: (20.0 * speed).max(0.3) }
             },
         },
-        EffectParameter {
-            name: "bristle_stiffness",
-            si_unit: "N/m",
-            meaning: "force per travel before it slides",
-            default: DefaultValue::Value(BRISTLE_STIFFNESS_N_PER_M),
-            refinement: true,
-            range: bristle_stiffness,
-        },
-        EffectParameter {
-            name: "opening_factor",
-            si_unit: "",
-            meaning: "friction while opening over that while closing",
-            default: DefaultValue::Value(1.0),
-            refinement: true,
-            range: |_| fixed(0.2, 1.0, 5.0),
-        },
+        bristles("force per travel before it slides"),
+        OPENING_FACTOR,
         EffectParameter {
             name: "position_slope",
             si_unit: "",

@@ -1,7 +1,7 @@
 //! Seal friction: dry friction of lip seals that the gas presses on.
 
-use super::dry_friction::{BRISTLE_STIFFNESS_N_PER_M, bristle_stiffness};
-use super::{ActsOn, DefaultValue, EffectInfo, EffectParameter, FitRange, fixed};
+use super::dry_friction::{OPENING_FACTOR, bristles};
+use super::{ActsOn, DefaultValue, EffectInfo, EffectParameter, FitRange};
 
 pub(super) const INFO: EffectInfo = EffectInfo {
     id: "seal-friction",
@@ -25,22 +25,8 @@ pub(super) const INFO: EffectInfo = EffectInfo {
                 upper: 0.5 * valve.piston_area_m2,
             },
         },
-        EffectParameter {
-            name: "bristle_stiffness",
-            si_unit: "N/m",
-            meaning: "force per travel before it slides; the softer one counts with dry friction beside it",
-            default: DefaultValue::Value(BRISTLE_STIFFNESS_N_PER_M),
-            refinement: true,
-            range: bristle_stiffness,
-        },
-        EffectParameter {
-            name: "opening_factor",
-            si_unit: "",
-            meaning: "friction while opening over that while closing",
-            default: DefaultValue::Value(1.0),
-            refinement: true,
-            range: |_| fixed(0.2, 1.0, 5.0),
-        },
+        bristles("force per travel before it slides; the softer one counts with dry friction beside it"),
+        OPENING_FACTOR,
     ],
     neutral: 0.0,
 };
