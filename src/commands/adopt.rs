@@ -11,7 +11,7 @@ use valve_file::{HistoryEntry, ValveFile};
 use valve_model::{EffectKind, ParameterId};
 
 use super::adopt_life::Lives;
-use super::campaign_input::CampaignInput;
+use super::campaign_input;
 use super::ladder;
 use crate::cli::{AdoptArgs, Format};
 use crate::failure::{Answer, Hinted};
@@ -19,7 +19,7 @@ use crate::output::{self, PlotFile};
 
 /// Adds, refits, writes and prints the model sequence.
 pub fn run(args: &AdoptArgs) -> anyhow::Result<Answer> {
-    let input = CampaignInput::read(&args.valve, &args.campaign)?;
+    let input = campaign_input::read(&args.valve, &args.campaign)?;
     if !args.force && args.out.exists() {
         return Err(Hinted::error(
             format!("{}: exists already", args.out.display()),
@@ -64,8 +64,8 @@ pub fn run(args: &AdoptArgs) -> anyhow::Result<Answer> {
         }
         Format::Json => output::print_json(&json!({
             "effects": names,
-            "steps": ladder::value(&steps),
-            "parameters": super::explain_json::parameters(&sequence.parameters),
+            "steps": answers::steps::value(&steps),
+            "parameters": answers::explanation::parameters(&sequence.parameters),
             "end_of_life": lives.as_ref().map(Lives::value),
             "out": args.out.display().to_string(),
         }))?,

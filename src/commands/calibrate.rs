@@ -2,21 +2,20 @@
 
 use std::fmt::Write;
 
-use model_lab::Scatter;
+use answers::CampaignInput;
+use answers::calibration::{document, verdict_words};
 use model_lab::calibrate::{CalibrateOptions, Calibration, Verdict};
 use model_lab::scatter::Origin;
 use report::figures::{ParameterShift, ParametersFigure};
-use serde_json::{Map, Value, json};
 
-use super::campaign_input::CampaignInput;
-use super::compare_json::comparison_value;
+use super::campaign_input;
 use crate::cli::{CalibrateArgs, Format};
 use crate::failure::{Answer, Hinted};
 use crate::output::{self, Align, PlotFile, TextTable};
 
 /// Calibrates, prints and writes.
 pub fn run(args: &CalibrateArgs) -> anyhow::Result<Answer> {
-    let input = CampaignInput::read(&args.valve, &args.campaign)?;
+    let input = campaign_input::read(&args.valve, &args.campaign)?;
     if let Some(out) = args.out.as_deref().filter(|out| !args.force && out.exists()) {
         return Err(Hinted::error(
             format!("{}: exists already", out.display()),
@@ -42,16 +41,6 @@ pub fn run(args: &CalibrateArgs) -> anyhow::Result<Answer> {
         plot.write(&picture(&input, &calibration).figure())?;
     }
     Ok(Answer::Fine)
-}
-
-/// The verdict in a sentence.
-pub fn verdict_words(calibration: &Calibration) -> &'static str {
-    match (calibration.verdict, calibration.scatter.origin) {
-        (Verdict::Explained, Origin::Repeats) => "calibration and repeatability explain everything",
-        (Verdict::Explained, Origin::Unknown) => "calibration within the tolerances explains everything",
-        (Verdict::Explained, Origin::Supposed) => "calibration and strokes that differ would explain everything",
-        (Verdict::BeyondTolerance, _) => "something beyond the tolerances is there: physics is missing from the model",
-    }
 }
 
 fn text(input: &CampaignInput, calibration: &Calibration) -> String {
@@ -190,69 +179,6 @@ fn strong_correlations(calibration: &Calibration) -> Vec<(&'static str, &'static
     found
 }
 
-fn document(input: &CampaignInput, calibration: &Calibration) -> Value {
-    let parameters: Vec<Value> = calibration
-        .parameters
-        .iter()
-        .map(|parameter| {
-            json!({
-                "parameter": parameter.id.key(),
-                "unit": parameter.id.si_unit(),
-                "tolerance": parameter.tolerance,
-                "before": parameter.before,
-                "after": parameter.after,
-                "standard_error": parameter.standard_error,
-                "interval_90": parameter.interval_90,
-                "shift_tolerances": parameter.shift,
-                "shift_standard_error": parameter.shift_error,
-            })
-        })
-        .collect();
-    let names: Vec<&str> = calibration.parameters.iter().map(|parameter| parameter.id.key()).collect();
-    let count = names.len();
-    let correlations: Vec<Vec<f64>> =
-        (0..count).map(|row| (0..count).map(|column| calibration.correlations[(row, column)]).collect()).collect();
-    let singular: Vec<Value> = calibration
-        .singular
-        .iter()
-        .map(|direction| {
-            let changes: Map<String, Value> =
-                direction.changes.iter().map(|(id, change)| (id.key().to_owned(), json!(change))).collect();
-            json!({ "information": direction.information, "changes": changes, "words": direction.words })
-        })
-        .collect();
-    let held_out = calibration.held_out.as_ref();
-    let repeatability = calibration.repeatability.as_ref().map(|found| {
-        let sources: Map<String, Value> =
-            found.sources.iter().map(|(source, size)| ((*source).to_owned(), json!(size))).collect();
-        json!({ "normalised_rms": found.normalised, "position_m": found.position_m,
-                "stroke_time_s": found.stroke_time_s, "one_sigma": sources })
-    });
-    json!({
-        "valve": input.file.file_name(),
-        "campaign": input.campaign.name,
-        "verdict": calibration.verdict.id(),
-        "verdict_words": verdict_words(calibration),
-        "reasons": calibration.reasons,
-        "parameters": parameters,
-        "correlations": { "parameters": names, "matrix": correlations },
-        "not_fixed": singular,
-        "normalised_rms": {
-            "before": calibration.before.overall.normalised_rms,
-            "after": calibration.after.overall.normalised_rms,
-        },
-        "held_out_normalised_rms": held_out.map(|held_out| {
-            json!({ "before": held_out.before, "after": held_out.after, "parts": held_out.parts })
-        }),
-        "repeatability": repeatability,
-        "scatter": scatter(&calibration.scatter),
-        "chi2_per_reading": calibration.lack_of_fit.chi2_per_reading,
-        "inflation": calibration.inflation,
-        "before": comparison_value(input, &calibration.before),
-        "after": comparison_value(input, &calibration.after),
-    })
-}
-
 /// How far each parameter moved.
 pub fn picture(input: &CampaignInput, calibration: &Calibration) -> ParametersFigure {
     ParametersFigure {
@@ -269,11 +195,4 @@ pub fn picture(input: &CampaignInput, calibration: &Calibration) -> ParametersFi
             })
             .collect(),
     }
-}
-
-/// How strokes differ from one to the next, one standard deviation, and where that is known from.
-fn scatter(scatter: &Scatter) -> Value {
-    let sizes: Map<String, Value> =
-        scatter.sources().map(|(source, size)| (source.name().to_owned(), json!(size))).collect();
-    json!({ "known_from": scatter.origin.id(), "one_sigma": sizes })
 }

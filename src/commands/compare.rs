@@ -6,15 +6,15 @@ use model_lab::compare::{Comparison, Direction, Phase, PhaseScore};
 use model_lab::residual_force::ResidualForce;
 use valve_file::ValveFile;
 
-use super::campaign_input::CampaignInput;
-use super::{compare_figures as figures, compare_json as json};
+use super::{campaign_input, compare_figures as figures};
 use crate::cli::{CompareArgs, Format};
 use crate::failure::{Answer, Hinted};
 use crate::output::{self, Align, PlotFile, TextTable};
+use answers::{CampaignInput, comparison as json};
 
 /// Compares and prints.
 pub fn run(args: &CompareArgs) -> anyhow::Result<Answer> {
-    let input = CampaignInput::read(&args.valve, &args.campaign)?;
+    let input = campaign_input::read(&args.valve, &args.campaign)?;
     let other = args.against.as_deref().map(ValveFile::read).transpose()?;
     let traces_needed = args.plot.is_some() || args.plot_strips.is_some() || wants_force(args);
     if traces_needed && input.data.runs.is_empty() {

@@ -11,7 +11,7 @@ use report::figures::{
 use valve_file::ValveFile;
 use valve_model::Conditions;
 
-use super::campaign_input::CampaignInput;
+use answers::CampaignInput;
 
 /// Points of a trace that a picture shows at most.
 const POINTS: usize = 1500;

@@ -9,18 +9,17 @@ use model_lab::diagnosis::errors::Errors;
 use model_lab::diagnosis::experiment::DECISIVE;
 use model_lab::diagnosis::outside::Outside;
 use model_lab::diagnosis::{DiagnoseOptions, Explanation, Progress, TwinReport, Verdict, explain};
-use valve_model::EffectKind;
 
 use super::adopt::{parameter_lines, with_error};
-use super::campaign_input::CampaignInput;
-use super::{explain_figures, explain_json, ladder};
+use super::{campaign_input, explain_figures, ladder};
 use crate::cli::{ExplainArgs, Format};
 use crate::failure::{Answer, Hinted};
 use crate::output::{self, Align, PlotFile, ProgressLine, TextTable};
+use answers::{CampaignInput, explanation};
 
 /// Searches, prints and draws.
 pub fn run(args: &ExplainArgs) -> anyhow::Result<Answer> {
-    let input = CampaignInput::read(&args.valve, &args.campaign)?;
+    let input = campaign_input::read(&args.valve, &args.campaign)?;
     let plot = PlotFile::create(args.plot.as_deref())?;
     let plot_steps = PlotFile::create(args.plot_steps.as_deref())?;
     let plot_missing = PlotFile::create(args.plot_missing.as_deref())?;
@@ -29,13 +28,15 @@ pub fn run(args: &ExplainArgs) -> anyhow::Result<Answer> {
     let answer = search(&input, &options)?;
     match args.format {
         Format::Text => output::print_text(&text(&answer, &input))?,
-        Format::Json => output::print_json(&explain_json::document(&answer, &input.campaign.name))?,
+        Format::Json => output::print_json(&explanation::document(&answer, &input.campaign.name))?,
     }
     if let Some(plot) = plot {
-        plot.write(&explain_figures::leaderboard(&answer, &input.campaign.name, &headline(&answer)).figure())?;
+        plot.write(
+            &explain_figures::leaderboard(&answer, &input.campaign.name, &explanation::headline(&answer)).figure(),
+        )?;
     }
     if let Some(plot) = plot_steps {
-        let figure = ladder::figure(&input.campaign.name, &headline(&answer), &answer.steps);
+        let figure = ladder::figure(&input.campaign.name, &explanation::headline(&answer), &answer.steps);
         plot.write(&figure.figure())?;
     }
     if let Some(plot) = plot_missing {
@@ -74,71 +75,18 @@ fn show(line: &ProgressLine, done: &AtomicUsize, progress: &Progress) {
     match progress {
         Progress::Tried { kinds, of } => {
             let count = done.fetch_add(1, Ordering::Relaxed) % of + 1;
-            line.show(count as f64 / *of as f64, &format!("trying {}", joined(kinds)));
+            line.show(count as f64 / *of as f64, &format!("trying {}", explanation::joined(kinds)));
         }
         Progress::Reached { kinds, gain } => {
             done.store(0, Ordering::Relaxed);
-            line.show(0.0, &format!("{} gains {gain:.0} nats, looking further", joined(kinds)));
+            line.show(0.0, &format!("{} gains {gain:.0} nats, looking further", explanation::joined(kinds)));
         }
         Progress::Doing(what) => line.show(0.99, what),
     }
 }
 
-fn joined(kinds: &[EffectKind]) -> String {
-    kinds.iter().map(|kind| kind.id()).collect::<Vec<_>>().join(" + ")
-}
-
-fn ids(answer: &Explanation) -> String {
-    answer.recommended.iter().map(|kind| kind.id()).collect::<Vec<_>>().join(" and ")
-}
-
-/// What was found, each effect with those that it cannot be told from.
-fn groups(answer: &Explanation) -> String {
-    let group = |kind: &EffectKind| {
-        let with = answer.twins.iter().filter(|twin| twin.kind == *kind).flat_map(|twin| &twin.with);
-        let names: Vec<&str> = with.map(|other| other.kind.id()).collect();
-        if names.is_empty() { kind.id().to_owned() } else { format!("{} (or {})", kind.id(), names.join(", or ")) }
-    };
-    answer.recommended.iter().map(group).collect::<Vec<_>>().join(" and ")
-}
-
-/// The answer in a sentence.
-pub fn headline(answer: &Explanation) -> String {
-    match answer.verdict {
-        Verdict::Adequate => {
-            "nothing is missing beyond noise, tolerances and what instruments and conditions may be off by".into()
-        }
-        Verdict::EffectFound => format!("missing: {}", groups(answer)),
-        Verdict::PartlyExplained => {
-            format!("missing: {}; that explains most of it, and an error of {} is left", groups(answer), left(answer))
-        }
-        Verdict::OutsideCatalogue => format!(
-            "something is missing ({} are left), and no effect of the catalogue, nor a pair, explains it",
-            left(answer)
-        ),
-        Verdict::NotEnoughData if answer.interrupted && answer.recommended.is_empty() => {
-            "the search was cut short before it was known what is missing, if anything is".into()
-        }
-        Verdict::NotEnoughData if answer.interrupted => {
-            format!("something is missing; {} explains part of it, and the search was cut short there", ids(answer))
-        }
-        Verdict::NotEnoughData => {
-            format!("something is missing; {} explains it, and so do too many others", ids(answer))
-        }
-    }
-}
-
-/// The error that is left, in words.
-fn left(answer: &Explanation) -> String {
-    let last = answer.steps.last();
-    match last.and_then(|step| step.held_out_rmse_m.or(step.rmse_m)) {
-        Some(rmse) => format!("{:.3} mm", 1e3 * rmse),
-        None => last.and_then(|step| step.time_rmse_s).map_or("some".into(), |rmse| format!("{:.1} ms", 1e3 * rmse)),
-    }
-}
-
 fn text(answer: &Explanation, input: &CampaignInput) -> String {
-    let mut text = format!("{}: {}\n\n", input.campaign.name, headline(answer));
+    let mut text = format!("{}: {}\n\n", input.campaign.name, explanation::headline(answer));
     let parameters = parameter_lines(&answer.parameters);
     if !parameters.is_empty() {
         let _ = writeln!(text, "{parameters}");
@@ -180,7 +128,7 @@ fn twin_text(text: &mut String, twin: &TwinReport) {
         let verb = if plan.separation >= DECISIVE { "would tell them apart" } else { "would help most" };
         let _ =
             writeln!(text, "  {verb}: {} (expected difference of chi-squared {:.0})\n", plan.purpose, plan.separation);
-        for line in explain_json::run_toml(plan).lines() {
+        for line in explanation::run_toml(plan).lines() {
             let _ = writeln!(text, "    {line}");
         }
     }
@@ -238,7 +186,7 @@ fn outside_text(outside: &Outside) -> String {
         left(outside.errors),
         outside.held_out.map_or_else(|| "-".to_owned(), left),
         outside.effect.name(),
-        explain_json::effect_toml(outside),
+        explanation::effect_toml(outside),
     );
     text
 }
@@ -256,7 +204,7 @@ fn candidate_table(answer: &Explanation) -> String {
         let why = candidate.rejected.clone().unwrap_or_else(|| "chosen".into());
         let held_out = candidate.held_out_normalised_rms.map_or_else(String::new, |error| format!("{error:.2}"));
         table.row(vec![
-            joined(&candidate.kinds),
+            explanation::joined(&candidate.kinds),
             format!("{:+.1}", candidate.gain),
             candidate.rmse_m.map_or_else(|| "-".into(), |rmse| format!("{:.4}", 1e3 * rmse)),
             format!("{:.2}", candidate.normalised_rms),

@@ -9,12 +9,13 @@ use model_lab::residual_force::ResidualForce;
 use report::Figure;
 use report::html::{Block, Section};
 
-use crate::commands::campaign_input::CampaignInput;
-use crate::commands::{adopt, calibrate, compare, compare_figures, explain, explain_figures, explain_json, ladder};
+use crate::commands::{adopt, calibrate, campaign_input, compare, compare_figures, explain, explain_figures, ladder};
+use answers::calibration::verdict_words;
+use answers::{CampaignInput, explanation};
 
 /// Reads the campaign, compares, calibrates and explains.
 pub fn sections(valve: &Path, campaign: &Path) -> anyhow::Result<Vec<Section>> {
-    let input = CampaignInput::read(valve, campaign)?;
+    let input = campaign_input::read(valve, campaign)?;
     let mut sections = vec![compared(&input)];
     // Without tolerances there is nothing to calibrate.
     if !input.file.tolerances().is_empty() {
@@ -47,7 +48,7 @@ fn compared(input: &CampaignInput) -> Section {
 }
 
 fn calibrated(input: &CampaignInput, calibration: &Calibration) -> Section {
-    let verdict = calibrate::verdict_words(calibration);
+    let verdict = verdict_words(calibration);
     let mut blocks = vec![Block::Callout(verdict.to_owned())];
     blocks.extend(calibration.reasons.iter().filter(|reason| *reason != verdict).cloned().map(Block::Text));
     blocks.push(Block::Table(calibrate::parameter_table(calibration).into()));
@@ -57,7 +58,7 @@ fn calibrated(input: &CampaignInput, calibration: &Calibration) -> Section {
 }
 
 fn explained(input: &CampaignInput, answer: &Explanation) -> Section {
-    let (name, headline) = (&input.campaign.name, explain::headline(answer));
+    let (name, headline) = (&input.campaign.name, explanation::headline(answer));
     let mut blocks = vec![Block::Callout(headline.clone())];
     let parameters = adopt::parameter_lines(&answer.parameters);
     blocks.extend(parameters.lines().map(|line| Block::Text(line.to_owned())));
@@ -69,14 +70,14 @@ fn explained(input: &CampaignInput, answer: &Explanation) -> Section {
             let others: Vec<&str> = twin.with.iter().map(|other| other.kind.id()).collect();
             let (kind, others) = (twin.kind.id(), others.join(", "));
             blocks.push(Block::Text(format!("What would tell {kind} from {others}: {}", plan.purpose)));
-            blocks.push(Block::Code(explain_json::run_toml(plan)));
+            blocks.push(Block::Code(explanation::run_toml(plan)));
         }
     }
     blocks.extend(explain_figures::next_experiment(answer).map(|found| figure(found.figure())));
     if let Some(outside) = &answer.outside {
         blocks.push(figure(explain_figures::unexplained(outside, name).figure()));
         blocks.push(Block::Text("The same as an effect for the valve file:".to_owned()));
-        blocks.push(Block::Code(explain_json::effect_toml(outside)));
+        blocks.push(Block::Code(explanation::effect_toml(outside)));
     }
     Section { title: "What is missing".to_owned(), blocks }
 }

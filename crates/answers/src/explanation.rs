@@ -1,18 +1,72 @@
-//! The answer of `valve explain` for programs, with the names of the output's contract.
+//! The answer of a search: in a sentence, and for programs with the names of the output's contract.
 
 use std::fmt::Write;
 
 use leak_table::mm2_from_m2;
 use model_lab::diagnosis::experiment::Experiment;
 use model_lab::diagnosis::outside::Outside;
-use model_lab::diagnosis::{Explanation, FittedParameter};
+use model_lab::diagnosis::{Explanation, FittedParameter, Verdict};
 use serde_json::{Map, Value, json};
 use valve_model::EffectKind;
 
-use super::ladder;
+use crate::steps;
 
 /// The version of the document; raised when a key changes its meaning.
 const SCHEMA: u32 = 2;
+
+/// Effects in words.
+pub fn joined(kinds: &[EffectKind]) -> String {
+    kinds.iter().map(|kind| kind.id()).collect::<Vec<_>>().join(" + ")
+}
+
+fn ids(answer: &Explanation) -> String {
+    answer.recommended.iter().map(|kind| kind.id()).collect::<Vec<_>>().join(" and ")
+}
+
+/// What was found, each effect with those that it cannot be told from.
+fn groups(answer: &Explanation) -> String {
+    let group = |kind: &EffectKind| {
+        let with = answer.twins.iter().filter(|twin| twin.kind == *kind).flat_map(|twin| &twin.with);
+        let names: Vec<&str> = with.map(|other| other.kind.id()).collect();
+        if names.is_empty() { kind.id().to_owned() } else { format!("{} (or {})", kind.id(), names.join(", or ")) }
+    };
+    answer.recommended.iter().map(group).collect::<Vec<_>>().join(" and ")
+}
+
+/// The answer in a sentence.
+pub fn headline(answer: &Explanation) -> String {
+    match answer.verdict {
+        Verdict::Adequate => {
+            "nothing is missing beyond noise, tolerances and what instruments and conditions may be off by".into()
+        }
+        Verdict::EffectFound => format!("missing: {}", groups(answer)),
+        Verdict::PartlyExplained => {
+            format!("missing: {}; that explains most of it, and an error of {} is left", groups(answer), left(answer))
+        }
+        Verdict::OutsideCatalogue => format!(
+            "something is missing ({} are left), and no effect of the catalogue, nor a pair, explains it",
+            left(answer)
+        ),
+        Verdict::NotEnoughData if answer.interrupted && answer.recommended.is_empty() => {
+            "the search was cut short before it was known what is missing, if anything is".into()
+        }
+        Verdict::NotEnoughData if answer.interrupted => {
+            format!("something is missing; {} explains part of it, and the search was cut short there", ids(answer))
+        }
+        Verdict::NotEnoughData => {
+            format!("something is missing; {} explains it, and so do too many others", ids(answer))
+        }
+    }
+}
+
+/// The error that is left, in words.
+fn left(answer: &Explanation) -> String {
+    let last = answer.steps.last();
+    match last.and_then(|step| step.held_out_rmse_m.or(step.rmse_m)) {
+        Some(rmse) => format!("{:.3} mm", 1e3 * rmse),
+        None => last.and_then(|step| step.time_rmse_s).map_or("some".into(), |rmse| format!("{:.1} ms", 1e3 * rmse)),
+    }
+}
 
 /// The whole answer.
 pub fn document(answer: &Explanation, campaign: &str) -> Value {
@@ -91,7 +145,7 @@ pub fn document(answer: &Explanation, campaign: &str) -> Value {
         "indistinguishable": indistinguishable,
         "candidates": candidates,
         "probability": { "effects": effects, "models": models },
-        "steps": ladder::value(&answer.steps),
+        "steps": steps::value(&answer.steps),
         "remainder": {
             "model_error_share_of_stroke": answer.remainder.discrepancy,
             "correlation_time_s": answer.remainder.time_s,

@@ -8,7 +8,7 @@ use serde_json::{Map, Value, json};
 use valve_file::ValveFile;
 use valve_model::Conditions;
 
-use super::campaign_input::CampaignInput;
+use crate::CampaignInput;
 
 /// The whole answer of `compare`.
 pub fn document(

@@ -1,0 +1,81 @@
+//! A valve file and a campaign, read together.
+
+use std::path::{Path, PathBuf};
+
+use campaign::{Campaign, CampaignError};
+use model_lab::Dataset;
+use model_lab::data::valve_facts;
+use valve_file::{ValveFile, ValveFileError};
+
+/// Why a valve file and a campaign cannot be looked at together.
+#[derive(Debug, thiserror::Error)]
+pub enum InputError {
+    /// The valve file.
+    #[error(transparent)]
+    Valve(#[from] ValveFileError),
+    /// The campaign file, or a file that it names.
+    #[error(transparent)]
+    Campaign(#[from] CampaignError),
+    /// There are no readings.
+    #[error("{file}: nothing is recorded yet, only planned")]
+    OnlyPlanned {
+        /// The campaign file.
+        file: String,
+    },
+}
+
+impl InputError {
+    /// What to do about it, where the message does not say so.
+    pub fn hint(&self) -> Option<&'static str> {
+        matches!(self, Self::OnlyPlanned { .. }).then_some("record the planned runs and name their files in [[run]]")
+    }
+}
+
+/// A campaign beside the valve on which it was recorded.
+#[derive(Debug)]
+pub struct CampaignInput {
+    /// The valve file.
+    pub file: ValveFile,
+    /// The campaign.
+    pub campaign: Campaign,
+    /// Where the campaign was read from.
+    pub campaign_path: PathBuf,
+    /// The campaign made ready for the model.
+    pub data: Dataset,
+}
+
+impl CampaignInput {
+    /// Reads both. Refuses a campaign that only plans. What looks wrong is in [`CampaignInput::doubts`].
+    pub fn read(valve: &Path, campaign: &Path) -> Result<Self, InputError> {
+        Self::of(ValveFile::read(valve)?, campaign)
+    }
+
+    /// The campaign beside a valve that is read already.
+    pub fn of(file: ValveFile, campaign: &Path) -> Result<Self, InputError> {
+        let mut read = Campaign::read(campaign, &valve_facts(file.valve()))?;
+        let cycle = file.schedule();
+        read.doubt_times_beyond(cycle.open_at_s - cycle.close_at_s, cycle.end_s - cycle.open_at_s);
+        let data = Dataset::new(&read, file.schedule());
+        if data.residual_count() == 0 {
+            return Err(InputError::OnlyPlanned { file: campaign.display().to_string() });
+        }
+        Ok(Self { file, campaign: read, campaign_path: campaign.to_path_buf(), data })
+    }
+
+    /// What looks wrong in either file and can be used all the same, a sentence each.
+    pub fn doubts(&self) -> Vec<String> {
+        let valve = self.file.doubts().into_iter().map(|doubt| doubt.to_string());
+        valve.chain(self.campaign.warnings.iter().map(ToString::to_string)).collect()
+    }
+
+    /// Where the noise figure came from.
+    pub fn noise_source(&self) -> &'static str {
+        let sensors = &self.campaign.sensors;
+        let stated = if self.data.runs.is_empty() {
+            sensors.timing_noise_s.is_some()
+        } else {
+            sensors.position_noise_m.is_some()
+        };
+        if stated { "stated" } else { "estimated" }
+    }
+}
