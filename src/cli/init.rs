@@ -38,7 +38,7 @@ pub struct InitValveArgs {
     /// The file to write
     #[arg(long, value_name = "FILE", default_value = "valve.toml")]
     pub out: PathBuf,
-    /// Replace the file if it exists
+    /// Replace outputs that exist
     #[arg(long)]
     pub force: bool,
     /// Take typical values, with wide tolerances, for all that is not given
@@ -112,7 +112,7 @@ pub struct InitCampaignArgs {
     /// The file to write
     #[arg(long, value_name = "FILE", default_value = "campaign.toml")]
     pub out: PathBuf,
-    /// Replace the file if it exists
+    /// Replace outputs that exist
     #[arg(long)]
     pub force: bool,
     /// The campaign's name; else that of its folder

@@ -44,6 +44,9 @@ pub struct CompareArgs {
     /// Draw pressure against travel (the valve signature) to an .svg or .png file
     #[arg(long, value_name = "FILE")]
     pub plot_signature: Option<PathBuf>,
+    /// Replace outputs that exist
+    #[arg(long)]
+    pub force: bool,
     /// How the result is printed
     #[arg(long, value_enum, default_value_t = Format::Text)]
     pub format: Format,
@@ -69,7 +72,7 @@ pub struct CalibrateArgs {
     /// Where the calibrated valve file goes; without it, none is written
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
-    /// Replace the output if it exists
+    /// Replace outputs that exist
     #[arg(long)]
     pub force: bool,
     /// Draw how far each parameter moved to an .svg or .png file
@@ -115,6 +118,9 @@ pub struct ExplainArgs {
     /// An error that does not matter to you, such as "0.2 mm": nothing smaller is looked for
     #[arg(long, value_name = "LENGTH", value_parser = crate::cli::quantities::length_m)]
     pub good_enough: Option<f64>,
+    /// Replace outputs that exist
+    #[arg(long)]
+    pub force: bool,
     /// How the result is printed
     #[arg(long, value_enum, default_value_t = Format::Text)]
     pub format: Format,
@@ -141,7 +147,7 @@ pub struct AdoptArgs {
     /// Where the new valve file goes
     #[arg(long, value_name = "FILE")]
     pub out: PathBuf,
-    /// Replace the output if it exists
+    /// Replace outputs that exist
     #[arg(long)]
     pub force: bool,
     /// Tell the end of life by a timing log of the same valve with each step's model: as it was, calibrated,

@@ -88,6 +88,9 @@ pub enum Verb {
     Man {
         /// Directory for one page a verb.
         dir: Option<PathBuf>,
+        /// Replace pages that exist
+        #[arg(long, requires = "dir")]
+        force: bool,
     },
 }
 

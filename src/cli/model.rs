@@ -45,6 +45,9 @@ pub struct SimulateArgs {
     /// Draw position and pressures over time to an .svg or .png file
     #[arg(long, value_name = "FILE")]
     pub plot: Option<PathBuf>,
+    /// Replace outputs that exist
+    #[arg(long)]
+    pub force: bool,
     /// How the result is printed
     #[arg(long, value_enum, default_value_t = Format::Text)]
     pub format: Format,
@@ -66,6 +69,9 @@ pub struct EffectsArgs {
     /// Draw a stroke without and with the effect to an .svg or .png file
     #[arg(long, value_name = "FILE", requires = "id")]
     pub plot: Option<PathBuf>,
+    /// Replace outputs that exist
+    #[arg(long)]
+    pub force: bool,
     /// How the result is printed
     #[arg(long, value_enum, default_value_t = Format::Text)]
     pub format: Format,
@@ -94,6 +100,9 @@ pub struct ReportArgs {
     /// Where the page goes
     #[arg(long, value_name = "FILE")]
     pub out: PathBuf,
+    /// Replace outputs that exist
+    #[arg(long)]
+    pub force: bool,
     /// How the result is printed
     #[arg(long, value_enum, default_value_t = Format::Text)]
     pub format: Format,
@@ -110,7 +119,7 @@ pub struct RevertArgs {
     /// Where the earlier valve file goes
     #[arg(long, value_name = "FILE")]
     pub out: PathBuf,
-    /// Replace the output if it exists
+    /// Replace outputs that exist
     #[arg(long)]
     pub force: bool,
     /// How the result is printed

@@ -22,6 +22,9 @@ pub struct DemoArgs {
     /// Write the valve file, the timing log and the tables into a directory
     #[arg(long, value_name = "DIR")]
     pub files: Option<PathBuf>,
+    /// Replace outputs that exist
+    #[arg(long)]
+    pub force: bool,
     /// How the result is printed
     #[arg(long, value_enum, default_value_t = Format::Text)]
     pub format: Format,
@@ -87,6 +90,9 @@ pub struct PrognoseArgs {
     /// Go on reading as the log grows, until interrupted
     #[arg(long)]
     pub follow: bool,
+    /// Replace outputs that exist
+    #[arg(long)]
+    pub force: bool,
     /// How the result is printed
     #[arg(long, value_enum, default_value_t = StreamFormat::Text)]
     pub format: StreamFormat,
@@ -157,6 +163,9 @@ pub struct EvaluateArgs {
     /// Draw the accuracy over the noise to an .svg or .png file
     #[arg(long, value_name = "FILE")]
     pub plot: Option<PathBuf>,
+    /// Replace outputs that exist
+    #[arg(long)]
+    pub force: bool,
     /// How the result is printed
     #[arg(long, value_enum, default_value_t = Format::Text)]
     pub format: Format,
@@ -181,7 +190,7 @@ pub struct LearnArgs {
     /// The file to write
     #[arg(long, value_name = "FILE")]
     pub out: PathBuf,
-    /// Replace the file if it exists
+    /// Replace outputs that exist
     #[arg(long)]
     pub force: bool,
     /// How the result is printed

@@ -15,18 +15,14 @@ use super::campaign_input;
 use super::ladder;
 use crate::cli::{AdoptArgs, Format};
 use crate::failure::{Answer, Hinted};
-use crate::output::{self, PlotFile};
+use crate::output::{self, Outputs, PlotFile};
 
 /// Adds, refits, writes and prints the model sequence.
 pub fn run(args: &AdoptArgs) -> anyhow::Result<Answer> {
     let input = campaign_input::read(&args.valve, &args.campaign)?;
-    if !args.force && args.out.exists() {
-        return Err(Hinted::error(
-            format!("{}: exists already", args.out.display()),
-            "choose another name, or replace it with --force",
-        ));
-    }
-    let plot = PlotFile::create(args.plot.as_deref())?;
+    let mut outputs = Outputs::new(args.force).reads(input.files()).reads(&args.log);
+    let out = outputs.file(&args.out)?;
+    let plot = PlotFile::create(&mut outputs, args.plot.as_deref())?;
     let (additions, without) = additions(&input.file, &args.effects)?;
     let sequence = sequence(&without, &input.campaign, &additions, Stop::never()).ok_or_else(|| {
         Hinted::error(
@@ -45,7 +41,7 @@ pub fn run(args: &AdoptArgs) -> anyhow::Result<Answer> {
     let action = format!("added {}", names.join(" and "));
     let last = &steps[steps.len() - 1];
     let entry = HistoryEntry::new(&action, &input.campaign.name, steps[0].normalised_rms, last.normalised_rms);
-    adopted(&input.file, best)?.with_history(entry)?.write(&args.out, args.force)?;
+    out.write_whole(adopted(&input.file, best)?.with_history(entry)?.text().as_bytes())?;
     match args.format {
         Format::Text => {
             let mut text = format!("{action} on {}\n\n{}\n", input.campaign.name, ladder::table(&steps));

@@ -1,7 +1,7 @@
 //! `valve build-tables`: the valve file's tables into a directory.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
@@ -16,14 +16,16 @@ use valve_file::ValveFile;
 use super::{tables, valve_input};
 use crate::cli::{BuildTablesArgs, Format, QuantityRange};
 use crate::failure::{Answer, Hinted};
-use crate::output::{self, Align, PlotFile, TextTable};
+use crate::output::{self, Align, Outputs, PlotFile, TextTable};
 
 /// Builds, writes, says what was built.
 pub fn run(args: &BuildTablesArgs) -> anyhow::Result<Answer> {
     let file = valve_input::read(&args.valve)?;
     let request = Request { wears: wears(&args.wear)?, conditions: conditions(args, &file)? };
-    let plot = PlotFile::create(args.plot.as_deref())?;
-    let dir = TableDir::prepare(&args.out, args.force, &request)?;
+    let mut outputs = Outputs::new(args.force).reads([&args.valve]);
+    let ids: Vec<&str> = request.wears.iter().map(|wear| &*wear.degradation.id).collect();
+    let dir = TableDir::prepare(&mut outputs, &args.out, args.force, &ids)?;
+    let plot = PlotFile::create(&mut outputs, args.plot.as_deref())?;
     let start = Instant::now();
     let built = tables::build_what(&file, &request).with_context(|| file.file_name().to_owned())?;
     let took = start.elapsed();
@@ -90,39 +92,53 @@ fn seconds(took: Duration) -> String {
 
 /// The directory of the tables; one that was made for them goes again if they
 /// cannot be built.
-struct TableDir<'a> {
-    path: &'a Path,
+pub struct TableDir {
+    path: PathBuf,
     made: bool,
 }
 
-impl<'a> TableDir<'a> {
-    fn prepare(path: &'a Path, force: bool, request: &Request) -> anyhow::Result<Self> {
-        if !force {
-            let tables = request.wears.iter().map(|wear| format!("{}.csv", wear.degradation.id));
-            if let Some(name) = tables.chain([MANIFEST_FILE.to_owned()]).find(|name| path.join(name).exists()) {
-                return Err(Hinted::error(
-                    format!("{}: {name} exists already", path.display()),
-                    "choose another directory, or replace its tables with --force",
-                ));
-            }
+impl TableDir {
+    /// Makes the directory if need be and sees that the tables of these
+    /// degradations may be written there.
+    pub fn prepare(outputs: &mut Outputs, path: &Path, force: bool, ids: &[&str]) -> anyhow::Result<Self> {
+        let names = || ids.iter().map(|id| format!("{id}.csv")).chain([MANIFEST_FILE.to_owned()]);
+        let is_there = |name: &String| fs::symlink_metadata(path.join(name)).is_ok();
+        if let Some(name) = names().find(is_there).filter(|_| !force) {
+            return Err(Hinted::error(
+                format!("{}: {name} exists already", path.display()),
+                "choose another directory, or replace its tables with --force",
+            ));
         }
         let made = !path.exists();
         fs::create_dir_all(path).with_context(|| format!("{}: cannot be made", path.display()))?;
-        Ok(Self { path, made })
+        let dir = Self { path: path.to_owned(), made };
+        for name in names() {
+            let file = path.join(name);
+            if file.is_symlink() {
+                return Err(Hinted::error(
+                    format!("{}: is a symbolic link; tables are replaced as a set of files", file.display()),
+                    "choose another directory, or link the directory instead of its files",
+                ));
+            }
+            outputs.claim(&file)?;
+        }
+        tempfile::tempfile_in(path).with_context(|| format!("{}: cannot be written", path.display()))?;
+        Ok(dir)
     }
 
-    fn write(mut self, bundle: &TableBundle) -> anyhow::Result<()> {
-        bundle.write(self.path)?;
+    /// Writes the tables, all as one.
+    pub fn write(mut self, bundle: &TableBundle) -> anyhow::Result<()> {
+        bundle.write(&self.path)?;
         self.made = false;
         Ok(())
     }
 }
 
-impl Drop for TableDir<'_> {
+impl Drop for TableDir {
     fn drop(&mut self) {
         if self.made {
             // Only an empty directory is removed: nothing of others can be lost.
-            let _ = fs::remove_dir(self.path);
+            let _ = fs::remove_dir(&self.path);
         }
     }
 }

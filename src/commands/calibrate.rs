@@ -10,22 +10,18 @@ use report::figures::{ParameterShift, ParametersFigure};
 
 use super::campaign_input;
 use crate::cli::{CalibrateArgs, Format};
-use crate::failure::{Answer, Hinted};
-use crate::output::{self, Align, PlotFile, TextTable};
+use crate::failure::Answer;
+use crate::output::{self, Align, Outputs, PlotFile, TextTable};
 
 /// Calibrates, prints and writes.
 pub fn run(args: &CalibrateArgs) -> anyhow::Result<Answer> {
     let input = campaign_input::read(&args.valve, &args.campaign)?;
-    if let Some(out) = args.out.as_deref().filter(|out| !args.force && out.exists()) {
-        return Err(Hinted::error(
-            format!("{}: exists already", out.display()),
-            "choose another name, or replace it with --force",
-        ));
-    }
-    let plot = PlotFile::create(args.plot.as_deref())?;
+    let mut outputs = Outputs::new(args.force).reads(input.files());
+    let out = args.out.as_deref().map(|out| outputs.file(out)).transpose()?;
+    let plot = PlotFile::create(&mut outputs, args.plot.as_deref())?;
     let calibration = Calibration::new(&input.file, &input.campaign, CalibrateOptions::default())?;
-    if let Some(out) = &args.out {
-        calibration.adopted(&input.file, &input.campaign.name)?.write(out, args.force)?;
+    if let Some(out) = out {
+        out.write_whole(calibration.adopted(&input.file, &input.campaign.name)?.text().as_bytes())?;
     }
     match args.format {
         Format::Text => {

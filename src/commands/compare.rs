@@ -1,6 +1,7 @@
 //! `valve compare`: the model beside the record.
 
 use std::fmt::Write;
+use std::path::PathBuf;
 
 use model_lab::compare::{Comparison, Direction, Phase, PhaseScore};
 use model_lab::residual_force::ResidualForce;
@@ -9,7 +10,7 @@ use valve_file::ValveFile;
 use super::{campaign_input, compare_figures as figures};
 use crate::cli::{CompareArgs, Format};
 use crate::failure::{Answer, Hinted};
-use crate::output::{self, Align, PlotFile, TextTable};
+use crate::output::{self, Align, Outputs, PlotFile, TextTable};
 use answers::{CampaignInput, comparison as json};
 
 /// Compares and prints.
@@ -23,7 +24,7 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<Answer> {
             "leave --residual-force and the plots out, or record traces",
         ));
     }
-    let plots = Plots::create(args)?;
+    let plots = Plots::create(args, &input)?;
     let comparison = Comparison::new(&input.data, input.file.valve());
     let against = other.as_ref().map(|file| (file, Comparison::new(&input.data, file.valve())));
     let force = if wants_force(args) {
@@ -55,12 +56,14 @@ struct Plots {
 }
 
 impl Plots {
-    fn create(args: &CompareArgs) -> anyhow::Result<Self> {
+    fn create(args: &CompareArgs, input: &CampaignInput) -> anyhow::Result<Self> {
+        let mut outputs = Outputs::new(args.force).reads(input.files()).reads(&args.against);
+        let mut plot = |path: &Option<PathBuf>| PlotFile::create(&mut outputs, path.as_deref());
         Ok(Self {
-            overlay: PlotFile::create(args.plot.as_deref())?,
-            strips: PlotFile::create(args.plot_strips.as_deref())?,
-            force: PlotFile::create(args.plot_force.as_deref())?,
-            signature: PlotFile::create(args.plot_signature.as_deref())?,
+            overlay: plot(&args.plot)?,
+            strips: plot(&args.plot_strips)?,
+            force: plot(&args.plot_force)?,
+            signature: plot(&args.plot_signature)?,
         })
     }
 

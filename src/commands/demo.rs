@@ -1,7 +1,7 @@
 //! `valve demo`: the whole chain on data that the program carries.
 
 use std::fs;
-use std::io::Write;
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -13,12 +13,13 @@ use valve_file::ValveFile;
 use valve_model::Conditions;
 use valve_model::simulate::DEFAULT_STEP_S;
 
+use super::build_tables::TableDir;
 use super::prognose::{Ends, History, probability};
 use super::strokes::Cycles;
 use super::{build_tables, tables};
 use crate::cli::{DemoArgs, Format};
 use crate::failure::Answer;
-use crate::output::{self, Align, PlotFile, StagedFile, TextTable};
+use crate::output::{self, Align, Outputs, PlotFile, StagedFile, TextTable};
 
 const VALVE: &str = include_str!("../../models/testbed.toml");
 const LOG: &str = include_str!("../../data/leaking-valve.csv");
@@ -29,7 +30,9 @@ const SHOWN: [u64; 9] = [1, 2, 3, 5, 8, 12, 14, 18, 24];
 
 /// Simulates the valve, builds its tables, reads the log.
 pub fn run(args: &DemoArgs) -> anyhow::Result<Answer> {
-    let plot = PlotFile::create(args.plot.as_deref())?;
+    let mut outputs = Outputs::new(args.force);
+    let plot = PlotFile::create(&mut outputs, args.plot.as_deref())?;
+    let files = args.files.as_deref().map(|dir| DemoFiles::create(&mut outputs, dir, args.force)).transpose()?;
     let file = ValveFile::parse(VALVE, "models/testbed.toml")?;
     let start = Instant::now();
 
@@ -82,18 +85,30 @@ pub fn run(args: &DemoArgs) -> anyhow::Result<Answer> {
     if let (Some(plot), Some(figure)) = (plot, figure) {
         plot.write(&figure.figure())?;
     }
-    if let Some(dir) = &args.files {
-        let context = || format!("{}: cannot be written", dir.display());
-        fs::create_dir_all(dir).with_context(context)?;
-        for (name, text) in [("valve.toml", VALVE), ("log.csv", LOG)] {
-            let mut file = StagedFile::create(&dir.join(name))?;
-            file.write_all(text.as_bytes()).with_context(context)?;
-            file.commit()?;
-        }
-        bundle.write(&dir.join("tables"))?;
+    if let (Some(files), Some(dir)) = (files, &args.files) {
+        files.valve.write_whole(VALVE.as_bytes())?;
+        files.log.write_whole(LOG.as_bytes())?;
+        files.tables.write(&bundle)?;
         output::note(&format!("written: {0}/valve.toml, {0}/log.csv, {0}/tables", dir.display()));
     }
     Ok(Answer::Fine)
+}
+
+/// The files of the demo, opened before it runs.
+struct DemoFiles {
+    valve: StagedFile,
+    log: StagedFile,
+    tables: TableDir,
+}
+
+impl DemoFiles {
+    fn create(outputs: &mut Outputs, dir: &Path, force: bool) -> anyhow::Result<Self> {
+        fs::create_dir_all(dir).with_context(|| format!("{}: cannot be made", dir.display()))?;
+        let valve = outputs.file(&dir.join("valve.toml"))?;
+        let log = outputs.file(&dir.join("log.csv"))?;
+        let leaks = leak_table::Fault::ALL.map(leak_table::Fault::name);
+        Ok(Self { valve, log, tables: TableDir::prepare(outputs, &dir.join("tables"), force, &leaks)? })
+    }
 }
 
 const NEXT: &str = "

@@ -14,16 +14,17 @@ use super::adopt::{parameter_lines, with_error};
 use super::{campaign_input, explain_figures, ladder};
 use crate::cli::{ExplainArgs, Format};
 use crate::failure::{Answer, Hinted};
-use crate::output::{self, Align, PlotFile, ProgressLine, TextTable};
+use crate::output::{self, Align, Outputs, PlotFile, ProgressLine, TextTable};
 use answers::{CampaignInput, explanation};
 
 /// Searches, prints and draws.
 pub fn run(args: &ExplainArgs) -> anyhow::Result<Answer> {
     let input = campaign_input::read(&args.valve, &args.campaign)?;
-    let plot = PlotFile::create(args.plot.as_deref())?;
-    let plot_steps = PlotFile::create(args.plot_steps.as_deref())?;
-    let plot_missing = PlotFile::create(args.plot_missing.as_deref())?;
-    let plot_experiment = PlotFile::create(args.plot_experiment.as_deref())?;
+    let mut outputs = Outputs::new(args.force).reads(input.files());
+    let plot = PlotFile::create(&mut outputs, args.plot.as_deref())?;
+    let plot_steps = PlotFile::create(&mut outputs, args.plot_steps.as_deref())?;
+    let plot_missing = PlotFile::create(&mut outputs, args.plot_missing.as_deref())?;
+    let plot_experiment = PlotFile::create(&mut outputs, args.plot_experiment.as_deref())?;
     let options = DiagnoseOptions { good_enough_m: args.good_enough, ..DiagnoseOptions::default() };
     let answer = search(&input, &options)?;
     match args.format {

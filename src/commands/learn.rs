@@ -1,7 +1,7 @@
 //! `valve learn`: what the logs of sister valves teach of the next one.
 
 use std::fs::File;
-use std::io::{BufReader, Write};
+use std::io::BufReader;
 use std::sync::Arc;
 
 use anyhow::Context;
@@ -9,19 +9,13 @@ use leak_table::TableBundle;
 use prognoser::{Learned, Learner, TimingLog};
 
 use crate::cli::{Format, LearnArgs};
-use crate::failure::{Answer, Hinted};
-use crate::output::{self, StagedFile};
+use crate::failure::Answer;
+use crate::output::{self, Outputs};
 
 /// Reads all logs, writes the prior.
 pub fn run(args: &LearnArgs) -> anyhow::Result<Answer> {
-    if args.out.exists() && !args.force {
-        return Err(Hinted::error(
-            format!("{}: exists already", args.out.display()),
-            "choose another name, or replace it with --force",
-        ));
-    }
     let tables = Arc::new(TableBundle::read(&args.tables)?);
-    let mut out = StagedFile::create(&args.out)?;
+    let out = Outputs::new(args.force).reads(&args.logs).reads([&args.tables]).file(&args.out)?;
     let mut learner = Learner::new(tables);
     for (index, path) in args.logs.iter().enumerate() {
         let file = File::open(path).with_context(|| format!("{}: cannot be read", path.display()))?;
@@ -33,8 +27,7 @@ pub fn run(args: &LearnArgs) -> anyhow::Result<Answer> {
     let learned = learner.finish();
     let text = toml_edit::ser::to_string_pretty(&learned)?;
     let head = "# What the logs of sister valves have taught; for `valve prognose --prior`.\n";
-    out.write_all(format!("{head}{text}").as_bytes())?;
-    out.commit()?;
+    out.write_whole(format!("{head}{text}").as_bytes())?;
     match args.format {
         Format::Text => output::print_text(&sentences(&learned))?,
         Format::Json => output::print_json(&learned)?,

@@ -9,7 +9,7 @@ use clap_complete::Shell;
 
 use crate::cli::Cli;
 use crate::failure::{Answer, Hinted};
-use crate::output;
+use crate::output::{self, Outputs};
 
 /// The page about all files.
 const FORMATS: &str = include_str!("../../docs/formats.md");
@@ -40,16 +40,29 @@ pub fn completions(shell: Shell) -> anyhow::Result<Answer> {
 }
 
 /// Prints the page of the program, or writes a page for each verb into a directory.
-pub fn pages(dir: Option<&Path>) -> anyhow::Result<Answer> {
-    if let Some(dir) = dir {
-        std::fs::create_dir_all(dir).with_context(|| format!("{}: cannot be made", dir.display()))?;
-        clap_mangen::generate_to(Cli::command(), dir)
-            .with_context(|| format!("{}: the pages cannot be written", dir.display()))?;
-        return Ok(Answer::Fine);
+pub fn pages(dir: Option<&Path>, force: bool) -> anyhow::Result<Answer> {
+    let Some(dir) = dir else {
+        let mut page = Vec::new();
+        clap_mangen::Man::new(Cli::command()).render(&mut page)?;
+        return write_out(&page);
+    };
+    std::fs::create_dir_all(dir).with_context(|| format!("{}: cannot be made", dir.display()))?;
+    let mut program = Cli::command();
+    program.build();
+    let mut commands = vec![program];
+    let mut outputs = Outputs::new(force);
+    let mut pages = Vec::new();
+    while let Some(command) = commands.pop() {
+        commands.extend(command.get_subcommands().filter(|verb| !verb.is_hide_set()).cloned());
+        let man = clap_mangen::Man::new(command);
+        let mut page = Vec::new();
+        man.render(&mut page)?;
+        pages.push((outputs.file(&dir.join(man.get_filename()))?, page));
     }
-    let mut page = Vec::new();
-    clap_mangen::Man::new(Cli::command()).render(&mut page)?;
-    write_out(&page)
+    for (file, page) in pages {
+        file.write_whole(&page)?;
+    }
+    Ok(Answer::Fine)
 }
 
 fn write_out(bytes: &[u8]) -> anyhow::Result<Answer> {

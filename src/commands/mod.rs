@@ -46,6 +46,6 @@ pub fn run(verb: &Verb) -> anyhow::Result<Answer> {
         Verb::Revert(args) => revert::run(args),
         Verb::Help { topic } => manual::help(topic),
         Verb::Completions { shell } => manual::completions(*shell),
-        Verb::Man { dir } => manual::pages(dir.as_deref()),
+        Verb::Man { dir, force } => manual::pages(dir.as_deref(), *force),
     }
 }

@@ -5,14 +5,15 @@ use valve_file::ValveFile;
 
 use crate::cli::{Format, RevertArgs};
 use crate::failure::Answer;
-use crate::output;
+use crate::output::{self, Outputs};
 
 /// Writes the earlier valve file.
 pub fn run(args: &RevertArgs) -> anyhow::Result<Answer> {
     let file = ValveFile::read(&args.valve)?;
+    let out = Outputs::new(args.force).reads([&args.valve]).file(&args.out)?;
     let undone = file.history().last().map(|entry| entry.action.clone());
     let earlier = file.reverted()?;
-    earlier.write(&args.out, args.force)?;
+    out.write_whole(earlier.text().as_bytes())?;
     let (undone, out) = (undone.unwrap_or_default(), args.out.display().to_string());
     match args.format {
         Format::Text => output::print_text(&format!("undone: {undone}\nwritten: {out}\n"))?,

@@ -14,7 +14,7 @@ use super::strokes::{Cycles, instants};
 use super::valve_input;
 use crate::cli::{Format, SimulateArgs};
 use crate::failure::{Answer, Hinted};
-use crate::output::{self, Align, PlotFile, StagedFile, TextTable};
+use crate::output::{self, Align, Outputs, PlotFile, StagedFile, TextTable};
 
 /// Spacing of the samples in a trace, s.
 const TRACE_SPACING_S: f64 = 1e-3;
@@ -32,8 +32,9 @@ pub fn run(args: &SimulateArgs) -> anyhow::Result<Answer> {
             format!("ask for at most {TRACE_CYCLES} cycles, or leave --trace and --plot out"),
         ));
     }
-    let trace = args.trace.as_deref().map(StagedFile::create).transpose()?;
-    let plot = PlotFile::create(args.plot.as_deref())?;
+    let mut outputs = Outputs::new(args.force).reads([&args.valve]);
+    let trace = args.trace.as_deref().map(|path| outputs.file(path)).transpose()?;
+    let plot = PlotFile::create(&mut outputs, args.plot.as_deref())?;
 
     let times = times_s(&file, conditions, args);
     match args.format {

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use report::Figure;
 
-use super::StagedFile;
+use super::{Outputs, StagedFile};
 use crate::failure::Hinted;
 
 /// Image points per pixel of a PNG: sharp on today's screens and in print.
@@ -28,7 +28,7 @@ pub struct PlotFile {
 impl PlotFile {
     /// Opens the file that an option names, if it names one. Done before the work,
     /// so that a wrong name does not cost a long run.
-    pub fn create(path: Option<&Path>) -> anyhow::Result<Option<Self>> {
+    pub fn create(outputs: &mut Outputs, path: Option<&Path>) -> anyhow::Result<Option<Self>> {
         let Some(path) = path else { return Ok(None) };
         let extension = path.extension().and_then(OsStr::to_str).map(str::to_ascii_lowercase);
         let kind = match extension.as_deref() {
@@ -41,7 +41,7 @@ impl PlotFile {
                 ));
             }
         };
-        Ok(Some(Self { kind, file: StagedFile::create(path)? }))
+        Ok(Some(Self { kind, file: outputs.file(path)? }))
     }
 
     /// Draws the picture and puts the file in its place.

@@ -16,7 +16,7 @@ pub use figure::PlotFile;
 pub use number::push_number;
 pub use progress::ProgressLine;
 pub use sketch::sketch;
-pub use staged::StagedFile;
+pub use staged::{Outputs, StagedFile};
 pub use table::{Align, TextTable};
 
 /// Stdout, buffered; the caller flushes it.

@@ -133,7 +133,8 @@ fn pictures_are_drawn_of_what_there_is_to_show() {
     let sandbox = Sandbox::new();
     hide_vent_restriction(&sandbox);
     let drawn = || {
-        let pictures = ["--plot", "all.svg", "--plot-missing", "missing.svg", "--plot-experiment", "next.svg"];
+        let pictures =
+            ["--force", "--plot", "all.svg", "--plot-missing", "missing.svg", "--plot-experiment", "next.svg"];
         let output = sandbox.valve(&[&["explain", "valve.toml", "campaign.toml"][..], &pictures].concat());
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned())

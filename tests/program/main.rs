@@ -9,4 +9,5 @@ mod compare;
 mod docs;
 mod explain;
 mod init;
+mod outputs;
 mod support;

@@ -68,6 +68,14 @@ impl CampaignInput {
         valve.chain(self.campaign.warnings.iter().map(ToString::to_string)).collect()
     }
 
+    /// Every file that was read; none of them is to be replaced.
+    pub fn files(&self) -> Vec<PathBuf> {
+        let folder = self.campaign_path.parent().unwrap_or(Path::new(""));
+        let runs = self.campaign.runs.iter().map(|run| folder.join(&run.file));
+        let timings = self.campaign.timings_file.as_ref().map(PathBuf::from);
+        runs.chain(timings).chain([PathBuf::from(self.file.file_name()), self.campaign_path.clone()]).collect()
+    }
+
     /// Where the noise figure came from.
     pub fn noise_source(&self) -> &'static str {
         let sensors = &self.campaign.sensors;

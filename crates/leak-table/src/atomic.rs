@@ -111,13 +111,14 @@ fn remove_leftovers(dir: &Path) {
 /// Puts everything on disk under other names; the manifest, which has none yet.
 fn stage(dir: &Path, files: &[&FileInfo], tables: &[String], text: &str) -> io::Result<NamedTempFile> {
     for (file, table) in files.iter().zip(tables) {
-        let staged = written(dir, table)?;
+        let staged = written(dir, &file.name, table)?;
         staged.persist(dir.join(next_name(file))).map_err(|error| error.error)?;
     }
-    written(dir, text)
+    written(dir, MANIFEST_FILE, text)
 }
 
-fn written(dir: &Path, text: &str) -> io::Result<NamedTempFile> {
+/// A file that is to get a name, with the mode of the one that it replaces.
+fn written(dir: &Path, name: &str, text: &str) -> io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(WRITING);
     // Temporary files are private by default; tables are ordinary files, and
@@ -125,9 +126,24 @@ fn written(dir: &Path, text: &str) -> io::Result<NamedTempFile> {
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     let mut file = builder.tempfile_in(dir)?;
+    if let Ok(older) = fs::metadata(dir.join(name)) {
+        file.as_file().set_permissions(older.permissions())?;
+        #[cfg(unix)]
+        keep_owner(file.as_file(), &older)?;
+    }
     file.write_all(text.as_bytes())?;
     file.as_file().sync_all()?;
     Ok(file)
+}
+
+#[cfg(unix)]
+fn keep_owner(file: &File, older: &fs::Metadata) -> io::Result<()> {
+    use std::os::unix::fs::{MetadataExt, fchown};
+    let own = file.metadata()?;
+    if (own.uid(), own.gid()) == (older.uid(), older.gid()) {
+        return Ok(());
+    }
+    fchown(file, Some(older.uid()), Some(older.gid()))
 }
 
 /// Makes the names in a directory last, where a system can.

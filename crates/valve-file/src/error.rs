@@ -56,18 +56,4 @@ pub enum ValveFileError {
         /// What does not fit.
         reason: String,
     },
-    /// The output exists and overwriting was not asked for.
-    #[error("{file}: exists already; choose another name or ask for it to be overwritten")]
-    Exists {
-        /// The file.
-        file: String,
-    },
-    /// The output cannot be written.
-    #[error("{file}: cannot be written: {reason}")]
-    Unwritable {
-        /// The file.
-        file: String,
-        /// The operating system's words.
-        reason: String,
-    },
 }

@@ -1,6 +1,5 @@
 //! The checked valve file.
 
-use std::io::Write;
 use std::path::Path;
 
 use checked_toml::Document;
@@ -41,33 +40,6 @@ impl ValveFile {
     /// Reads and checks a file.
     pub fn read(path: &Path) -> Result<Self, ValveFileError> {
         Self::parse(&checked_toml::read_text(path)?, &path.display().to_string())
-    }
-
-    /// Writes the text to a file, whole or not at all. An existing file is only replaced when
-    /// `overwrite` says so.
-    pub fn write(&self, path: &Path, overwrite: bool) -> Result<(), ValveFileError> {
-        let file = path.display().to_string();
-        let unwritable =
-            |error: std::io::Error| ValveFileError::Unwritable { file: file.clone(), reason: error.to_string() };
-        let mut name = path.file_name().unwrap_or_default().to_os_string();
-        name.push(format!(".{}.partial", std::process::id()));
-        let partial = path.with_file_name(name);
-        let written = std::fs::File::create(&partial).and_then(|mut output| {
-            output.write_all(self.text().as_bytes())?;
-            output.sync_all()
-        });
-        // A hard link refuses to replace a file, so that nobody who creates it meanwhile loses theirs.
-        let placed = written.and_then(|()| {
-            if overwrite { std::fs::rename(&partial, path) } else { std::fs::hard_link(&partial, path) }
-        });
-        if !overwrite || placed.is_err() {
-            // What is left behind after a failure is of no use; that it cannot be removed adds nothing to the failure.
-            let _ = std::fs::remove_file(&partial);
-        }
-        placed.map_err(|error| match error.kind() {
-            std::io::ErrorKind::AlreadyExists => ValveFileError::Exists { file: file.clone() },
-            _ => unwritable(error),
-        })
     }
 
     /// The whole text, as it would be written.

@@ -170,19 +170,6 @@ fn only_what_decides_a_timing_is_canonical() {
 }
 
 #[test]
-fn writing_is_whole_and_overwrites_only_when_told() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("out.toml");
-    read().write(&path, false).unwrap();
-    assert!(matches!(read().write(&path, false), Err(ValveFileError::Exists { .. })));
-    let other = read().with_parameter(ParameterId::Stroke, 0.021).unwrap();
-    other.write(&path, true).unwrap();
-    assert_eq!(ValveFile::read(&path).unwrap().text(), other.text());
-    assert!(read().write(&folder.path().join("no/such/out.toml"), false).is_err());
-    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
-}
-
-#[test]
 fn what_may_be_left_out_is_written_and_undone_and_counts_only_where_it_is_not_the_default() {
     let bare = read().with_effect(&friction(20.0, 30.0)).unwrap();
     let damped =

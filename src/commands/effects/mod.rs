@@ -15,7 +15,7 @@ use self::document::{Catalogue, document};
 use super::strokes::{Cycles, instants};
 use crate::cli::{EffectsArgs, Format};
 use crate::failure::{Answer, Hinted};
-use crate::output::{self, Align, PlotFile, TextTable};
+use crate::output::{self, Align, Outputs, PlotFile, TextTable};
 
 /// The valve on which an effect is shown unless another is given.
 const REFERENCE_VALVE: &str = include_str!("../../../models/testbed.toml");
@@ -31,7 +31,7 @@ pub fn run(args: &EffectsArgs) -> anyhow::Result<Answer> {
             "`valve effects` lists them all",
         ));
     };
-    let plot = PlotFile::create(args.plot.as_deref())?;
+    let plot = PlotFile::create(&mut Outputs::new(args.force).reads(&args.valve), args.plot.as_deref())?;
     let file = match &args.valve {
         Some(path) => ValveFile::read(path)?,
         None => reference_valve()?,

@@ -18,7 +18,7 @@ use self::truth::Truth;
 use super::tables;
 use crate::cli::{EvaluateArgs, Format};
 use crate::failure::Answer;
-use crate::output::{self, PlotFile};
+use crate::output::{self, Outputs, PlotFile};
 
 /// What is printed for programs.
 #[derive(Serialize)]
@@ -42,7 +42,7 @@ pub fn run(args: &EvaluateArgs) -> anyhow::Result<Answer> {
     if let Some(log) = &args.log {
         return own_log::run(args, &file, log);
     }
-    let plot = PlotFile::create(args.plot.as_deref())?;
+    let plot = PlotFile::create(&mut Outputs::new(args.force).reads([&args.valve]), args.plot.as_deref())?;
     let bundle = tables::build(&file).with_context(|| file.file_name().to_owned())?.bundle;
     let truth = Truth::new(&file);
     let times = |fault, area_m2| truth.times_s(fault, area_m2);

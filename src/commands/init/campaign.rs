@@ -1,7 +1,6 @@
 //! `valve init campaign`: a look at recordings, and a campaign file.
 
 use std::fmt::Write as _;
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
@@ -14,22 +13,14 @@ use super::dialogue;
 use crate::cli::InitCampaignArgs;
 use crate::commands::valve_input;
 use crate::failure::{Answer, Hinted};
-use crate::output;
+use crate::output::{self, Outputs};
 
 /// The atmosphere where no valve file says another one, Pa.
 const USUAL_AMBIENT_PA: f64 = 101_325.0;
 
 /// Looks, asks or refuses, checks and writes.
 pub fn run(args: &InitCampaignArgs) -> anyhow::Result<Answer> {
-    if args.out.exists() && !args.force {
-        return Err(Hinted::error(
-            format!("{}: exists already", args.out.display()),
-            "choose another name with --out, or --force to replace it",
-        ));
-    }
-    if let Some(file) = args.files.iter().find(|file| **file == args.out) {
-        anyhow::bail!("{}: would be replaced by the campaign file; nothing was written", file.display());
-    }
+    let out = Outputs::new(args.force).reads(&args.files).reads(&args.valve).file(&args.out)?;
     let valve = args.valve.as_deref().map(valve_input::read).transpose()?;
     let facts = valve.as_ref().map(|file| valve_facts(file.valve()));
     let recordings = recordings(&args.files)?;
@@ -46,7 +37,7 @@ pub fn run(args: &InitCampaignArgs) -> anyhow::Result<Answer> {
             .with_context(|| {
                 "the recordings cannot be used as they were understood, and nothing was written".to_owned()
             })?;
-    place(&args.out, &text, args.force)?;
+    out.write_whole(text.as_bytes())?;
     for warning in &read.warnings {
         output::note(&format!("warning: {warning}"));
     }
@@ -247,25 +238,6 @@ fn relative(file: &Path, folder: &Path) -> String {
         _ => file.to_owned(),
     };
     seen.display().to_string().replace('\\', "/")
-}
-
-/// Writes the file whole or not at all; an existing one is only replaced with `force`.
-fn place(path: &Path, text: &str, force: bool) -> anyhow::Result<()> {
-    let mut name = path.file_name().unwrap_or_default().to_os_string();
-    name.push(format!(".{}.partial", std::process::id()));
-    let partial = path.with_file_name(name);
-    let written = std::fs::File::create(&partial).and_then(|mut file| {
-        file.write_all(text.as_bytes())?;
-        file.sync_all()
-    });
-    // A hard link refuses to replace a file, so that nobody who creates it meanwhile loses theirs.
-    let placed =
-        written.and_then(|()| if force { std::fs::rename(&partial, path) } else { std::fs::hard_link(&partial, path) });
-    if !force || placed.is_err() {
-        // What is left behind after a failure is of no use; that it cannot be removed adds nothing to the failure.
-        let _ = std::fs::remove_file(&partial);
-    }
-    placed.with_context(|| format!("{}: cannot be written", path.display()))
 }
 
 fn summary(args: &InitCampaignArgs, found: &Understanding, runs: &[DraftRun], read: &Campaign) -> String {

@@ -13,7 +13,7 @@ use super::typical::Size;
 use crate::cli::InitValveArgs;
 use crate::commands::strokes::Cycles;
 use crate::failure::{Answer, Hinted};
-use crate::output;
+use crate::output::{self, Outputs};
 
 /// A value as it is to stand in the file.
 struct Entry {
@@ -30,12 +30,7 @@ const LIMIT_OVER_TIME: f64 = 3.0;
 
 /// Collects the numbers, simulates once to find a cycle that fits, writes the file.
 pub fn run(args: &InitValveArgs) -> anyhow::Result<Answer> {
-    if args.out.exists() && !args.force {
-        return Err(Hinted::error(
-            format!("{}: exists already", args.out.display()),
-            "choose another name with --out, or --force to replace it",
-        ));
-    }
+    let out = Outputs::new(args.force).file(&args.out)?;
     let mut collector = Collector { args, missing: Vec::new() };
     let draft = collector.draft()?;
     if !collector.missing.is_empty() {
@@ -51,7 +46,7 @@ pub fn run(args: &InitValveArgs) -> anyhow::Result<Answer> {
     let times = times_s(&probe);
     let (schedule, limits) = cycle(times, &draft.limits_s);
     let file = ValveFile::parse(&draft.text(schedule, limits), &name)?;
-    file.write(&args.out, args.force)?;
+    out.write_whole(file.text().as_bytes())?;
     for doubt in file.doubts() {
         output::note(&format!("warning: {doubt}"));
     }

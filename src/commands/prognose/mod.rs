@@ -20,7 +20,7 @@ use self::writer::{RowFormat, Writer};
 use super::tables;
 use crate::cli::PrognoseArgs;
 use crate::failure::{Answer, Hinted};
-use crate::output::{self, PlotFile};
+use crate::output::{self, Outputs, PlotFile};
 
 pub use history::{End, Ends, History, probability};
 
@@ -32,7 +32,8 @@ const POLL: Duration = Duration::from_millis(200);
 pub fn run(args: &PrognoseArgs) -> anyhow::Result<Answer> {
     let tables = Arc::new(read_tables(args)?);
     let method = settings::method(args)?;
-    let plot = PlotFile::create(args.plot.as_deref())?;
+    let mut outputs = Outputs::new(args.force).reads([&args.log, &args.tables]).reads(&args.valve).reads(&args.prior);
+    let plot = PlotFile::create(&mut outputs, args.plot.as_deref())?;
     let history = plot.is_some().then(|| History::of(args.plot_valve.clone()));
 
     let (source, live) = open(args)?;

@@ -1,7 +1,5 @@
 //! The sections about recorded strokes: the model beside them, calibrated to them, and what it lacks.
 
-use std::path::Path;
-
 use model_lab::calibrate::{CalibrateOptions, Calibration};
 use model_lab::compare::Comparison;
 use model_lab::diagnosis::{DiagnoseOptions, Explanation};
@@ -9,21 +7,20 @@ use model_lab::residual_force::ResidualForce;
 use report::Figure;
 use report::html::{Block, Section};
 
-use crate::commands::{adopt, calibrate, campaign_input, compare, compare_figures, explain, explain_figures, ladder};
+use crate::commands::{adopt, calibrate, compare, compare_figures, explain, explain_figures, ladder};
 use answers::calibration::verdict_words;
 use answers::{CampaignInput, explanation};
 
-/// Reads the campaign, compares, calibrates and explains.
-pub fn sections(valve: &Path, campaign: &Path) -> anyhow::Result<Vec<Section>> {
-    let input = campaign_input::read(valve, campaign)?;
-    let mut sections = vec![compared(&input)];
+/// Compares, calibrates and explains.
+pub fn sections(input: &CampaignInput) -> anyhow::Result<Vec<Section>> {
+    let mut sections = vec![compared(input)];
     // Without tolerances there is nothing to calibrate.
     if !input.file.tolerances().is_empty() {
         let calibration = Calibration::new(&input.file, &input.campaign, CalibrateOptions::default())?;
-        sections.push(calibrated(&input, &calibration));
+        sections.push(calibrated(input, &calibration));
     }
-    let answer = explain::search(&input, &DiagnoseOptions::default())?;
-    sections.push(explained(&input, &answer));
+    let answer = explain::search(input, &DiagnoseOptions::default())?;
+    sections.push(explained(input, &answer));
     Ok(sections)
 }
 

@@ -4,23 +4,26 @@ mod campaign;
 mod log;
 mod valve;
 
-use std::io::Write;
 use std::sync::Arc;
 
+use answers::CampaignInput;
 use anyhow::Context;
 use report::html::Page;
 use serde_json::json;
 use valve_file::ValveFile;
 
-use super::tables;
+use super::{campaign_input, tables};
 use crate::cli::{Format, ReportArgs};
 use crate::failure::Answer;
-use crate::output::{self, StagedFile};
+use crate::output::{self, Outputs};
 
 /// Builds the page, section by section.
 pub fn run(args: &ReportArgs) -> anyhow::Result<Answer> {
     let file = ValveFile::read(&args.valve)?;
-    let mut out = StagedFile::create(&args.out)?;
+    let campaign = args.campaign.as_deref().map(|path| campaign_input::read(&args.valve, path)).transpose()?;
+    let read = campaign.as_ref().map(CampaignInput::files).unwrap_or_default();
+    let mut outputs = Outputs::new(args.force).reads(read).reads([&args.valve]).reads(&args.log);
+    let out = outputs.file(&args.out)?;
     let bundle = Arc::new(tables::build(&file).with_context(|| file.file_name().to_owned())?.bundle);
     let mut page = Page {
         title: file.name().to_owned(),
@@ -31,14 +34,13 @@ pub fn run(args: &ReportArgs) -> anyhow::Result<Answer> {
     if let Some(path) = &args.log {
         page.sections.push(log::section(path, &bundle)?);
     }
-    if let Some(path) = &args.campaign {
-        page.sections.extend(campaign::sections(&args.valve, path)?);
+    if let Some(input) = &campaign {
+        page.sections.extend(campaign::sections(input)?);
     }
     page.sections.push(valve::strokes(&file));
     page.sections.push(valve::tables(&bundle));
     page.sections.push(valve::model(&file));
-    out.write_all(page.to_html().as_bytes())?;
-    out.commit()?;
+    out.write_whole(page.to_html().as_bytes())?;
     let out = args.out.display().to_string();
     match args.format {
         Format::Text => output::note(&format!("written: {out}")),
