@@ -2,6 +2,7 @@
 //! the completions.
 
 mod init;
+mod lab;
 mod measurement;
 mod model;
 mod prognosis;
@@ -13,6 +14,7 @@ use std::path::PathBuf;
 use clap::{Parser, Subcommand, ValueEnum};
 
 pub use init::{InitArgs, InitCampaignArgs, InitValveArgs, InitWhat};
+pub use lab::{LabArgs, PageArgs};
 pub use measurement::{AdoptArgs, CalibrateArgs, CompareArgs, ExplainArgs};
 pub use model::{EffectsArgs, ReportArgs, RevertArgs, SimulateArgs};
 pub use prognosis::{DemoArgs, EvaluateArgs, GrowthName, LearnArgs, MethodName, PrognoseArgs, StartName, StreamFormat};
@@ -62,6 +64,8 @@ pub enum Verb {
     Explain(ExplainArgs),
     /// Add effects to a valve file, everything refitted
     Adopt(AdoptArgs),
+    /// Open a page on which the model is held against recorded strokes, live
+    Lab(LabArgs),
     /// List the physical effects that can be added to a valve file, or explain one
     Effects(EffectsArgs),
     /// Write all that is known of a valve into one HTML page

@@ -74,7 +74,7 @@ pub fn search(input: &CampaignInput, options: &DiagnoseOptions) -> anyhow::Resul
 
 fn show(line: &ProgressLine, done: &AtomicUsize, progress: &Progress) {
     match progress {
-        Progress::Tried { kinds, of } => {
+        Progress::Tried { kinds, of, .. } => {
             let count = done.fetch_add(1, Ordering::Relaxed) % of + 1;
             line.show(count as f64 / *of as f64, &format!("trying {}", explanation::joined(kinds)));
         }

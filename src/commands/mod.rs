@@ -13,6 +13,7 @@ mod evaluate;
 mod explain;
 mod explain_figures;
 mod init;
+mod lab;
 mod ladder;
 mod learn;
 mod manual;
@@ -41,6 +42,7 @@ pub fn run(verb: &Verb) -> anyhow::Result<Answer> {
         Verb::Calibrate(args) => calibrate::run(args),
         Verb::Explain(args) => explain::run(args),
         Verb::Adopt(args) => adopt::run(args),
+        Verb::Lab(args) => lab::run(args),
         Verb::Effects(args) => effects::run(args),
         Verb::Report(args) => report::run(args),
         Verb::Revert(args) => revert::run(args),

@@ -9,5 +9,7 @@ mod compare;
 mod docs;
 mod explain;
 mod init;
+mod lab;
 mod outputs;
+mod page;
 mod support;

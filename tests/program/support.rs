@@ -124,6 +124,7 @@ pub fn verbs() -> Vec<&'static str> {
         "calibrate",
         "explain",
         "adopt",
+        "lab",
         "report",
         "revert",
         "completions",

@@ -186,7 +186,8 @@ fn finite(value: f64) -> Option<f64> {
     value.is_finite().then_some(value)
 }
 
-fn force_value(force: &ResidualForce) -> Value {
+/// The force that a model lacks, SI.
+pub fn force_value(force: &ResidualForce) -> Value {
     let mut axes = Map::new();
     for axis in Axis::ALL {
         let mut directions = Map::new();

@@ -32,7 +32,7 @@ impl InputError {
 }
 
 /// A campaign beside the valve on which it was recorded.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct CampaignInput {
     /// The valve file.
     pub file: ValveFile,

@@ -72,6 +72,8 @@ pub enum News<'a> {
         set: &'a [usize],
         /// Its logarithm of the evidence, nats.
         log_evidence: f64,
+        /// Root mean square of what it leaves, in units of the noise as the fit found it.
+        rms: f64,
         /// Sets in this round.
         of: usize,
     },
@@ -375,7 +377,7 @@ impl<F: Family> Search<'_, F> {
                 };
                 let start = best_start(&problem, starts)?;
                 let fit = fit(&problem, &start, &options)?;
-                family.tell(News::Fitted { set, log_evidence: fit.log_evidence, of });
+                family.tell(fitted_news(set, &problem, &fit, of));
                 Some(Runner { set: (*set).clone(), problem, fit })
             })
             .collect()
@@ -409,7 +411,7 @@ impl<F: Family> Search<'_, F> {
                 {
                     runner.fit = fit;
                 }
-                self.family.tell(News::Fitted { set: &runner.set, log_evidence: runner.fit.log_evidence, of });
+                self.family.tell(fitted_news(&runner.set, &runner.problem, &runner.fit, of));
                 runner
             })
             .collect()
@@ -447,7 +449,7 @@ impl<F: Family> Search<'_, F> {
                 let problem = self.family.member(set, Level::High)?;
                 let start = self.family.carried(&low.problem, &low.fit.u, &problem);
                 let fit = fit(&problem, &start, &self.family.options())?;
-                self.family.tell(News::Fitted { set, log_evidence: fit.log_evidence, of });
+                self.family.tell(fitted_news(set, &problem, &fit, of));
                 Some((set.clone(), problem, fit))
             })
             .collect();
@@ -597,6 +599,12 @@ fn left_to_explain<P: Problem>(problem: &P, fit: &Fit, options: &FitOptions) -> 
     let coordinates = problem.coordinates();
     let strain = 0.5 * (prior_cost(coordinates, &fit.u) - coordinates.len() as f64);
     left_nats(problem, fit, options).max(0.0) + strain.max(0.0) - log_prior(&options.groups, &fit.noise)
+}
+
+/// What is told of a set that was fitted.
+fn fitted_news<'a, P: Problem>(set: &'a [usize], problem: &P, fit: &Fit, of: usize) -> News<'a> {
+    let rms = rms_in_noise(problem, &fit.noise, &fit.linear.residual);
+    News::Fitted { set, log_evidence: fit.log_evidence, rms, of }
 }
 
 /// Root mean square of residuals in units of the rows' noise with its multiplier.

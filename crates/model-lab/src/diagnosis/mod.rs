@@ -28,6 +28,10 @@ pub enum Progress {
     Tried {
         /// Its effects.
         kinds: Vec<EffectKind>,
+        /// Its logarithm of the evidence, nats.
+        log_evidence: f64,
+        /// The error that it leaves, in units of the noise as the fit found it.
+        error: f64,
         /// Sets in this round.
         of: usize,
     },
@@ -73,7 +77,9 @@ pub fn explain(
     let kinds = Catalogue::new(&subject, &|_| (), stop).kinds;
     let of = |set: &[usize]| -> Vec<EffectKind> { set.iter().map(|one| kinds[*one]).collect() };
     let news = |news: News<'_>| match news {
-        News::Fitted { set, of: count, .. } => tell(Progress::Tried { kinds: of(set), of: count }),
+        News::Fitted { set, log_evidence, rms, of: count } => {
+            tell(Progress::Tried { kinds: of(set), log_evidence, error: rms, of: count });
+        }
         News::Reached { set, gain } => tell(Progress::Reached { kinds: of(set), gain }),
     };
     let catalogue = Catalogue::new(&subject, &news, stop);

@@ -1,0 +1,210 @@
+//! What the page needs to know once: the valve, the runs, the catalogue with its ranges, all in the user's units.
+
+use checked_toml::Document;
+use model_lab::data::same_conditions;
+use quantity::{Dimension, Quantity, Reference, Unit, format_number};
+use serde_json::{Value, json};
+use valve_file::ValveFile;
+use valve_model::effects::{ActsOn, DefaultValue, EffectParameter};
+use valve_model::{EffectKind, ParameterId};
+
+use super::model::Model;
+use super::subject::Subject;
+
+/// A tolerated parameter slides over this many tolerances to each side.
+const TOLERANCES: f64 = 4.0;
+
+/// Everything that stays while the sliders move.
+pub fn document(subject: &Subject) -> Value {
+    let input = &subject.input;
+    let file = &input.file;
+    json!({
+        "version": subject.version,
+        "valve": { "name": file.name(), "file": file.file_name() },
+        "campaign": { "name": input.campaign.name, "file": input.campaign_path.display().to_string() },
+        "stroke_mm": 1e3 * file.valve().parameters().stroke_m,
+        "doubts": input.doubts(),
+        "runs": runs(subject),
+        "channels": channels(subject),
+        "parameters": parameters(file),
+        "effects": EffectKind::ALL.iter().map(|kind| effect(*kind, file)).collect::<Vec<_>>(),
+        "custom": custom(file),
+        "model": Model::of(file),
+    })
+}
+
+fn runs(subject: &Subject) -> Vec<Value> {
+    let data = &subject.input.data;
+    let mut groups: Vec<usize> = Vec::new();
+    (0..data.unit_count())
+        .map(|unit| {
+            let conditions = data.unit_conditions(unit);
+            let known = groups.iter().position(|group| same_conditions(data.unit_conditions(*group), conditions));
+            let condition = known.unwrap_or_else(|| {
+                groups.push(unit);
+                groups.len() - 1
+            });
+            let ambient_pa = subject.input.file.valve().parameters().ambient_pressure_pa;
+            json!({
+                "name": data.runs.get(unit).map_or_else(|| format!("stroke times {}", unit + 1 - data.runs.len()), |run| run.name.clone()),
+                "is_trace": unit < data.runs.len(),
+                "end_s": data.runs.get(unit).map(|run| run.run.end_s),
+                "condition": condition,
+                "supply_kpa": conditions.supply_pressure_pa * 1e-3,
+                "supply_kpa_gauge": (conditions.supply_pressure_pa - ambient_pa) * 1e-3,
+                "temperature_k": conditions.temperature_k,
+                "leak_to_atmosphere_mm2": conditions.leak_to_atmosphere_m2 * 1e6,
+                "leak_from_supply_mm2": conditions.leak_from_supply_m2 * 1e6,
+            })
+        })
+        .collect()
+}
+
+fn channels(subject: &Subject) -> Vec<&'static str> {
+    use model_lab::data::Channel;
+    let has = |wanted: Channel| {
+        let mut channels = subject.input.data.runs.iter().flat_map(|run| &run.channels);
+        channels.any(|channel| channel.channel == wanted)
+    };
+    [(Channel::Position, "position"), (Channel::ChamberPressure, "chamber"), (Channel::PipePressure, "pipe")]
+        .into_iter()
+        .filter(|(channel, _)| has(*channel))
+        .map(|(_, name)| name)
+        .collect()
+}
+
+/// A unit with its way from SI: shown = si * factor + shift.
+fn unit(text: &str, factor: f64, shift: f64) -> Value {
+    json!({ "name": text, "factor": factor, "shift": shift })
+}
+
+fn si_unit(unit_: &Unit, ambient_pa: f64) -> Value {
+    let gauge = if unit_.reference() == Reference::Gauge { ambient_pa } else { 0.0 };
+    let zero = unit_.from_si(-gauge);
+    unit(unit_.text(), unit_.from_si(1.0 - gauge) - zero, zero)
+}
+
+/// The unit in which people read it where the file does not say.
+fn handy_unit(si: &str) -> Value {
+    let name = match si {
+        "m" => "mm",
+        "m2" => "mm2",
+        "m3" => "cm3",
+        "s" => "ms",
+        "Pa" => "kPa",
+        "Pa s/kg" => "MPa s/kg",
+        other => other,
+    };
+    Unit::parse(name).map_or_else(|_| unit(si, 1.0, 0.0), |unit| si_unit(&unit, 0.0))
+}
+
+/// The unit in which the file writes a parameter.
+fn unit_in_file(file: &ValveFile, id: ParameterId) -> Option<Unit> {
+    let document = Document::parse(file.text(), file.file_name()).ok()?;
+    let section = document.root().section(id.section()).ok()??;
+    let text = section.text(id.name(), "").ok()??;
+    Some(Quantity::parse(text, Dimension::of_si_unit(id.si_unit())?).ok()?.unit().clone())
+}
+
+/// The tolerated parameters with the range that their tolerances leave them.
+fn parameters(file: &ValveFile) -> Vec<Value> {
+    let valve = file.valve().parameters();
+    file.tolerances()
+        .iter()
+        .map(|tolerance| {
+            let id = tolerance.parameter;
+            let value = valve.get(id);
+            let at = |tolerances: f64| value * (tolerances * tolerance.relative_sigma).exp();
+            json!({
+                "key": id.key(),
+                "unit": unit_in_file(file, id).map_or_else(|| handy_unit(id.si_unit()), |unit| si_unit(&unit, valve.ambient_pressure_pa)),
+                "value": value,
+                "tolerance": tolerance.relative_sigma,
+                "lower": at(-TOLERANCES),
+                "upper": at(TOLERANCES),
+            })
+        })
+        .collect()
+}
+
+fn effect(kind: EffectKind, file: &ValveFile) -> Value {
+    let info = kind.info();
+    let acts_on = match info.acts_on {
+        ActsOn::Mechanics => "mechanics",
+        ActsOn::Pneumatics => "pneumatics",
+        ActsOn::Solenoid => "solenoid",
+        ActsOn::Measurement => "measurement",
+    };
+    let parameters = kind.parameters().iter().enumerate();
+    json!({
+        "id": info.id,
+        "summary": info.summary,
+        "equation": info.equation,
+        "symptom": info.symptom,
+        "typical_sizes": info.typical_sizes,
+        "confused_with": info.confused_with,
+        "source": info.source,
+        "acts_on": acts_on,
+        "parameters": parameters.map(|(index, parameter)| effect_parameter(kind, index, parameter, file)).collect::<Vec<_>>(),
+    })
+}
+
+fn effect_parameter(kind: EffectKind, index: usize, parameter: &EffectParameter, file: &ValveFile) -> Value {
+    let range = (parameter.range)(file.valve().parameters());
+    let finite = |value: f64| value.is_finite().then_some(value);
+    let follows = match parameter.default {
+        DefaultValue::SameAs(other) => Some(other),
+        _ => None,
+    };
+    // What it is as soon as the effect is switched on: the size typical, the shape as where it is left out.
+    let first = match parameter.default {
+        DefaultValue::Value(value) if index > 0 => value,
+        _ => range.typical,
+    };
+    json!({
+        "name": parameter.name,
+        "meaning": parameter.meaning,
+        "unit": handy_unit(parameter.si_unit),
+        "lower": range.lower,
+        "typical": range.typical,
+        "upper": range.upper,
+        "first": finite(first),
+        "follows": follows,
+        // A static friction below the sliding one is none.
+        "at_least": (kind == EffectKind::DryFriction && index == 1).then_some(0),
+        "refinement": parameter.refinement,
+    })
+}
+
+fn custom(file: &ValveFile) -> Vec<Value> {
+    file.valve()
+        .custom()
+        .iter()
+        .map(|effect| {
+            let parameters: Vec<Value> = effect
+                .parameters()
+                .iter()
+                .map(|parameter| {
+                    json!({
+                        "name": parameter.name,
+                        "meaning": format!("between {} and {}", format_number(parameter.lower), format_number(parameter.upper)),
+                        "unit": Unit::parse(&parameter.unit).map_or_else(|_| unit(&parameter.unit, 1.0, 0.0), |found| si_unit(&found, 0.0)),
+                        "lower": parameter.lower,
+                        "typical": 0.5 * (parameter.lower + parameter.upper),
+                        "upper": parameter.upper,
+                        "first": parameter.value,
+                        "follows": null,
+                        "at_least": null,
+                        "refinement": false,
+                    })
+                })
+                .collect();
+            json!({
+                "id": effect.name(),
+                "summary": format!("your own, acts as {}", effect.target().id()),
+                "equation": effect.formula().source(),
+                "parameters": parameters,
+            })
+        })
+        .collect()
+}

@@ -1,0 +1,280 @@
+//! Work that takes seconds: a fit, a search. One at a time, told of as it goes, stopped when somebody asks.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread;
+use std::time::Instant;
+
+use answers::{CampaignInput, calibration, explanation, steps};
+use identify::Stop;
+use model_lab::calibrate::{CalibrateOptions, Calibration};
+use model_lab::diagnosis::adopt::sequence;
+use model_lab::diagnosis::experiment::DECISIVE;
+use model_lab::diagnosis::{DiagnoseOptions, Explanation, Progress, StepReport, TwinReport, explain};
+use model_lab::space::Target;
+use serde::Deserialize;
+use serde_json::{Map, Value, json};
+use valve_model::{EffectKind, Valve};
+
+use super::events::Events;
+use super::model::{EffectValues, Model};
+use super::simulate::positions_mm;
+use super::subject::Subject;
+use crate::site::Refusal;
+
+/// What is wanted.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(tag = "job", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Wanted {
+    /// Fits the tolerated parameters and the effects of a model that are on.
+    Fit {
+        /// The model.
+        model: Model,
+    },
+    /// Searches for what the valve file's model lacks.
+    Explain,
+}
+
+/// A job as the pages know it.
+#[derive(Debug, Default)]
+struct State {
+    number: u64,
+    running: Option<(&'static str, Instant, Arc<Stop>)>,
+    /// The last answer of each kind, by its name.
+    answers: Map<String, Value>,
+}
+
+/// The jobs of a lab.
+#[derive(Debug, Clone)]
+pub struct Jobs {
+    events: Events,
+    state: Arc<Mutex<State>>,
+}
+
+impl Jobs {
+    /// None yet.
+    pub fn new(events: Events) -> Self {
+        Self { events, state: Arc::default() }
+    }
+
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// What runs, if anything does.
+    pub fn status(&self) -> Value {
+        let state = self.state();
+        let running = state.running.as_ref();
+        json!({
+            "number": state.number,
+            "running": running.map(|(kind, since, _)| json!({ "kind": kind, "seconds": since.elapsed().as_secs_f64() })),
+        })
+    }
+
+    /// The last answers, each by the kind of its job.
+    pub fn last(&self) -> Value {
+        Value::Object(self.state().answers.clone())
+    }
+
+    /// Asks the job that runs to stop.
+    pub fn stop(&self) -> Value {
+        let asked = self.state().running.as_ref().map(|(_, _, stop)| stop.ask()).is_some();
+        json!({ "asked": asked })
+    }
+
+    /// Starts a job; refused while another runs.
+    pub fn start(&self, subject: Arc<Subject>, wanted: Wanted) -> Result<Value, Refusal> {
+        let kind = match wanted {
+            Wanted::Fit { .. } => "fit",
+            Wanted::Explain => "explain",
+        };
+        let stop = Arc::new(Stop::new());
+        let number = {
+            let mut state = self.state();
+            if let Some((kind, ..)) = &state.running {
+                return Err(Refusal::conflict(format!("wait for what runs ({kind}), or stop it")));
+            }
+            state.number += 1;
+            state.running = Some((kind, Instant::now(), Arc::clone(&stop)));
+            state.number
+        };
+        self.events.tell(&json!({ "event": "started", "job": number, "kind": kind }));
+        let jobs = self.clone();
+        thread::spawn(move || {
+            // A job that panics is over as well.
+            let done = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| match wanted {
+                Wanted::Fit { model } => fitted(&subject, &model, &stop),
+                Wanted::Explain => jobs.explained(&subject, &stop),
+            }));
+            let answer = match done {
+                Ok(Ok(mut answer)) => {
+                    answer["version"] = json!(subject.version);
+                    answer
+                }
+                Ok(Err(refusal)) => json!({ "error": refusal }),
+                Err(_) => json!({ "error": "the work broke off; what it said is in the terminal" }),
+            };
+            jobs.finish(kind, number, answer);
+        });
+        Ok(json!({ "job": number, "kind": kind }))
+    }
+
+    fn finish(&self, kind: &'static str, number: u64, mut answer: Value) {
+        {
+            let mut state = self.state();
+            let seconds = state.running.take().map(|(_, since, _)| since.elapsed().as_secs_f64());
+            answer["job"] = json!(number);
+            answer["seconds"] = json!(seconds);
+            state.answers.insert(kind.to_owned(), answer);
+        }
+        self.events.tell(&json!({ "event": "finished", "job": number, "kind": kind }));
+    }
+
+    fn explained(&self, subject: &Subject, stop: &Stop) -> Result<Value, String> {
+        let ids = |kinds: &[EffectKind]| kinds.iter().map(|kind| kind.id()).collect::<Vec<_>>();
+        let tell = |progress: Progress| {
+            self.events.tell(&match progress {
+                Progress::Tried { kinds, log_evidence, error, of } => json!({
+                    "event": "tried", "effects": ids(&kinds), "log_evidence": log_evidence, "error": error, "of": of,
+                }),
+                Progress::Reached { kinds, gain } => {
+                    json!({ "event": "reached", "effects": ids(&kinds), "gain": gain })
+                }
+                Progress::Doing(what) => json!({ "event": "doing", "what": what }),
+            });
+        };
+        let input = &subject.input;
+        let found = explain(&input.file, &input.campaign, &DiagnoseOptions::default(), &tell, stop)
+            .ok_or_else(|| cannot_be_simulated(input))?;
+        Ok(json!({
+            "headline": explanation::headline(&found),
+            "document": explanation::document(&found, &input.campaign.name),
+            "model": explained_model(&found),
+            "twins": found.twins.iter().map(|twins| twin(&found, twins)).collect::<Vec<_>>(),
+            "noise_mm": found.noise_m.map(|noise| 1e3 * noise),
+        }))
+    }
+}
+
+fn cannot_be_simulated(input: &CampaignInput) -> String {
+    format!("{}: its strokes cannot be simulated; look at the valve with `valve simulate`", input.file.file_name())
+}
+
+/// The sliders of a valve, effects and the parameters that may move.
+fn sliders(valve: &Valve, moved: impl Iterator<Item = (&'static str, f64)>) -> Model {
+    let finite = |value: &f64| value.is_finite().then_some(*value);
+    Model {
+        parameters: moved.map(|(key, value)| (key.to_owned(), value)).collect(),
+        effects: valve
+            .effects()
+            .iter()
+            .map(|effect| EffectValues {
+                name: effect.kind().id().to_owned(),
+                values: effect.values().iter().map(finite).collect(),
+            })
+            .collect(),
+        custom: valve
+            .custom()
+            .iter()
+            .map(|effect| EffectValues {
+                name: effect.name().to_owned(),
+                values: effect.parameters().iter().map(|parameter| finite(&parameter.value)).collect(),
+            })
+            .collect(),
+    }
+}
+
+/// The recommended model, as sliders.
+fn explained_model(found: &Explanation) -> Model {
+    sliders(&found.valve, found.moved.iter().map(|moved| (moved.id.key(), moved.after)))
+}
+
+/// What cannot be told from a recommended effect, each as sliders, and the run that would tell.
+fn twin(found: &Explanation, twins: &TwinReport) -> Value {
+    let moved: Vec<&'static str> = found.moved.iter().map(|moved| moved.id.key()).collect();
+    let of_valve = |valve: &Valve| {
+        let at = |key: &'static str| {
+            let id = valve_model::ParameterId::ALL.iter().copied().find(|id| id.key() == key);
+            id.map(|id| (key, valve.parameters().get(id)))
+        };
+        sliders(valve, moved.iter().copied().filter_map(at))
+    };
+    let with: Vec<Value> = twins
+        .with
+        .iter()
+        .map(|other| {
+            json!({ "effect": other.kind.id(), "behind": other.behind, "model": of_valve(&other.valve),
+                    "parameters": explanation::parameters(&other.parameters) })
+        })
+        .collect();
+    let experiment = twins.experiment.as_ref().map(|plan| {
+        let points = 600_u32;
+        let times_s: Vec<f64> = (0..=points).map(|i| plan.run.end_s * f64::from(i) / f64::from(points)).collect();
+        let valves = [&found.valve].into_iter().chain(twins.with.first().map(|other| &other.valve));
+        let positions: Vec<Vec<f64>> = valves.map(|valve| positions_mm(valve, &plan.run, &times_s)).collect();
+        let commands: Vec<Value> =
+            plan.run.commands.iter().map(|edge| json!({ "at_s": edge.time_s, "close": edge.close })).collect();
+        json!({
+            "purpose": plan.purpose,
+            "separation": plan.separation,
+            "decides": plan.separation >= DECISIVE,
+            "pressures": plan.pressures,
+            "repeats": plan.repeats,
+            "toml": explanation::run_toml(plan),
+            "time_s": times_s,
+            "position_mm": positions,
+            "plan": {
+                "commands": commands,
+                "end_s": plan.run.end_s,
+                "supply_pressure_pa": plan.run.conditions.supply_pressure_pa,
+                "temperature_k": plan.run.conditions.temperature_k,
+                "leak_to_atmosphere_m2": plan.run.conditions.leak_to_atmosphere_m2,
+                "leak_from_supply_m2": plan.run.conditions.leak_from_supply_m2,
+            },
+        })
+    });
+    json!({ "effect": twins.kind.id(), "with": with, "experiment": experiment })
+}
+
+/// A fit: of the tolerated parameters alone as `valve calibrate` does it, with effects as `valve adopt` does it.
+fn fitted(subject: &Subject, model: &Model, stop: &Stop) -> Result<Value, String> {
+    let input = &subject.input;
+    let words = |refusal: Refusal| refusal.message();
+    let file = model.without_the_rest(&input.file).map_err(words)?;
+    let additions = model.additions(&input.file).map_err(words)?;
+    if additions.is_empty() {
+        let calibration =
+            Calibration::new(&file, &input.campaign, CalibrateOptions::default()).map_err(|error| error.to_string())?;
+        let fitted = sliders(
+            &calibration.fit.valve(),
+            calibration.parameters.iter().map(|parameter| (parameter.id.key(), parameter.after)),
+        );
+        let plain = CampaignInput { file, ..input.clone() };
+        let document = calibration::document(&plain, &calibration);
+        return Ok(json!({
+            "how": "as `valve calibrate` does it",
+            "headline": calibration::verdict_words(&calibration),
+            "model": fitted,
+            "calibration": document,
+        }));
+    }
+    let mut base = file;
+    for effect in &model.custom {
+        base = base.without_custom(&effect.name).map_err(|error| error.to_string())?;
+    }
+    let sequence = sequence(&base, &input.campaign, &additions, stop).ok_or_else(|| cannot_be_simulated(input))?;
+    let last = sequence.rungs.last().ok_or_else(|| cannot_be_simulated(input))?;
+    let valve = last.space.valve(&last.u).ok_or_else(|| cannot_be_simulated(input))?;
+    let moved = last.space.coordinates.iter().filter_map(|coordinate| match coordinate.target {
+        Target::Base(id) => Some((id.key(), valve.parameters().get(id))),
+        _ => None,
+    });
+    let reports: Vec<StepReport> = sequence.rungs.iter().map(|rung| rung.step.clone()).collect();
+    let names: Vec<&str> = additions.iter().map(model_lab::diagnosis::adopt::Addition::name).collect();
+    Ok(json!({
+        "how": "as `valve adopt` does it",
+        "headline": format!("everything refitted with {}", names.join(" and ")),
+        "model": sliders(&valve, moved),
+        "steps": steps::value(&reports),
+        "parameters": explanation::parameters(&sequence.parameters),
+    }))
+}

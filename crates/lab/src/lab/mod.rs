@@ -1,0 +1,173 @@
+//! The lab: a valve file and a campaign side by side, with the physics to try out.
+
+mod adopt;
+mod describe;
+mod events;
+mod jobs;
+mod model;
+mod simulate;
+mod subject;
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use axum::extract::{DefaultBodyLimit, State};
+use axum::routing::{get, post};
+use axum::{Json, Router};
+use rayon::ThreadPool;
+use serde_json::Value;
+
+use crate::assets;
+use crate::site::{Address, Refusal, ServeError, Site, announce, answered};
+use answers::InputError;
+
+use self::events::Events;
+use self::jobs::Jobs;
+use self::subject::{Current, Subject};
+
+/// A request is a few numbers; nothing larger is read.
+const LARGEST_REQUEST: usize = 1 << 20;
+
+/// A file that the user wants written.
+#[derive(Debug, Clone, Copy)]
+pub struct Output<'a> {
+    /// Where.
+    pub path: &'a Path,
+    /// All of it.
+    pub bytes: &'a [u8],
+    /// Whether the user has agreed to replace what is there.
+    pub replace: bool,
+    /// Files that must stay whatever the user has agreed to.
+    pub keep: &'a [PathBuf],
+}
+
+/// How files are written: whole or not at all; an error is a sentence for the user.
+pub type Writer = dyn Fn(&Output<'_>) -> Result<(), String> + Send + Sync;
+
+/// What to open.
+pub struct LabOptions {
+    /// The valve file.
+    pub valve: PathBuf,
+    /// The campaign file.
+    pub campaign: PathBuf,
+    /// Where to serve it.
+    pub address: Address,
+    /// Whether to open it in the user's browser.
+    pub open: bool,
+    /// How files are written.
+    pub writer: Box<Writer>,
+}
+
+/// Why there is no lab.
+#[derive(Debug, thiserror::Error)]
+pub enum LabError {
+    /// The files cannot be used.
+    #[error(transparent)]
+    Input(#[from] InputError),
+    /// The page cannot be served.
+    #[error(transparent)]
+    Serve(#[from] ServeError),
+}
+
+/// What all requests share.
+struct Lab {
+    current: Current,
+    events: Events,
+    jobs: Jobs,
+    writer: Box<Writer>,
+    /// Threads for what a hand waits for, so that a search that runs does not hold it up.
+    hands: ThreadPool,
+}
+
+type Shared = State<Arc<Lab>>;
+
+/// Reads both files and serves the page until the process ends. `doubt` is told what looks wrong in the files.
+pub fn lab(options: LabOptions, doubt: &dyn Fn(&str)) -> Result<(), LabError> {
+    let subject = Subject::read(&options.valve, &options.campaign)?;
+    subject.input.doubts().iter().for_each(|text| doubt(text));
+    let site = Site::bind(&options.address)?;
+    let events = Events::new();
+    let hands = rayon::ThreadPoolBuilder::new().build().map_err(|error| ServeError::System(error.to_string()))?;
+    let lab = Arc::new(Lab {
+        current: Current::new(subject, &options.valve, &options.campaign),
+        jobs: Jobs::new(events.clone()),
+        events,
+        writer: options.writer,
+        hands,
+    });
+    subject::watch(Arc::downgrade(&lab));
+    announce(&site.url(), "the lab is open", options.open);
+    let routes = routes(&site, lab);
+    site.serve(routes)?;
+    Ok(())
+}
+
+fn routes(site: &Site, lab: Arc<Lab>) -> Router {
+    let path = |rest: &str| site.path(rest);
+    Router::new()
+        .route(&path("/api/events"), get(events))
+        .route(&path("/api/lab"), get(description))
+        .route(&path("/api/measured"), post(measured))
+        .route(&path("/api/simulate"), post(simulated))
+        .route(&path("/api/missing"), post(missing))
+        .route(&path("/api/predict"), post(predicted))
+        .route(&path("/api/job"), get(last_job).post(start_job))
+        .route(&path("/api/stop"), post(stop_job))
+        .route(&path("/api/preview"), post(preview))
+        .route(&path("/api/write"), post(write))
+        .layer(DefaultBodyLimit::max(LARGEST_REQUEST))
+        .merge(assets::routes(site, &assets::LAB))
+        .with_state(lab)
+}
+
+impl Lab {
+    /// Does what a hand waits for.
+    fn by_hand<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
+        self.hands.install(work)
+    }
+}
+
+async fn events(State(lab): Shared) -> impl axum::response::IntoResponse {
+    let hello = events::hello(lab.current.get().version, lab.current.trouble().as_deref(), &lab.jobs.status());
+    lab.events.stream(hello)
+}
+
+async fn description(State(lab): Shared) -> Result<Json<Value>, Refusal> {
+    answered(move || Ok(describe::document(&lab.current.get()))).await
+}
+
+async fn measured(State(lab): Shared, Json(wanted): Json<simulate::Selection>) -> Result<Json<Value>, Refusal> {
+    answered(move || Ok(simulate::measured(&lab.current.get(), &wanted))).await
+}
+
+async fn simulated(State(lab): Shared, Json(request): Json<simulate::Request>) -> Result<Json<Value>, Refusal> {
+    answered(move || lab.by_hand(|| simulate::simulated(&lab.current.get(), &request))).await
+}
+
+async fn missing(State(lab): Shared, Json(model): Json<model::Model>) -> Result<Json<Value>, Refusal> {
+    answered(move || lab.by_hand(|| simulate::missing(&lab.current.get(), &model))).await
+}
+
+async fn predicted(State(lab): Shared, Json(request): Json<simulate::Plan>) -> Result<Json<Value>, Refusal> {
+    answered(move || lab.by_hand(|| simulate::predicted(&lab.current.get(), &request))).await
+}
+
+async fn last_job(State(lab): Shared) -> Json<Value> {
+    Json(lab.jobs.last())
+}
+
+async fn start_job(State(lab): Shared, Json(wanted): Json<jobs::Wanted>) -> Result<Json<Value>, Refusal> {
+    lab.jobs.start(lab.current.get(), wanted).map(Json)
+}
+
+async fn stop_job(State(lab): Shared) -> Json<Value> {
+    Json(lab.jobs.stop())
+}
+
+async fn preview(State(lab): Shared, Json(model): Json<model::Model>) -> Result<Json<Value>, Refusal> {
+    answered(move || adopt::preview(&lab.current.get(), &model)).await
+}
+
+async fn write(State(lab): Shared, Json(request): Json<adopt::Request>) -> Result<Json<Value>, Refusal> {
+    answered(move || adopt::write(&lab.current.get(), &request, &*lab.writer)).await
+}

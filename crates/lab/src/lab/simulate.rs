@@ -1,0 +1,227 @@
+//! Strokes as measured and as the sliders have them.
+
+use answers::comparison::{comparison_value, force_value};
+use model_lab::compare::phases::boundaries;
+use model_lab::compare::{Comparison, RunComparison};
+use model_lab::data::{Channel, RunData};
+use model_lab::forward::{Predicted, channel_of, record};
+use model_lab::residual_force::ResidualForce;
+use serde::Deserialize;
+use serde_json::{Value, json};
+use valve_model::simulate::DEFAULT_STEP_S;
+use valve_model::{CommandEdge, Conditions, Prepared, Run, Start, Valve, simulate};
+
+use super::model::Model;
+use super::subject::Subject;
+use crate::site::Refusal;
+
+/// Which samples are wanted.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Selection {
+    /// The runs, by index.
+    runs: Vec<usize>,
+    /// From when to when, s; nothing for all.
+    window_s: Option<[f64; 2]>,
+    /// Points of a run at most.
+    points: usize,
+    /// "position", "chamber" or "pipe".
+    channel: String,
+}
+
+impl Selection {
+    fn channel(&self) -> Channel {
+        match self.channel.as_str() {
+            "chamber" => Channel::ChamberPressure,
+            "pipe" => Channel::PipePressure,
+            _ => Channel::Position,
+        }
+    }
+
+    /// From SI to what the page shows: mm and kPa.
+    fn factor(&self) -> f64 {
+        if self.channel() == Channel::Position { 1e3 } else { 1e-3 }
+    }
+
+    fn runs<'a>(&self, subject: &'a Subject) -> Vec<(usize, &'a RunData)> {
+        let runs = &subject.input.data.runs;
+        self.runs.iter().filter_map(|index| Some((*index, runs.get(*index)?))).collect()
+    }
+
+    /// Every so many samples within the window, and one beyond each end, so that lines reach the edge.
+    fn samples(&self, times_s: &[f64]) -> impl Iterator<Item = usize> + use<> {
+        let (from, to) = match self.window_s {
+            Some([from, to]) => (
+                times_s.partition_point(|time| *time < from).saturating_sub(1),
+                (times_s.partition_point(|time| *time <= to) + 1).min(times_s.len()),
+            ),
+            None => (0, times_s.len()),
+        };
+        let step = to.saturating_sub(from).div_ceil(self.points.clamp(10, 20_000)).max(1);
+        // Always at the same samples, whatever the window: what is seen does not flicker while it is dragged.
+        (from - from % step..to).step_by(step)
+    }
+
+    fn thinned(&self, times_s: &[f64], values: &[f64], factor: f64) -> Vec<Option<f64>> {
+        let value = |index: usize| values.get(index).copied().filter(|value| value.is_finite());
+        self.samples(times_s).map(|index| value(index).map(|value| rounded(value * factor))).collect()
+    }
+}
+
+/// Four decimals: a tenth of a micrometre, a tenth of a pascal.
+fn rounded(value: f64) -> f64 {
+    (value * 1e4).round() * 1e-4
+}
+
+/// What was recorded.
+pub fn measured(subject: &Subject, wanted: &Selection) -> Value {
+    let runs: Vec<Value> = wanted
+        .runs(subject)
+        .into_iter()
+        .map(|(index, run)| {
+            let samples = run.channels.iter().find(|channel| channel.channel == wanted.channel());
+            json!({
+                "run": index,
+                "time_s": wanted.thinned(&run.times_s, &run.times_s, 1.0),
+                "measured": samples.map(|found| wanted.thinned(&run.times_s, &found.samples, wanted.factor())),
+            })
+        })
+        .collect();
+    json!({ "version": subject.version, "runs": runs })
+}
+
+/// A model and what is wanted of it.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Request {
+    model: Model,
+    show: Selection,
+}
+
+/// Simulates every run with a model: errors of all runs, traces of those that are shown.
+pub fn simulated(subject: &Subject, request: &Request) -> Result<Value, Refusal> {
+    let input = &subject.input;
+    let valve = request.model.valve(&input.file)?;
+    let comparison = Comparison::new(&input.data, &valve);
+    let show = &request.show;
+    let runs: Vec<Value> = show
+        .runs(subject)
+        .into_iter()
+        .map(|(index, run)| {
+            let model = channel_of(&comparison.runs[index].predicted, show.channel());
+            json!({
+                "run": index,
+                "simulated": show.thinned(&run.times_s, model, show.factor()),
+                "strokes": strokes(run, &comparison.runs[index]),
+            })
+        })
+        .collect();
+    Ok(json!({ "version": subject.version, "comparison": comparison_value(input, &comparison), "runs": runs }))
+}
+
+/// Where the phases of each stroke end.
+fn strokes(run: &RunData, compared: &RunComparison) -> Vec<Value> {
+    compared
+        .strokes
+        .iter()
+        .map(|stroke| {
+            let window = stroke.window;
+            let until_s = window.until_s.min(run.run.end_s);
+            let ends = boundaries(&stroke.levels, until_s - window.command_s).map(|end| window.command_s + end);
+            let limit = stroke.levels.last();
+            json!({
+                "direction": window.direction.name(),
+                "command_s": window.command_s,
+                "until_s": until_s,
+                "ends_s": ends,
+                "measured_s": limit.and_then(|level| level.measured_s),
+                "simulated_s": limit.and_then(|level| level.simulated_s),
+            })
+        })
+        .collect()
+}
+
+/// The force that a model lacks along the recorded motion.
+pub fn missing(subject: &Subject, model: &Model) -> Result<Value, Refusal> {
+    let input = &subject.input;
+    let valve = model.valve(&input.file)?;
+    let force = ResidualForce::new(&input.data, &valve, input.file.tolerances());
+    Ok(json!({ "version": subject.version, "force": force.as_ref().map(force_value) }))
+}
+
+/// A command of a planned run.
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Edge {
+    at_s: f64,
+    close: bool,
+}
+
+/// A run that is only thought of, for every model still alive.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Plan {
+    models: Vec<Model>,
+    commands: Vec<Edge>,
+    end_s: f64,
+    supply_pressure_pa: f64,
+    temperature_k: f64,
+    leak_to_atmosphere_m2: f64,
+    leak_from_supply_m2: f64,
+}
+
+/// The longest run that is thought of, s.
+const LONGEST_S: f64 = 600.0;
+
+/// Points of a prediction.
+const POINTS: u32 = 1200;
+
+impl Plan {
+    fn run(&self) -> Result<Run, Refusal> {
+        let rising = self.commands.windows(2).all(|pair| pair[0].at_s < pair[1].at_s);
+        let inside = self.commands.iter().all(|edge| edge.at_s >= 0.0 && edge.at_s < self.end_s);
+        if !(rising && inside && self.end_s > 0.0 && self.end_s <= LONGEST_S) {
+            return Err(Refusal::new(format!(
+                "expected commands one after the other from 0 s on, before an end of at most {LONGEST_S} s"
+            )));
+        }
+        let conditions = [self.leak_to_atmosphere_m2, self.leak_from_supply_m2];
+        if conditions.iter().any(|leak| !(0.0..=1.0).contains(leak)) || self.temperature_k <= 0.0 {
+            return Err(Refusal::new("expected leaks of 0 mm2 or more and a temperature above 0 K"));
+        }
+        Ok(Run {
+            conditions: Conditions {
+                supply_pressure_pa: self.supply_pressure_pa,
+                temperature_k: self.temperature_k,
+                leak_to_atmosphere_m2: self.leak_to_atmosphere_m2,
+                leak_from_supply_m2: self.leak_from_supply_m2,
+            },
+            commands: self.commands.iter().map(|edge| CommandEdge { time_s: edge.at_s, close: edge.close }).collect(),
+            end_s: self.end_s,
+            driven: None,
+            start: Start::Rest,
+        })
+    }
+}
+
+/// What each model predicts for a planned run.
+pub fn predicted(subject: &Subject, plan: &Plan) -> Result<Value, Refusal> {
+    let run = plan.run()?;
+    let file = &subject.input.file;
+    if run.conditions.supply_pressure_pa <= file.valve().parameters().ambient_pressure_pa {
+        return Err(Refusal::new("expected a supply pressure above that of the atmosphere"));
+    }
+    let valves: Vec<Valve> = plan.models.iter().map(|model| model.valve(file)).collect::<Result<_, _>>()?;
+    let times_s: Vec<f64> = (0..=POINTS).map(|i| run.end_s * f64::from(i) / f64::from(POINTS)).collect();
+    let predictions: Vec<Vec<f64>> = valves.iter().map(|valve| positions_mm(valve, &run, &times_s)).collect();
+    Ok(json!({ "version": subject.version, "time_s": times_s, "position_mm": predictions }))
+}
+
+/// What the sensor of a valve writes down of a run, mm.
+pub fn positions_mm(valve: &Valve, run: &Run, times_s: &[f64]) -> Vec<f64> {
+    let mut predicted = Predicted::default();
+    simulate(&[Prepared::new(valve, run, DEFAULT_STEP_S)], false, |_, nodes, _| {
+        record(valve, nodes, times_s, &mut predicted);
+    });
+    predicted.position_m.iter().map(|x| rounded(1e3 * x)).collect()
+}

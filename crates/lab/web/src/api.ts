@@ -1,0 +1,314 @@
+/** What the server is asked and what it answers. Paths are relative: the token stands in the page's address. */
+
+export interface Unit {
+  name: string;
+  factor: number;
+  shift: number;
+}
+
+export interface EffectValues {
+  name: string;
+  values: (number | null)[];
+}
+
+export interface Model {
+  parameters: Record<string, number>;
+  effects: EffectValues[];
+  custom: EffectValues[];
+}
+
+export interface RunInfo {
+  name: string;
+  is_trace: boolean;
+  end_s: number | null;
+  condition: number;
+  supply_kpa: number;
+  supply_kpa_gauge: number;
+  temperature_k: number;
+  leak_to_atmosphere_mm2: number;
+  leak_from_supply_mm2: number;
+}
+
+export interface Tolerated {
+  key: string;
+  unit: Unit;
+  value: number;
+  tolerance: number;
+  lower: number;
+  upper: number;
+}
+
+export interface EffectParameter {
+  name: string;
+  meaning: string;
+  unit: Unit;
+  lower: number;
+  typical: number;
+  upper: number;
+  first: number | null;
+  follows: number | null;
+  at_least: number | null;
+  refinement: boolean;
+}
+
+export interface EffectInfo {
+  id: string;
+  summary: string;
+  equation: string;
+  symptom?: string;
+  typical_sizes?: string;
+  confused_with?: string[];
+  source?: string;
+  acts_on?: string;
+  parameters: EffectParameter[];
+}
+
+export interface Description {
+  version: number;
+  valve: { name: string; file: string };
+  campaign: { name: string; file: string };
+  stroke_mm: number;
+  doubts: string[];
+  runs: RunInfo[];
+  channels: string[];
+  parameters: Tolerated[];
+  effects: EffectInfo[];
+  custom: EffectInfo[];
+  model: Model;
+}
+
+export interface Selection {
+  runs: number[];
+  window_s: [number, number] | null;
+  points: number;
+  channel: string;
+}
+
+export interface MeasuredRun {
+  run: number;
+  time_s: number[];
+  measured: (number | null)[] | null;
+}
+
+export interface StrokeInfo {
+  direction: "closing" | "opening";
+  command_s: number;
+  until_s: number;
+  ends_s: [number, number, number];
+  measured_s: number | null;
+  simulated_s: number | null;
+}
+
+export interface SimulatedRun {
+  run: number;
+  simulated: (number | null)[];
+  strokes: StrokeInfo[];
+}
+
+export interface PhaseScore {
+  rmse_m: number | null;
+  share: number | null;
+  time_error_s: number | null;
+}
+
+export interface Score {
+  rmse_m: number | null;
+  normalised_rms: number;
+  close_time_error_s: number | null;
+  open_time_error_s: number | null;
+  phases: Partial<Record<"closing" | "opening", Record<string, PhaseScore>>>;
+}
+
+export interface Comparison {
+  overall: Score & { noise_m: number | null; noise_source: string };
+  runs: (Score & { file: string })[];
+  words: string[];
+}
+
+export interface Simulated {
+  version: number;
+  comparison: Comparison;
+  runs: SimulatedRun[];
+}
+
+export interface Bin {
+  at: number;
+  force_n: number;
+  standard_error_n: number;
+}
+
+export interface Missing {
+  version: number;
+  force: {
+    pressure: string;
+    against: Record<string, Record<"closing" | "opening", Bin[]>>;
+  } | null;
+}
+
+export interface Step {
+  step: string;
+  normalised_rms: number;
+  held_out_normalised_rms: number | null;
+  rmse_m: number | null;
+  held_out_rmse_m: number | null;
+  time_rmse_s: number | null;
+}
+
+export interface FittedParameter {
+  effect: string;
+  name: string;
+  value: number;
+  standard_error: number;
+  unit: string;
+}
+
+export interface Candidate {
+  effects: string[];
+  parameters: FittedParameter[];
+  log_evidence_gain: number;
+  probability: number | null;
+  normalised_rms: number;
+  held_out_normalised_rms: number | null;
+  rmse_m: number | null;
+  rejected: string | null;
+}
+
+export interface PlannedRun {
+  commands: { at_s: number; close: boolean }[];
+  end_s: number;
+  supply_pressure_pa: number;
+  temperature_k: number;
+  leak_to_atmosphere_m2: number;
+  leak_from_supply_m2: number;
+}
+
+export interface Twins {
+  effect: string;
+  with: { effect: string; behind: number; model: Model; parameters: FittedParameter[] }[];
+  experiment: {
+    purpose: string;
+    separation: number;
+    decides: boolean;
+    pressures: boolean;
+    repeats: number;
+    toml: string;
+    time_s: number[];
+    position_mm: number[][];
+    plan: PlannedRun;
+  } | null;
+}
+
+export interface Answered {
+  version: number;
+  job: number;
+  seconds: number;
+  error?: string;
+}
+
+export interface FitAnswer extends Answered {
+  how: string;
+  headline: string;
+  model: Model;
+  steps?: Step[];
+  parameters?: FittedParameter[];
+  calibration?: {
+    reasons: string[];
+    normalised_rms: { before: number; after: number };
+    parameters: { parameter: string; standard_error: number; shift_tolerances: number }[];
+  };
+}
+
+export interface ExplainAnswer extends Answered {
+  headline: string;
+  document: {
+    verdict: string;
+    recommended: string[];
+    parameters: FittedParameter[];
+    candidates: Candidate[];
+    steps: Step[];
+    notes: string[];
+    interrupted: boolean;
+    probability: { effects: Record<string, number>; models: { effects: string[]; probability: number }[] };
+    residual: { toml: string; acts_on: string; along: string; custom: { formula: string } } | null;
+    nuisances: { what: string; run: string | null; value: number; standard_error: number; unit: string; at_bound: boolean }[];
+  };
+  model: Model;
+  twins: Twins[];
+  noise_mm: number | null;
+}
+
+export interface Preview {
+  version: number;
+  changes: boolean;
+  diff: [string, string][];
+  path: string;
+}
+
+/** The server said no, or is gone. */
+export class Refused extends Error {
+  constructor(
+    message: string,
+    readonly status: number,
+  ) {
+    super(message);
+  }
+}
+
+async function asked<T>(path: string, body?: unknown): Promise<T> {
+  let response: Response;
+  try {
+    response = await fetch(path, body === undefined
+      ? {}
+      : { method: "POST", headers: { "content-type": "application/json" }, body: JSON.stringify(body) });
+  } catch {
+    throw new Refused("the program does not answer", 0);
+  }
+  if (!response.ok) {
+    const text = await response.text();
+    let message = text;
+    try {
+      message = (JSON.parse(text) as { error: string }).error;
+    } catch {
+      // A refusal that is plain text is the message itself.
+    }
+    throw new Refused(message, response.status);
+  }
+  return (await response.json()) as T;
+}
+
+export const api = {
+  lab: () => asked<Description>("api/lab"),
+  measured: (selection: Selection) => asked<{ version: number; runs: MeasuredRun[] }>("api/measured", selection),
+  simulate: (model: Model, show: Selection) => asked<Simulated>("api/simulate", { model, show }),
+  missing: (model: Model) => asked<Missing>("api/missing", model),
+  predict: (models: Model[], plan: PlannedRun) =>
+    asked<{ time_s: number[]; position_mm: number[][] }>("api/predict", { models, ...plan }),
+  answers: () => asked<{ fit?: FitAnswer; explain?: ExplainAnswer }>("api/job"),
+  fit: (model: Model) => asked<{ job: number }>("api/job", { job: "fit", model }),
+  explain: () => asked<{ job: number }>("api/job", { job: "explain" }),
+  stop: () => asked<unknown>("api/stop", {}),
+  preview: (model: Model) => asked<Preview>("api/preview", model),
+  write: (model: Model, path: string, replace: boolean) =>
+    asked<{ written: string }>("api/write", { model, path, replace }),
+};
+
+export type LabEvent =
+  | { event: "hello"; version: number; trouble: string | null; job: { number: number; running: { kind: string; seconds: number } | null } }
+  | { event: "changed"; version: number }
+  | { event: "trouble"; message: string }
+  | { event: "lagged" }
+  | { event: "started"; job: number; kind: string }
+  | { event: "finished"; job: number; kind: string }
+  | { event: "tried"; effects: string[]; log_evidence: number; error: number; of: number }
+  | { event: "reached"; effects: string[]; gain: number }
+  | { event: "doing"; what: string };
+
+/** Follows the server's events; the browser takes up a broken line by itself, and `line` is told of both. */
+export function follow<T>(each: (event: T) => void, line: (is_there: boolean) => void): void {
+  const source = new EventSource("api/events");
+  source.onmessage = (message) => {
+    line(true);
+    each(JSON.parse(message.data as string) as T);
+  };
+  source.onerror = () => line(false);
+}

@@ -1,0 +1,216 @@
+/** The lab: everything put together. */
+
+import { api, follow, Refused, type Description, type LabEvent, type Model, type SimulatedRun } from "./api";
+import { Adopt } from "./adopt";
+import { fill, h, say } from "./dom";
+import { Explain } from "./explain";
+import { Experiment } from "./experiment";
+import { Fit } from "./fit";
+import { Missing } from "./missing";
+import { Physics } from "./physics";
+import { Scores } from "./scores";
+import { Sliders } from "./sliders";
+import { Strokes } from "./strokes";
+import { Tabs } from "./tabs";
+
+const sliders = new Sliders();
+const physics = new Physics(sliders);
+const scores = new Scores();
+const strokes = new Strokes(() => void lay_out());
+const fit = new Fit(sliders, physics.fit);
+const explain = new Explain(sliders);
+const missing = new Missing(sliders);
+const adopt = new Adopt(sliders);
+const experiment = new Experiment(sliders, explain);
+
+const line = h("p", { class: "notice bad", role: "alert", hidden: true });
+const told = h("p", { class: "notice", role: "status", hidden: true });
+const speed = h("span", { class: "speed", "data-latency": "" });
+const names = h("div", { class: "names" });
+
+let lab: Description;
+/** The samples that are laid out; a model that was asked for others is not drawn. */
+let layout = 0;
+let busy = false;
+let waiting: { since: number } | null = null;
+let since: number | null = null;
+
+/** Simulates the sliders' model; while one is under way, only the newest of those that follow is kept. */
+async function simulate(): Promise<void> {
+  const asked = { since: since ?? performance.now() };
+  since = null;
+  if (busy) {
+    waiting = { since: waiting?.since ?? asked.since };
+    return;
+  }
+  busy = true;
+  const wanted = layout;
+  try {
+    const answer = await api.simulate(sliders.model(), strokes.selection());
+    if (wanted === layout && answer.version === lab.version) {
+      strokes.show(answer.runs);
+      scores.show(answer.comparison);
+      physics.refuse(null);
+      const drawn = await next_picture();
+      say(speed, `${lab.runs.length} runs simulated and drawn in ${Math.round(drawn - asked.since)} ms`);
+      speed.dataset["latency"] = (drawn - asked.since).toFixed(1);
+    }
+  } catch (error) {
+    refused(error, (message) => physics.refuse(message));
+  } finally {
+    busy = false;
+  }
+  if (waiting) {
+    since = waiting.since;
+    waiting = null;
+    void simulate();
+  }
+}
+
+/** The instant at which what was drawn is on the screen, or about to be. */
+const next_picture = (): Promise<number> =>
+  new Promise((resolve) => {
+    if (document.hidden) resolve(performance.now());
+    else requestAnimationFrame(() => resolve(performance.now()));
+  });
+
+/** Fetches what was recorded and the valve file's model at the samples that are shown now. */
+async function lay_out(): Promise<void> {
+  layout += 1;
+  const wanted = layout;
+  const show = strokes.selection();
+  try {
+    const [measured, before] = await Promise.all([api.measured(show), before_at(show)]);
+    if (wanted !== layout || measured.version !== lab.version) return;
+    strokes.lay_out(measured.runs, before);
+    void simulate();
+  } catch (error) {
+    refused(error, (message) => physics.refuse(message));
+  }
+}
+
+async function before_at(show: ReturnType<Strokes["selection"]>): Promise<SimulatedRun[]> {
+  const answer = await api.simulate(lab.model as Model, show);
+  scores.begin(lab, answer.comparison);
+  return answer.runs;
+}
+
+function refused(error: unknown, say_so: (message: string) => void): void {
+  if (error instanceof Refused) {
+    // That the program is gone is said once, above all.
+    if (error.status !== 0) say_so(error.message);
+  } else {
+    throw error;
+  }
+}
+
+/** Reads everything from the program, at first and when the files have changed. */
+async function begin(): Promise<void> {
+  lab = await api.lab();
+  document.title = `${lab.valve.name} – valve lab`;
+  fill(names, h("h1", {}, lab.valve.name),
+    h("p", {}, `${file_name(lab.valve.file)} beside ${lab.campaign.name}`,
+      lab.doubts.length > 0 && h("details", { class: "doubts" }, h("summary", {}, `${lab.doubts.length} doubt${lab.doubts.length > 1 ? "s" : ""} about the files`), h("ul", {}, ...lab.doubts.map((doubt) => h("li", {}, doubt))))));
+  strokes.begin(lab);
+  strokes.element.hidden = !strokes.has_traces;
+  experiment.begin(lab);
+  missing.begin(strokes.has_traces);
+  sliders.begin(lab);
+  physics.begin(lab);
+  const answers = await api.answers();
+  fit.take(answers.fit, lab.version);
+  explain.take(answers.explain, lab.version);
+  await lay_out();
+}
+
+const file_name = (path: string): string => path.split(/[/\\]/).pop() ?? path;
+
+function happened(event: LabEvent): void {
+  switch (event.event) {
+    case "hello":
+      told_trouble(event.trouble);
+      fit.running(event.job.running?.kind === "fit" ? event.job.running.seconds : null);
+      explain.running(event.job.running?.kind === "explain" ? event.job.running.seconds : null);
+      // The program was started anew, or the files changed while the line was broken.
+      if (lab && event.version !== lab.version) void begin();
+      else if (lab) void answers();
+      break;
+    case "changed":
+      told.hidden = false;
+      say(told, "The files have changed on disk and were read again.");
+      setTimeout(() => { told.hidden = true; }, 6000);
+      void begin();
+      break;
+    case "trouble":
+      told_trouble(event.message);
+      break;
+    case "started":
+      if (event.kind === "fit") fit.running(0);
+      else explain.running(0);
+      break;
+    case "finished":
+      if (event.kind === "fit") fit.running(null);
+      else explain.running(null);
+      void answers(event.kind);
+      break;
+    case "lagged":
+      void answers();
+      break;
+    default:
+      explain.progress(event);
+  }
+}
+
+async function answers(finished?: string): Promise<void> {
+  const last = await api.answers();
+  fit.take(last.fit, lab.version, finished === "fit");
+  explain.take(last.explain, lab.version);
+}
+
+function told_trouble(message: string | null): void {
+  told.hidden = message === null;
+  if (message !== null) say(told, `The files on disk cannot be used as they are now; shown is what was read before. ${message}`);
+}
+
+const tabs = new Tabs([
+  ["scores", "Error", scores.element],
+  ["explain", "Explain", explain.element],
+  ["missing", "Missing force", missing.element],
+  ["adopt", "Adopt", adopt.element],
+  ["experiment", "Experiment", experiment.element],
+], (name) => {
+  missing.seen(name === "missing");
+  adopt.seen(name === "adopt");
+  experiment.seen(name === "experiment");
+});
+
+const page = document.getElementById("page")!;
+fill(page,
+  h("header", { class: "head" }, names, scores.head, speed),
+  line, told,
+  h("main", {}, h("div", { class: "left" }, strokes.element, tabs.element), h("aside", { "aria-label": "model" }, physics.element, fit.element)));
+
+sliders.listen(() => {
+  if (!lab) return;
+  since ??= performance.now();
+  void simulate();
+  missing.changed();
+  adopt.changed();
+  experiment.changed();
+});
+let scrolled = 0;
+addEventListener("scroll", () => {
+  // Charts that were far away are drawn once they come near.
+  clearTimeout(scrolled);
+  scrolled = setTimeout(() => void simulate(), 120) as unknown as number;
+}, { passive: true });
+
+void begin().then(() => {
+  page.dataset["ready"] = "";
+  follow<LabEvent>(happened, (is_there) => {
+    line.hidden = is_there;
+    if (!is_there) say(line, "The program that drew this page has ended or does not answer. Start it again (valve lab …) and open the address that it prints; this page takes up by itself if it only paused.");
+  });
+}).catch((error: unknown) => {
+  fill(page, h("p", { class: "notice bad", role: "alert" }, `The page cannot begin: ${error instanceof Error ? error.message : String(error)}`));
+});

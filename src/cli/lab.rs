@@ -1,0 +1,46 @@
+//! The verb that serves a page: `lab`.
+
+use std::net::{IpAddr, Ipv4Addr};
+use std::path::PathBuf;
+
+use clap::Args;
+
+/// Where a page is served.
+#[derive(Debug, Args)]
+pub struct PageArgs {
+    /// Address to serve at; one that others can reach needs --token
+    #[arg(long, value_name = "ADDRESS", default_value_t = IpAddr::V4(Ipv4Addr::LOCALHOST))]
+    pub host: IpAddr,
+    /// Port to serve at; 0 takes any that is free
+    #[arg(long, value_name = "PORT", default_value_t = 0)]
+    pub port: u16,
+    /// What the page's address must hold, 16 characters or more; made up at random unless given
+    #[arg(long, value_name = "SECRET")]
+    pub token: Option<String>,
+    /// Do not open the page in a browser, only print its address
+    #[arg(long)]
+    pub no_open: bool,
+}
+
+/// Options of `lab`.
+#[derive(Debug, Args)]
+#[command(after_long_help = "\
+Serves a page on this machine alone, at a random address that it prints and opens:
+measured and simulated strokes with their difference, the physics as switches and
+sliders that re-simulate all runs while the hand moves, a fit, the search for what is
+missing, and the valve file with what was found. Its numbers are those of `valve
+compare`, `calibrate`, `explain` and `adopt`. Nothing is asked of any other machine,
+and no file is written but the one that you name there.
+
+Examples:
+  valve lab valve.toml campaign.toml
+  valve lab valve.toml campaign.toml --no-open --port 8000")]
+pub struct LabArgs {
+    /// The valve file
+    pub valve: PathBuf,
+    /// The campaign file
+    pub campaign: PathBuf,
+    /// Where it is served
+    #[command(flatten)]
+    pub page: PageArgs,
+}
