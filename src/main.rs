@@ -14,6 +14,7 @@ use clap::Parser;
 
 fn main() -> ExitCode {
     let cli = cli::Cli::parse();
+    output::set_manner(cli.manner.quiet, cli.manner.verbose, cli.manner.color);
     match commands::run(&cli.verb) {
         Ok(answer) => answer.exit_code(),
         Err(error) => failure::report(&error),

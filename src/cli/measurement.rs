@@ -57,7 +57,8 @@ pub struct CompareArgs {
 #[command(after_long_help = "\
 The parameters named in [tolerance] are fitted, each with its tolerance as what is
 known beforehand. A fit that needs a parameter far beyond its tolerance, or leaves
-more than noise and scatter, is reported as a sign of missing physics. How strokes
+more than noise and scatter, is reported as a sign of missing physics; values that
+strayed are not written (exit code 1) unless --force says so. How strokes
 differ from one to the next is taken from repeats; where there are none, it is
 supposed from what the fit leaves of three strokes or more, and said so.
 
@@ -72,7 +73,7 @@ pub struct CalibrateArgs {
     /// Where the calibrated valve file goes; without it, none is written
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
-    /// Replace outputs that exist
+    /// Replace outputs that exist, and write values that strayed beyond their tolerance
     #[arg(long)]
     pub force: bool,
     /// Draw how far each parameter moved to an .svg or .png file
@@ -131,18 +132,22 @@ pub struct ExplainArgs {
 #[command(after_long_help = "\
 Adds the effects, refits them together with the tolerated parameters and writes a new
 valve file that remembers the step (`valve revert` goes back). An effect of your own,
-a custom [[effect]] of the valve file, is named by its name and refitted.
+a custom [[effect]] of the valve file, is named by its name and refitted. `unexplained`
+is the formula that `valve explain` finds where no effect of the catalogue fits; unless
+the valve file has it, it is searched for. Without effects the tolerated parameters alone
+are refitted, what instruments may be off by allowed for.
 
 Examples:
   valve adopt valve.toml campaign.toml --effect dry-friction --out better.toml
+  valve adopt valve.toml campaign.toml --effect unexplained --out better.toml
   valve adopt valve.toml campaign.toml --effect dry-friction --effect supply-droop --out better.toml")]
 pub struct AdoptArgs {
     /// The valve file
     pub valve: PathBuf,
     /// The campaign file
     pub campaign: PathBuf,
-    /// Id of an effect of the catalogue, or name of a custom effect of the valve file
-    #[arg(long = "effect", value_name = "ID", required = true)]
+    /// Id of an effect of the catalogue, name of a custom effect of the valve file, or "unexplained"
+    #[arg(long = "effect", value_name = "ID")]
     pub effects: Vec<String>,
     /// Where the new valve file goes
     #[arg(long, value_name = "FILE")]

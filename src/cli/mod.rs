@@ -11,7 +11,9 @@ mod tables;
 
 use std::path::PathBuf;
 
-use clap::{Parser, Subcommand, ValueEnum};
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+use crate::output::ColorWhen;
 
 pub use init::{InitArgs, InitCampaignArgs, InitValveArgs, InitWhat};
 pub use lab::{LabArgs, PageArgs};
@@ -31,6 +33,32 @@ pub struct Cli {
     /// What to do.
     #[command(subcommand)]
     pub verb: Verb,
+    /// How the program speaks.
+    #[command(flatten)]
+    pub manner: MannerArgs,
+}
+
+/// Options of every verb about how it speaks.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Manners")]
+pub struct MannerArgs {
+    /// Results and errors only: no warnings, progress or next steps
+    #[arg(short, long, global = true, conflicts_with = "verbose", display_order = 900)]
+    pub quiet: bool,
+    /// Also tell what is being done
+    #[arg(short, long, global = true, display_order = 901)]
+    pub verbose: bool,
+    /// When results are coloured
+    #[arg(
+        long,
+        global = true,
+        value_enum,
+        value_name = "WHEN",
+        default_value = "auto",
+        hide_default_value = true,
+        display_order = 902
+    )]
+    pub color: ColorWhen,
 }
 
 const CHAIN: &str = "\

@@ -2,20 +2,23 @@
 
 use std::fmt::Write;
 
+use answers::CampaignInput;
 use identify::Stop;
 use model_lab::diagnosis::adopt::{Addition, Rung, sequence};
-use model_lab::diagnosis::{FittedParameter, StepReport};
+use model_lab::diagnosis::{DiagnoseOptions, FittedParameter, StepReport};
 use model_lab::space::Target;
 use serde_json::json;
 use valve_file::{HistoryEntry, ValveFile};
 use valve_model::{EffectKind, ParameterId};
 
 use super::adopt_life::Lives;
-use super::campaign_input;
-use super::ladder;
+use super::{campaign_input, explain, ladder};
 use crate::cli::{AdoptArgs, Format};
 use crate::failure::{Answer, Hinted};
-use crate::output::{self, Outputs, PlotFile};
+use crate::output::{self, Outputs, PlotFile, free_name_beside, next_step};
+
+/// Name of the formula that a search finds where no effect explains the data.
+const UNEXPLAINED: &str = "unexplained";
 
 /// Adds, refits, writes and prints the model sequence.
 pub fn run(args: &AdoptArgs) -> anyhow::Result<Answer> {
@@ -23,7 +26,8 @@ pub fn run(args: &AdoptArgs) -> anyhow::Result<Answer> {
     let mut outputs = Outputs::new(args.force).reads(input.files()).reads(&args.log);
     let out = outputs.file(&args.out)?;
     let plot = PlotFile::create(&mut outputs, args.plot.as_deref())?;
-    let (additions, without) = additions(&input.file, &args.effects)?;
+    let file = with_formula(&input, &args.effects)?;
+    let (additions, without) = additions(&file, &args.effects)?;
     let sequence = sequence(&without, &input.campaign, &additions, Stop::never()).ok_or_else(|| {
         Hinted::error(
             format!("{}: its strokes cannot be simulated", input.file.file_name()),
@@ -38,10 +42,10 @@ pub fn run(args: &AdoptArgs) -> anyhow::Result<Answer> {
     let best = &sequence.rungs[sequence.rungs.len() - 1];
     let lives = args.log.as_deref().map(|log| Lives::read(log, &models)).transpose()?;
     let names: Vec<&str> = additions.iter().map(Addition::name).collect();
-    let action = format!("added {}", names.join(" and "));
+    let action = if names.is_empty() { "calibrated".to_owned() } else { format!("added {}", names.join(" and ")) };
     let last = &steps[steps.len() - 1];
     let entry = HistoryEntry::new(&action, &input.campaign.name, steps[0].normalised_rms, last.normalised_rms);
-    out.write_whole(adopted(&input.file, best)?.with_history(entry)?.text().as_bytes())?;
+    out.write_whole(adopted(&file, best)?.with_history(entry)?.text().as_bytes())?;
     match args.format {
         Format::Text => {
             let mut text = format!("{action} on {}\n\n{}\n", input.campaign.name, ladder::table(&steps));
@@ -55,7 +59,13 @@ pub fn run(args: &AdoptArgs) -> anyhow::Result<Answer> {
             if let Some(lives) = &lives {
                 let _ = write!(text, "\n{}", lives.table());
             }
-            let _ = writeln!(text, "\nwritten: {0}\nnext: valve build-tables {0} --out tables", args.out.display());
+            let out = args.out.display().to_string();
+            let _ = writeln!(text, "\nwritten: {out}");
+            let tables = free_name_beside(&args.out, "tables");
+            text.push_str(&next_step(
+                "build the tables that a timing log is read with",
+                &["build-tables", &out, "--out", &tables],
+            ));
             output::print_text(&text)?;
         }
         Format::Json => output::print_json(&json!({
@@ -70,6 +80,23 @@ pub fn run(args: &AdoptArgs) -> anyhow::Result<Answer> {
         plot.write(&ladder::figure(&input.campaign.name, &action, &steps).figure())?;
     }
     Ok(Answer::Fine)
+}
+
+/// The valve file, with the formula of what no effect explains where it is asked for and not in the file yet.
+fn with_formula(input: &CampaignInput, names: &[String]) -> anyhow::Result<ValveFile> {
+    let has = input.file.valve().custom().iter().any(|effect| effect.name() == UNEXPLAINED);
+    if has || !names.iter().any(|name| name == UNEXPLAINED) {
+        return Ok(input.file.clone());
+    }
+    output::note("looking for the formula, as `valve explain` does");
+    let answer = explain::search(input, &DiagnoseOptions::default())?;
+    let Some(outside) = &answer.outside else {
+        return Err(Hinted::error(
+            format!("no formula is needed or found: {}", answers::explanation::headline(&answer)),
+            "`valve explain` tells what was found instead",
+        ));
+    };
+    Ok(input.file.with_custom(&outside.effect)?)
 }
 
 /// One line for each fitted parameter of an effect.

@@ -16,7 +16,7 @@ use valve_file::ValveFile;
 use super::{tables, valve_input};
 use crate::cli::{BuildTablesArgs, Format, QuantityRange};
 use crate::failure::{Answer, Hinted};
-use crate::output::{self, Align, Outputs, PlotFile, TextTable};
+use crate::output::{self, Align, Outputs, PlotFile, TextTable, next_step};
 
 /// Builds, writes, says what was built.
 pub fn run(args: &BuildTablesArgs) -> anyhow::Result<Answer> {
@@ -40,7 +40,15 @@ pub fn run(args: &BuildTablesArgs) -> anyhow::Result<Answer> {
                 text = format!("{text}\n{}\n{}", over(&range), summary_over_conditions(&built.bundle));
             }
             let severities = built.simulated;
-            output::print_text(&format!("{text}\n{severities} severities simulated in {}\n", seconds(took)))?;
+            let log = timing_log(&args.valve);
+            let next = next_step(
+                &format!(
+                    "read a timing log with them{}",
+                    if log.exists() { "" } else { ", with its name for log.csv" }
+                ),
+                &["prognose", &log.display().to_string(), "--tables", &args.out.display().to_string()],
+            );
+            output::print_text(&format!("{text}\n{severities} severities simulated in {}\n{next}", seconds(took)))?;
         }
         Format::Json => output::print_json(&document(&built.bundle, built.simulated))?,
     }
@@ -50,6 +58,13 @@ pub fn run(args: &BuildTablesArgs) -> anyhow::Result<Answer> {
         plot.write(&TableFigure::side_by_side(title, "dashed: limits, and the area at which life ends", &figures))?;
     }
     Ok(Answer::Fine)
+}
+
+/// A timing log where one would lie: here, or beside the valve file.
+fn timing_log(valve: &Path) -> PathBuf {
+    let here = PathBuf::from("log.csv");
+    let beside = valve.with_file_name("log.csv");
+    if !here.exists() && beside.exists() { beside } else { here }
 }
 
 /// What the option names, the leaks first.

@@ -1,6 +1,7 @@
 //! `valve calibrate`: the tolerated parameters fitted to a campaign.
 
 use std::fmt::Write;
+use std::path::Path;
 
 use answers::CampaignInput;
 use answers::calibration::{document, verdict_words};
@@ -11,7 +12,7 @@ use report::figures::{ParameterShift, ParametersFigure};
 use super::campaign_input;
 use crate::cli::{CalibrateArgs, Format};
 use crate::failure::Answer;
-use crate::output::{self, Align, Outputs, PlotFile, TextTable};
+use crate::output::{self, Align, Outputs, PlotFile, TextTable, free_name_beside, next_step};
 
 /// Calibrates, prints and writes.
 pub fn run(args: &CalibrateArgs) -> anyhow::Result<Answer> {
@@ -20,23 +21,58 @@ pub fn run(args: &CalibrateArgs) -> anyhow::Result<Answer> {
     let out = args.out.as_deref().map(|out| outputs.file(out)).transpose()?;
     let plot = PlotFile::create(&mut outputs, args.plot.as_deref())?;
     let calibration = Calibration::new(&input.file, &input.campaign, CalibrateOptions::default())?;
-    if let Some(out) = out {
+    // Values that only stand in for missing physics are in nobody's valve.
+    let withheld = calibration.has_strayed() && !args.force;
+    let written = args.out.as_deref().filter(|_| !withheld);
+    if let Some(out) = out.filter(|_| !withheld) {
         out.write_whole(calibration.adopted(&input.file, &input.campaign.name)?.text().as_bytes())?;
     }
     match args.format {
         Format::Text => {
             let mut text = text(&input, &calibration);
-            if let Some(out) = &args.out {
-                let _ = writeln!(text, "\nwritten: {}", out.display());
-            }
+            text.push_str(&outcome(args, written));
+            text.push_str(&next(args, &calibration, written));
             output::print_text(&text)?;
         }
-        Format::Json => output::print_json(&document(&input, &calibration))?,
+        Format::Json => {
+            let mut document = document(&input, &calibration);
+            document["out"] = written.map(|out| out.display().to_string()).into();
+            output::print_json(&document)?;
+        }
     }
     if let Some(plot) = plot {
         plot.write(&picture(&input, &calibration).figure())?;
     }
-    Ok(Answer::Fine)
+    Ok(if args.out.is_some() && withheld { Answer::BadNews } else { Answer::Fine })
+}
+
+/// What became of the file that was asked for.
+fn outcome(args: &CalibrateArgs, written: Option<&Path>) -> String {
+    match (&args.out, written) {
+        (_, Some(out)) => format!("\nwritten: {}\n", out.display()),
+        (Some(out), None) => format!(
+            "\nnot written: {}, for its values would only stand in for what is missing; --force writes it all the same\n",
+            out.display()
+        ),
+        (None, None) => String::new(),
+    }
+}
+
+/// What to do with what was found.
+fn next(args: &CalibrateArgs, calibration: &Calibration, written: Option<&Path>) -> String {
+    let (valve, campaign) = (args.valve.display().to_string(), args.campaign.display().to_string());
+    if calibration.verdict == Verdict::BeyondTolerance {
+        return next_step("find the effect that is missing", &["explain", &valve, &campaign]);
+    }
+    if let Some(out) = written {
+        let why = "build the tables that a timing log is read with";
+        return next_step(
+            why,
+            &["build-tables", &out.display().to_string(), "--out", &free_name_beside(&args.valve, "tables")],
+        );
+    }
+    let out = free_name_beside(&args.valve, "calibrated.toml");
+    next_step("write these values into a valve file", &["calibrate", &valve, &campaign, "--out", &out])
 }
 
 fn text(input: &CampaignInput, calibration: &Calibration) -> String {
@@ -49,7 +85,6 @@ fn text(input: &CampaignInput, calibration: &Calibration) -> String {
         for words in calibration.before.words() {
             let _ = writeln!(text, "  before calibration, {words}");
         }
-        text.push_str("  `valve explain` looks for the effect that is missing\n");
     }
     text.push('\n');
     text.push_str(&parameter_table(calibration).render());

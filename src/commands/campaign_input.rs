@@ -16,5 +16,14 @@ pub fn read(valve: &Path, campaign: &Path) -> anyhow::Result<CampaignInput> {
     for doubt in input.doubts() {
         output::note(&format!("warning: {doubt}"));
     }
+    output::detail(&format!(
+        "{}: {} readings of {} traces and {} rows of stroke times; noise {}; {} parameters with a tolerance",
+        input.campaign.name,
+        input.data.residual_count(),
+        input.campaign.runs.len(),
+        input.campaign.timings.len(),
+        input.noise_source(),
+        input.file.tolerances().len(),
+    ));
     Ok(input)
 }

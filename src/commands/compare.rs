@@ -10,7 +10,7 @@ use valve_file::ValveFile;
 use super::{campaign_input, compare_figures as figures};
 use crate::cli::{CompareArgs, Format};
 use crate::failure::{Answer, Hinted};
-use crate::output::{self, Align, Outputs, PlotFile, TextTable};
+use crate::output::{self, Align, Outputs, PlotFile, TextTable, free_name_beside, next_step};
 use answers::{CampaignInput, comparison as json};
 
 /// Compares and prints.
@@ -33,7 +33,10 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<Answer> {
         None
     };
     match args.format {
-        Format::Text => output::print_text(&text(&input, &comparison, against.as_ref(), force.as_ref()))?,
+        Format::Text => {
+            let text = text(&input, &comparison, against.as_ref(), force.as_ref());
+            output::print_text(&(text + &next(args, &input, &comparison)))?;
+        }
         Format::Json => {
             output::print_json(&json::document(&input, &comparison, against.as_ref(), force.as_ref()))?;
         }
@@ -41,6 +44,24 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<Answer> {
     plots.draw(&input, &comparison, against.as_ref(), force.as_ref())?;
     let bad = args.fail_above.is_some_and(|limit| comparison.overall.normalised_rms > limit);
     Ok(if bad { Answer::BadNews } else { Answer::Fine })
+}
+
+/// An error up to so many times the noise is none.
+const NOISE_ALONE: f64 = 1.1;
+
+/// What to do with what was found.
+fn next(args: &CompareArgs, input: &CampaignInput, comparison: &Comparison) -> String {
+    let (valve, campaign) = (args.valve.display().to_string(), args.campaign.display().to_string());
+    if comparison.overall.normalised_rms <= NOISE_ALONE {
+        let why = "the noise explains the error: build the tables that a timing log is read with";
+        return next_step(why, &["build-tables", &valve, "--out", &free_name_beside(&args.valve, "tables")]);
+    }
+    if input.file.tolerances().is_empty() {
+        let why = "find the effect that is missing ([tolerance] would say which values are not known exactly)";
+        return next_step(why, &["explain", &valve, &campaign]);
+    }
+    let out = free_name_beside(&args.valve, "calibrated.toml");
+    next_step("see whether the tolerances explain it", &["calibrate", &valve, &campaign, "--out", &out])
 }
 
 fn wants_force(args: &CompareArgs) -> bool {

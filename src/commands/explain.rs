@@ -14,7 +14,7 @@ use super::adopt::{parameter_lines, with_error};
 use super::{campaign_input, explain_figures, ladder};
 use crate::cli::{ExplainArgs, Format};
 use crate::failure::{Answer, Hinted};
-use crate::output::{self, Align, Outputs, PlotFile, ProgressLine, TextTable};
+use crate::output::{self, Align, Outputs, PlotFile, ProgressLine, TextTable, free_name_beside, next_step};
 use answers::{CampaignInput, explanation};
 
 /// Searches, prints and draws.
@@ -28,7 +28,7 @@ pub fn run(args: &ExplainArgs) -> anyhow::Result<Answer> {
     let options = DiagnoseOptions { good_enough_m: args.good_enough, ..DiagnoseOptions::default() };
     let answer = search(&input, &options)?;
     match args.format {
-        Format::Text => output::print_text(&text(&answer, &input))?,
+        Format::Text => output::print_text(&(text(&answer, &input) + &next(args, &answer)))?,
         Format::Json => output::print_json(&explanation::document(&answer, &input.campaign.name))?,
     }
     if let Some(plot) = plot {
@@ -109,7 +109,6 @@ fn text(answer: &Explanation, input: &CampaignInput) -> String {
     for note in &answer.notes {
         let _ = writeln!(text, "\nnote: {note}");
     }
-    let _ = write!(text, "\n{}", next_step(answer, input));
     text
 }
 
@@ -153,24 +152,41 @@ pub fn nuisance_lines(answer: &Explanation) -> String {
     text
 }
 
-/// What to do next, ready to paste.
-fn next_step(answer: &Explanation, input: &CampaignInput) -> String {
-    let (valve, campaign) = (input.file.file_name(), input.campaign_path.display());
+/// What to do with what was found.
+fn next(args: &ExplainArgs, answer: &Explanation) -> String {
+    let (valve, campaign) = (args.valve.display().to_string(), args.campaign.display().to_string());
+    let adopt = |why: &str, out: &str, effects: &[&str]| {
+        let out = free_name_beside(&args.valve, out);
+        let effects = effects.iter().flat_map(|id| ["--effect", id]);
+        let words: Vec<&str> =
+            ["adopt", &valve, &campaign].into_iter().chain(effects).chain(["--out", out.as_str()]).collect();
+        next_step(why, &words)
+    };
+    let again = ["explain", valve.as_str(), campaign.as_str()];
     match answer.verdict {
-        Verdict::Adequate => {
-            format!("next: valve calibrate {valve} {campaign} --out calibrated.toml\n")
-        }
+        Verdict::Adequate => adopt("write the refitted parameters into a valve file", "calibrated.toml", &[]),
         Verdict::EffectFound | Verdict::PartlyExplained => {
-            let effects: Vec<String> =
-                answer.recommended.iter().map(|kind| format!("--effect {}", kind.id())).collect();
-            format!("next: valve adopt {valve} {campaign} {} --out better.toml\n", effects.join(" "))
+            let effects: Vec<&str> = answer.recommended.iter().map(|kind| kind.id()).collect();
+            let first = if answer.twins.iter().any(|twin| twin.experiment.is_some()) {
+                " (or record the [[run]] above first, add it to the campaign, and explain again)"
+            } else {
+                ""
+            };
+            adopt(&format!("add what was found to the valve file{first}"), "better.toml", &effects)
         }
-        Verdict::OutsideCatalogue if answer.outside.is_some() => {
-            format!(
-                "next: paste the [[effect]] above into {valve}, then valve adopt {valve} {campaign} --effect unexplained --out better.toml\n"
-            )
+        Verdict::OutsideCatalogue => match &answer.outside {
+            Some(outside) => {
+                adopt("add the formula to the valve file, refitted", "better.toml", &[outside.effect.name()])
+            }
+            None => next_step(
+                "see where the missing force or flow sits",
+                &["compare", &valve, &campaign, "--residual-force", "--plot-force", "force.svg"],
+            ),
+        },
+        Verdict::NotEnoughData if answer.interrupted => next_step("let the search run to its end", &again),
+        Verdict::NotEnoughData => {
+            next_step("record more (the [[run]] above tells most), add it to the campaign, and explain again", &again)
         }
-        _ => String::new(),
     }
 }
 
@@ -183,13 +199,18 @@ fn outside_text(outside: &Outside) -> String {
     let left = |errors: Errors| errors.rmse_m.map_or_else(|| "-".to_owned(), |rmse| format!("{:.3} mm", 1e3 * rmse));
     let _ = write!(
         text,
-        "It leaves an error of {} ({} on what was held out). Paste it into the valve file, then `valve adopt --effect {}`:\n\n{}",
+        "It leaves an error of {} ({} on what was held out). As an effect of the valve file (`valve adopt --effect {}` puts it there):\n\n{}",
         left(outside.errors),
         outside.held_out.map_or_else(|| "-".to_owned(), left),
         outside.effect.name(),
-        explanation::effect_toml(outside),
+        indented(&explanation::effect_toml(outside)),
     );
     text
+}
+
+/// Lines as they stand in a file, apart from the prose around them.
+fn indented(toml: &str) -> String {
+    toml.lines().map(|line| if line.is_empty() { "\n".to_owned() } else { format!("    {line}\n") }).collect()
 }
 
 fn candidate_table(answer: &Explanation) -> String {

@@ -10,7 +10,7 @@ use prognoser::{Learned, Learner, TimingLog};
 
 use crate::cli::{Format, LearnArgs};
 use crate::failure::Answer;
-use crate::output::{self, Outputs};
+use crate::output::{self, Outputs, next_step};
 
 /// Reads all logs, writes the prior.
 pub fn run(args: &LearnArgs) -> anyhow::Result<Answer> {
@@ -29,7 +29,14 @@ pub fn run(args: &LearnArgs) -> anyhow::Result<Answer> {
     let head = "# What the logs of sister valves have taught; for `valve prognose --prior`.\n";
     out.write_whole(format!("{head}{text}").as_bytes())?;
     match args.format {
-        Format::Text => output::print_text(&sentences(&learned))?,
+        Format::Text => {
+            let (tables, out) = (args.tables.display().to_string(), args.out.display().to_string());
+            let next = next_step(
+                "read the log of the next valve with it, by its name for log.csv",
+                &["prognose", "log.csv", "--tables", &tables, "--prior", &out],
+            );
+            output::print_text(&(sentences(&learned) + &next))?;
+        }
         Format::Json => output::print_json(&learned)?,
     }
     Ok(Answer::Fine)

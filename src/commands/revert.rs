@@ -5,7 +5,7 @@ use valve_file::ValveFile;
 
 use crate::cli::{Format, RevertArgs};
 use crate::failure::Answer;
-use crate::output::{self, Outputs};
+use crate::output::{self, Outputs, free_name_beside, next_step};
 
 /// Writes the earlier valve file.
 pub fn run(args: &RevertArgs) -> anyhow::Result<Answer> {
@@ -16,7 +16,11 @@ pub fn run(args: &RevertArgs) -> anyhow::Result<Answer> {
     out.write_whole(earlier.text().as_bytes())?;
     let (undone, out) = (undone.unwrap_or_default(), args.out.display().to_string());
     match args.format {
-        Format::Text => output::print_text(&format!("undone: {undone}\nwritten: {out}\n"))?,
+        Format::Text => {
+            let tables = free_name_beside(&args.out, "tables");
+            let next = next_step("build its tables", &["build-tables", &out, "--out", &tables]);
+            output::print_text(&format!("undone: {undone}\nwritten: {out}\n{next}"))?;
+        }
         Format::Json => output::print_json(&json!({ "undone": undone, "out": out }))?,
     }
     Ok(Answer::Fine)

@@ -1,11 +1,14 @@
 //! Results to stdout and to files.
 
 mod figure;
+mod manner;
+mod next;
 mod number;
 mod progress;
 mod sketch;
 mod staged;
 mod table;
+mod wrap;
 
 use std::io::{self, BufWriter, StdoutLock, Write};
 
@@ -13,6 +16,8 @@ use anyhow::Context;
 use serde::Serialize;
 
 pub use figure::PlotFile;
+pub use manner::{ColorWhen, manner, set_manner};
+pub use next::{free_name, free_name_beside, next_step};
 pub use number::push_number;
 pub use progress::ProgressLine;
 pub use sketch::sketch;
@@ -33,15 +38,24 @@ pub fn print_json(value: &impl Serialize) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Prints text as it is.
+/// Prints text; prose that is too long for a line is broken.
 pub fn print_text(text: &str) -> anyhow::Result<()> {
     let mut out = stdout();
-    out.write_all(text.as_bytes())?;
+    out.write_all(wrap::wrapped(text, manner().columns).as_bytes())?;
     out.flush().context("stdout cannot be written")
 }
 
-/// Tells the user something beside the result.
+/// Tells the user something beside the result, unless results alone are wanted.
 pub fn note(text: &str) {
-    // A note that nobody can read is not worth failing for.
-    let _ = writeln!(io::stderr().lock(), "{text}");
+    if !manner().quiet {
+        // A note that nobody can read is not worth failing for.
+        let _ = writeln!(io::stderr().lock(), "{}", wrap::wrapped(text, manner().columns));
+    }
+}
+
+/// Tells what is being done, to those who asked for it.
+pub fn detail(text: &str) {
+    if manner().verbose {
+        note(text);
+    }
 }

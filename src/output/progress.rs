@@ -15,7 +15,7 @@ pub struct ProgressLine {
 impl ProgressLine {
     /// A line that shows itself if stderr is a terminal.
     pub fn new() -> Self {
-        Self { enabled: io::stderr().is_terminal(), percent: Mutex::new(None) }
+        Self { enabled: io::stderr().is_terminal() && !super::manner().quiet, percent: Mutex::new(None) }
     }
 
     /// Shows how far the work is, from 0 to 1, and what is being done.

@@ -1,7 +1,6 @@
 //! Aligned tables for people. Plain text, but for a bold head on a terminal.
 
 use std::fmt::Write;
-use std::io::{self, IsTerminal};
 
 /// On which side the cells of a column stand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -39,8 +38,7 @@ impl TextTable {
 
     /// The table as text, with a bold head where stdout is a terminal that wants colour.
     pub fn render(&self) -> String {
-        let bold = io::stdout().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty());
-        self.render_with(bold)
+        self.render_with(super::manner().coloured)
     }
 
     fn render_with(&self, bold: bool) -> String {

@@ -6,7 +6,10 @@ const README: &str = include_str!("../../README.md");
 
 /// Calls of the program in the README's blocks of commands.
 fn calls() -> Vec<Vec<&'static str>> {
-    let commands = README.lines().filter_map(|line| line.strip_prefix("    "));
+    // What follows a change of the directory is run by `next`.
+    let is_elsewhere = |line: &str| line.starts_with("cd ");
+    let blocks = README.split("\n\n").map(|block| block.lines().filter_map(|line| line.strip_prefix("    ")));
+    let commands = blocks.filter(|block| !block.clone().any(is_elsewhere)).flatten();
     commands.filter_map(|line| line.strip_prefix("valve ")).map(|call| call.split_whitespace().collect()).collect()
 }
 

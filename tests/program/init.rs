@@ -121,7 +121,7 @@ fn raw_recordings_become_a_campaign_that_compares() {
         "- time: column \"Zeit\" (by its name, unit and shape), in ms, as it says",
         "- command: 1 means close (by the column's name)",
         "- Messung2_5,2barg.csv: 5.2 barg (from the file's name), close at 0.000 s, open at 4.000 s",
-        "Next: valve compare valve.toml campaign.toml",
+        "    valve compare valve.toml campaign.toml\n",
     ] {
         assert!(said.contains(expected), "{expected} in\n{said}");
     }

@@ -10,6 +10,7 @@ mod docs;
 mod explain;
 mod init;
 mod lab;
+mod next;
 mod outputs;
 mod page;
 mod support;

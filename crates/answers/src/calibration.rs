@@ -62,6 +62,7 @@ pub fn document(input: &CampaignInput, calibration: &Calibration) -> Value {
         "campaign": input.campaign.name,
         "verdict": calibration.verdict.id(),
         "verdict_words": verdict_words(calibration),
+        "strayed": calibration.has_strayed(),
         "reasons": calibration.reasons,
         "parameters": parameters,
         "correlations": { "parameters": names, "matrix": correlations },

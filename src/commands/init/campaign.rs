@@ -273,6 +273,11 @@ fn summary(args: &InitCampaignArgs, found: &Understanding, runs: &[DraftRun], re
         text.push_str(&output::sketch(&command, &position, ["s", "mm"]));
     }
     let valve = args.valve.as_ref().map_or("valve.toml".to_owned(), |path| path.display().to_string());
-    let _ = writeln!(text, "\n{out} written. Next: valve compare {valve} {out}");
+    let _ = writeln!(text, "\nwritten: {out}");
+    if !Path::new(&valve).exists() {
+        text.push_str(&output::next_step("describe the valve, by its datasheet", &["init", "--out", &valve]));
+    }
+    let why = "see how a model of the valve does beside the recordings";
+    text.push_str(&output::next_step(why, &["compare", &valve, &out.to_string()]));
     text
 }

@@ -96,7 +96,9 @@ fn summary(draft: &Draft, times: [Option<f64>; 2], file: &str) -> String {
     let words = |time: Option<f64>| time.map_or("does not get there".to_owned(), |time| format!("{time:.3} s"));
     let _ =
         writeln!(text, "The model closes in {} and opens in {}; does your valve?", words(times[0]), words(times[1]));
-    let _ = writeln!(text, "Next: valve simulate {file}\n      valve init campaign traces/*.csv --valve {file}");
+    text.push_str(&output::next_step("look at its strokes", &["simulate", file, "--plot", "cycle.svg"]));
+    let recordings = ["init", "campaign", "traces/*.csv", "--valve", file];
+    text.push_str(&output::next_step("describe recorded strokes, by their names for traces/*.csv", &recordings));
     text
 }
 

@@ -18,9 +18,9 @@ use prognoser::{FollowedFile, Status, TimingLog};
 use self::shards::Shards;
 use self::writer::{RowFormat, Writer};
 use super::tables;
-use crate::cli::PrognoseArgs;
+use crate::cli::{PrognoseArgs, StreamFormat};
 use crate::failure::{Answer, Hinted};
-use crate::output::{self, Outputs, PlotFile};
+use crate::output::{self, Outputs, PlotFile, free_name, next_step};
 
 pub use history::{End, Ends, History, probability};
 
@@ -55,12 +55,28 @@ pub fn run(args: &PrognoseArgs) -> anyhow::Result<Answer> {
     let (lasts, history) = shards.finish();
     let ends = Ends::of(lasts.into_iter());
     writer.finish(&ends)?;
+    if args.format == StreamFormat::Text && !live {
+        output::print_text(&next(args, &ends))?;
+    }
     if let (Some(plot), Some(history)) = (plot, history) {
         let figure = history.figure(&tables, method.name(), args.true_eol);
         plot.write(&figure.ok_or_else(|| no_such_valve(args))?.figure())?;
     }
     let reached = ends.iter().any(|end| end.row().status == Status::EolReached);
     Ok(if args.fail_on_eol && reached { Answer::BadNews } else { Answer::Fine })
+}
+
+/// What to do with what was found.
+fn next(args: &PrognoseArgs, ends: &Ends) -> String {
+    let Some(worst) = ends.iter().next().filter(|_| args.plot.is_none()) else { return String::new() };
+    let (log, tables) = (args.log.display().to_string(), args.tables.display().to_string());
+    let name = worst.row().valve.as_str();
+    let picture = free_name("life.svg");
+    let mut words = vec!["prognose", &log, "--tables", &tables, "--plot", &picture];
+    if ends.len() > 1 {
+        words.extend(["--plot-valve", name]);
+    }
+    if log == "-" { String::new() } else { next_step(&format!("look at how {name} came to this"), &words) }
 }
 
 fn read_tables(args: &PrognoseArgs) -> anyhow::Result<TableBundle> {

@@ -112,6 +112,13 @@ pub struct Calibration {
     pub start_costs: Vec<f64>,
 }
 
+impl Calibration {
+    /// Whether parameters had to go further than their tolerances let them: then they stand in for missing physics.
+    pub fn has_strayed(&self) -> bool {
+        !is_within_tolerances(&self.fit)
+    }
+}
+
 /// What to spend on a calibration.
 #[derive(Debug, Clone, Copy)]
 pub struct CalibrateOptions {

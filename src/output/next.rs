@@ -1,0 +1,86 @@
+//! What to do next, as commands that can be pasted as they stand.
+
+use std::path::Path;
+
+use super::manner;
+
+/// Columns of a command line before it goes on after a backslash.
+const COMMAND_COLUMNS: usize = 76;
+
+/// A step that is worth doing next: why, and the command that does it. Nothing where the user wants results only.
+pub fn next_step(why: &str, arguments: &[&str]) -> String {
+    if manner().quiet {
+        return String::new();
+    }
+    format!("\nnext: {why}\n{}", command(arguments))
+}
+
+/// A call of the program for a POSIX shell, indented, on several lines where it is long.
+pub fn command(arguments: &[&str]) -> String {
+    let mut text = String::from("    valve");
+    let mut column = text.len();
+    for argument in arguments {
+        let word = quoted(argument);
+        let width = word.chars().count();
+        if column + 1 + width > COMMAND_COLUMNS && column > 8 {
+            text.push_str(" \\\n       ");
+            column = 7;
+        }
+        text.push(' ');
+        text.push_str(&word);
+        column += 1 + width;
+    }
+    text.push('\n');
+    text
+}
+
+/// A word as a shell reads it back.
+fn quoted(word: &str) -> String {
+    let plain = |letter: char| letter.is_alphanumeric() || "-_./=:,+@%*".contains(letter);
+    if !word.is_empty() && word.chars().all(plain) {
+        return word.to_owned();
+    }
+    format!("'{}'", word.replace('\'', "'\\''"))
+}
+
+/// A new file or directory beside a valve file, where all that is known of the valve stays together: the name wished
+/// for, with a number behind it where that is taken.
+pub fn free_name_beside(valve: &Path, wished: &str) -> String {
+    free_name(&valve.with_file_name(wished).display().to_string())
+}
+
+/// The same in the working directory: the name wished for, or one with a number behind it that does not exist yet.
+pub fn free_name(wished: &str) -> String {
+    if !Path::new(wished).exists() {
+        return wished.to_owned();
+    }
+    let (stem, ending) = match wished.rsplit_once('.') {
+        Some((stem, ending)) => (stem, format!(".{ending}")),
+        None => (wished, String::new()),
+    };
+    let numbered = (2_u32..).map(|number| format!("{stem}-{number}{ending}"));
+    numbered.into_iter().find(|name| !Path::new(name).exists()).unwrap_or_else(|| wished.to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn commands_can_be_pasted() {
+        assert_eq!(command(&["compare", "valve.toml"]), "    valve compare valve.toml\n");
+        assert_eq!(command(&["compare", "it's mine.toml"]), "    valve compare 'it'\\''s mine.toml'\n");
+        let long = "a".repeat(40);
+        let lines = command(&["adopt", &long, &long, "--out", "better.toml"]);
+        assert_eq!(lines, format!("    valve adopt {long} \\\n        {long} --out better.toml\n"));
+    }
+
+    #[test]
+    fn a_name_that_is_taken_gets_a_number() {
+        let dir = tempfile::tempdir().unwrap();
+        let wished = dir.path().join("better.toml").display().to_string();
+        assert_eq!(free_name(&wished), wished);
+        std::fs::write(&wished, "").unwrap();
+        assert_eq!(free_name(&wished), wished.replace("better", "better-2"));
+    }
+}
