@@ -19,11 +19,11 @@ use valve_model::{Conditions, EffectKind, ParameterId, Prepared, Run, Start, Val
 
 /// Effects of which the price of a step is printed, one for each group of terms.
 const WITH_EFFECTS: [EffectKind; 5] = [
-    EffectKind::DryFriction,
-    EffectKind::GasHeating,
-    EffectKind::ProcessForce,
-    EffectKind::SolenoidLag,
-    EffectKind::SupplyDroop,
+    EffectKind::DRY_FRICTION,
+    EffectKind::GAS_HEATING,
+    EffectKind::PROCESS_FORCE,
+    EffectKind::SOLENOID_LAG,
+    EffectKind::SUPPLY_DROOP,
 ];
 
 /// Valves of the fleet.

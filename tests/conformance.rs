@@ -6,9 +6,10 @@ use reference_valve::{CYCLE, base_valve, periodic, testbed, typical, with_effect
 use valve_model::custom::{CustomEffect, CustomTarget};
 use valve_model::cycle::cycle_commands;
 use valve_model::dispatch::InstructionSet;
+use valve_model::effects::{EffectParameter, Search};
 use valve_model::params::Switches;
-use valve_model::rhs::State;
 use valve_model::simulate::{DEFAULT_STEP_S, simulate_scalar, simulate_with};
+use valve_model::state::State;
 use valve_model::stroke::strokes;
 use valve_model::{CommandEdge, Conditions, Effect, EffectKind, Nodes, Prepared, Run, Start, Valve, simulate};
 
@@ -92,14 +93,13 @@ fn all_valves() -> Vec<(String, Valve)> {
 
 /// The same, and valves with two effects and with formulas: those have loops of their own, or share one.
 fn valves_for_every_loop() -> Vec<(String, Valve)> {
-    use EffectKind::{ClosingCushion, DryFriction, GasHeating, ProcessForce, SolenoidLag, SupplyDroop};
     let pairs = [
-        (ProcessForce, DryFriction),
-        (ClosingCushion, GasHeating),
-        (ProcessForce, SupplyDroop),
-        (DryFriction, GasHeating),
-        (DryFriction, SupplyDroop),
-        (SolenoidLag, GasHeating),
+        (EffectKind::PROCESS_FORCE, EffectKind::DRY_FRICTION),
+        (EffectKind::CLOSING_CUSHION, EffectKind::GAS_HEATING),
+        (EffectKind::PROCESS_FORCE, EffectKind::SUPPLY_DROOP),
+        (EffectKind::DRY_FRICTION, EffectKind::GAS_HEATING),
+        (EffectKind::DRY_FRICTION, EffectKind::SUPPLY_DROOP),
+        (EffectKind::SOLENOID_LAG, EffectKind::GAS_HEATING),
     ];
     let with = |effects: Vec<Effect>, custom: Vec<CustomEffect>| {
         Valve::new(testbed(), Switches::default(), effects, custom).expect("possible")
@@ -184,8 +184,8 @@ fn every_effect_acts_at_its_typical_size() {
     let base = with_lanes(&runs(&base_valve(testbed())));
     for (name, valve) in all_valves().into_iter().skip(1) {
         let kind = EffectKind::from_id(&name).expect("from the catalogue");
-        // These two change the record of a run, not the run.
-        let measurement = matches!(kind, EffectKind::SensorLag | EffectKind::ClockOffset);
+        // These change the record of a run, not the run.
+        let measurement = kind.info().acts_on.is_measurement();
         assert_eq!(with_lanes(&runs(&valve)) == base, measurement, "{name}");
     }
 }
@@ -195,17 +195,14 @@ fn neutral_effects_change_nothing() {
     let base = with_lanes(&runs(&base_valve(testbed())));
     let mut neutral = Vec::new();
     for &kind in EffectKind::ALL {
-        let mut values: Vec<_> = typical(kind).values().iter().map(|value| Some(*value)).collect();
-        values[0] = Some(kind.info().neutral);
-        if kind == EffectKind::SolenoidLag {
-            values.fill(Some(0.0));
-        }
-        if kind == EffectKind::DryFriction {
-            values[1] = Some(0.0);
-        }
-        // The orifice law is off by being absent: no critical ratio is neutral.
+        let at_neutral = |(parameter, value): (&EffectParameter, &f64)| match parameter.search {
+            Search::ExcessOver { .. } => Some(kind.info().neutral),
+            _ if parameter.is_size() => Some(kind.info().neutral),
+            _ => Some(*value),
+        };
+        let values: Vec<_> = kind.parameters().iter().zip(typical(kind).values()).map(at_neutral).collect();
         let Ok(effect) = Effect::new(kind, &values) else {
-            assert_eq!(kind, EffectKind::OrificeLaw);
+            assert!(kind.info().neutral.is_nan(), "{}: it is off by being absent", kind.id());
             continue;
         };
         assert!(with_lanes(&runs(&with_effect(effect))) == base, "{}", kind.id());

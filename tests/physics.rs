@@ -115,16 +115,16 @@ fn effects_pull_the_right_way() {
         let valve = with_effect(typical(kind));
         times(&valve, Conditions::nominal(valve.parameters()))
     };
-    for kind in [EffectKind::DryFriction, EffectKind::SealFriction, EffectKind::SolenoidLag] {
+    for kind in [EffectKind::DRY_FRICTION, EffectKind::SEAL_FRICTION, EffectKind::SOLENOID_LAG] {
         let (c, o) = with(kind);
         assert!(c > close && o > open, "{}: {c} s and {o} s", kind.id());
     }
-    assert!(with(EffectKind::ClosingCushion).0 > close);
-    assert!(with(EffectKind::OpeningCushion).1 > open);
-    assert!(with(EffectKind::SeatAdhesion).1 > open);
-    assert!(with(EffectKind::VentRestriction).1 > open);
-    assert!(with(EffectKind::BackPressure).1 > open);
-    assert!(with(EffectKind::SupplyDroop).0 > close);
+    assert!(with(EffectKind::CLOSING_CUSHION).0 > close);
+    assert!(with(EffectKind::OPENING_CUSHION).1 > open);
+    assert!(with(EffectKind::SEAT_ADHESION).1 > open);
+    assert!(with(EffectKind::VENT_RESTRICTION).1 > open);
+    assert!(with(EffectKind::BACK_PRESSURE).1 > open);
+    assert!(with(EffectKind::SUPPLY_DROOP).0 > close);
 }
 
 /// The reference valve with some parameters and effects changed: a run of it must end in finite numbers.
@@ -200,16 +200,16 @@ fn a_dead_volume_that_the_stop_gives_away_is_refused() {
 #[test]
 fn strong_effects_do_not_blow_up() {
     let base = |_: &mut Parameters| {};
-    survives("heavy cushion", effect(EffectKind::ClosingCushion, &[1e5, 4e-3]), base);
-    survives("heavy opening cushion", effect(EffectKind::OpeningCushion, &[1e5, 4e-3]), base);
-    survives("heavy friction", effect(EffectKind::DryFriction, &[300.0, 500.0, 1e-3]), base);
-    let held = survives("friction that holds", effect(EffectKind::DryFriction, &[3000.0]), base);
+    survives("heavy cushion", effect(EffectKind::CLOSING_CUSHION, &[1e5, 4e-3]), base);
+    survives("heavy opening cushion", effect(EffectKind::OPENING_CUSHION, &[1e5, 4e-3]), base);
+    survives("heavy friction", effect(EffectKind::DRY_FRICTION, &[300.0, 500.0, 1e-3]), base);
+    let held = survives("friction that holds", effect(EffectKind::DRY_FRICTION, &[3000.0]), base);
     assert_eq!(held.close_time_s, None);
-    survives("steep seat", effect(EffectKind::SeatAdhesion, &[300.0, 1e-5]), base);
-    survives("adiabatic", effect(EffectKind::GasHeating, &[0.0]), base);
-    survives("cold walls at once", effect(EffectKind::GasHeating, &[1e4]), base);
-    survives("tiny line", effect(EffectKind::SupplyDroop, &[1e9, 1e-7]), base);
-    survives("softening spring", effect(EffectKind::ProgressiveSpring, &[-0.5]), base);
-    survives("strong process", effect(EffectKind::ProcessForce, &[500.0, 0.5]), base);
-    survives("process that closes", effect(EffectKind::ProcessForce, &[-500.0, 6.0]), base);
+    survives("steep seat", effect(EffectKind::SEAT_ADHESION, &[300.0, 1e-5]), base);
+    survives("adiabatic", effect(EffectKind::GAS_HEATING, &[0.0]), base);
+    survives("cold walls at once", effect(EffectKind::GAS_HEATING, &[1e4]), base);
+    survives("tiny line", effect(EffectKind::SUPPLY_DROOP, &[1e9, 1e-7]), base);
+    survives("softening spring", effect(EffectKind::PROGRESSIVE_SPRING, &[-0.5]), base);
+    survives("strong process", effect(EffectKind::PROCESS_FORCE, &[500.0, 0.5]), base);
+    survives("process that closes", effect(EffectKind::PROCESS_FORCE, &[-500.0, 6.0]), base);
 }

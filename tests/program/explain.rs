@@ -17,7 +17,7 @@ fn valve_with(kind: EffectKind, values: &[Option<f64>]) -> ValveFile {
 }
 
 fn hidden_valve() -> ValveFile {
-    valve_with(EffectKind::VentRestriction, &[Some(0.8)])
+    valve_with(EffectKind::VENT_RESTRICTION, &[Some(0.8)])
 }
 
 /// Writes a log of the hidden valve with a leak from the supply that grows by 0.005 mm2 a cycle, and gives
@@ -147,7 +147,7 @@ fn pictures_are_drawn_of_what_there_is_to_show() {
     assert!(!sandbox.path("missing.svg").exists() && !sandbox.path("next.svg").exists());
 
     // Which friction it is, stroke times do not tell.
-    hide(&sandbox, &valve_with(EffectKind::DryFriction, &[Some(60.0), Some(60.0), None]), 3.0);
+    hide(&sandbox, &valve_with(EffectKind::DRY_FRICTION, &[Some(60.0), Some(60.0), None]), 3.0);
     let [said, _] = drawn();
     assert!(said.contains("(or ") && said.contains("cannot be told from"), "{said}");
     assert!(sandbox.read("next.svg").contains("apart by"));
@@ -167,7 +167,7 @@ fn an_unknown_effect_is_refused_with_the_nearest_name() {
 #[test]
 fn an_effect_is_found_though_strokes_differ_and_none_was_repeated() {
     let sandbox = Sandbox::new();
-    let rubs = valve_with(EffectKind::DryFriction, &[Some(45.0), Some(45.0), None]);
+    let rubs = valve_with(EffectKind::DRY_FRICTION, &[Some(45.0), Some(45.0), None]);
     let supplies_psig = vec![55.0, 65.0, 75.0, 85.0, 95.0, 105.0];
     Recording { supplies_psig, scatter: 1.0, ..Recording::default() }.write(&sandbox, &rubs.to_string());
     let output = sandbox.valve(&["explain", "valve.toml", "campaign.toml", "--format", "json"]);

@@ -3,7 +3,6 @@
 use rayon::prelude::*;
 use valve_model::cycle::{CycleTimes, cycles, cycles_with};
 use valve_model::dispatch::LANES;
-use valve_model::measurement::Measurement;
 use valve_model::simulate::DEFAULT_STEP_S;
 use valve_model::{Nodes, Outcome, Prepared, Run, Valve, simulate};
 
@@ -32,7 +31,7 @@ pub fn channel_of(record: &Predicted, channel: Channel) -> &[f64] {
 
 /// The record of a simulated run as the sensors of the valve would give it.
 pub fn record(valve: &Valve, nodes: &Nodes, times_s: &[f64], into: &mut Predicted) {
-    Measurement::from_effects(valve.effects()).record(nodes, times_s, into);
+    valve.measurement().record(nodes, times_s, into);
 }
 
 /// A run to simulate with a valve, the recordings to compare it with, and where the residuals of each go.
@@ -199,7 +198,7 @@ pub fn timing_predictions(data: &Dataset, valves: &[Valve]) -> Vec<Vec<CycleTime
             .collect();
         for ((group, set), cycle) in jobs.iter().zip(parts.into_iter().flatten()) {
             if let Some(last) = cycle.last() {
-                let offset = Measurement::from_effects(valves[*set].effects()).offset_s;
+                let offset = valves[*set].measurement().offset_s;
                 let shifted = |time: Option<f64>| time.map(|time| time + offset);
                 times[*set][*group] =
                     CycleTimes { close_time_s: shifted(last.close_time_s), open_time_s: shifted(last.open_time_s) };

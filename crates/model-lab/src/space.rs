@@ -7,7 +7,7 @@
 use nalgebra::{DMatrix, DVector};
 use valve_file::{Tolerance, ValveFile};
 use valve_model::custom::CustomEffect;
-use valve_model::effects::DefaultValue;
+use valve_model::effects::{DefaultValue, Search};
 use valve_model::{Effect, EffectKind, ParameterId, Parameters, Switches, Valve};
 
 /// What a coordinate moves.
@@ -53,7 +53,7 @@ pub struct Coordinate {
 }
 
 impl Coordinate {
-    /// The value at a coordinate, SI (for the static force: its excess over the Coulomb force, relative).
+    /// The value at a coordinate, SI (of a parameter that is an excess over another: that excess, relative).
     pub fn value(&self, u: f64) -> f64 {
         match self.map {
             Map::Linear => self.centre + self.scale * u,
@@ -151,7 +151,7 @@ impl Space {
         }
         for index in 0..kind.parameters().len() {
             let target = Target::Effect(slot, index);
-            if kind.parameters()[index].refinement {
+            if kind.parameters()[index].is_refinement() {
                 continue;
             }
             if space.coordinates.iter().all(|coordinate| coordinate.target != target) {
@@ -168,7 +168,9 @@ impl Space {
     pub fn with_refined_effect(&self, kind: EffectKind) -> Self {
         let mut space = self.with_effect(kind);
         let Some(slot) = space.effects.iter().position(|effect| effect.kind() == kind) else { return space };
-        for (index, parameter) in kind.parameters().iter().enumerate().filter(|(_, parameter)| parameter.refinement) {
+        for (index, parameter) in
+            kind.parameters().iter().enumerate().filter(|(_, parameter)| parameter.is_refinement())
+        {
             let target = Target::Effect(slot, index);
             if space.coordinates.iter().any(|coordinate| coordinate.target == target) {
                 continue;
@@ -302,9 +304,13 @@ impl Space {
             .zip(&mut values)
             .enumerate()
             .map(|(slot, (effect, values))| {
-                let moves = self.coordinates.iter().any(|c| c.target == Target::Effect(slot, 1));
-                if effect.kind() == EffectKind::DryFriction && moves {
-                    values[1] = values[0] * (1.0 + values[1]);
+                for (index, parameter) in effect.kind().parameters().iter().enumerate() {
+                    let moves = || self.coordinates.iter().any(|c| c.target == Target::Effect(slot, index));
+                    if let Search::ExcessOver { other, .. } = parameter.search
+                        && moves()
+                    {
+                        values[index] = values[other] * (1.0 + values[index]);
+                    }
                 }
                 let given: Vec<Option<f64>> = values.iter().copied().map(Some).collect();
                 Effect::new(effect.kind(), &given).unwrap_or(*effect)
@@ -378,8 +384,9 @@ fn effect_coordinate(
         prior,
         step: 0.02,
     };
-    let mut coordinate = match (kind, index) {
-        (EffectKind::GasHeating, _) => Coordinate {
+    let mut coordinate = match parameter.search {
+        Search::Size => linear(neutral, range.typical - neutral, 1.0),
+        Search::InverseSize => Coordinate {
             map: Map::Reciprocal,
             centre: range.typical,
             scale: 1.0,
@@ -388,22 +395,20 @@ fn effect_coordinate(
             start: 1.0,
             ..linear(0.0, 1.0, 1.0)
         },
-        (EffectKind::OrificeLaw, _) => linear(range.typical, 0.1, 0.0),
-        (EffectKind::DryFriction, 1) => Coordinate {
+        Search::SizeAbout { scale } => linear(range.typical, scale, 0.0),
+        Search::ExcessOver { start, .. } => Coordinate {
             target,
             map: Map::Linear,
             centre: 0.0,
             scale: 1.0,
             lower: 0.0,
             upper: 4.0,
-            start: 0.3,
+            start,
             prior: Some((0.0, 1.0)),
             step: 0.02,
         },
-        (EffectKind::SolenoidLag, _) => linear(0.0, range.typical, 1.0),
-        (_, 0) => linear(neutral, range.typical - neutral, 1.0),
         // Shape parameters: about their defaults, within a factor of three or so.
-        _ => {
+        Search::Shape | Search::Refinement => {
             let centre = match parameter.default {
                 DefaultValue::Value(value) => value,
                 _ => range.typical,
@@ -412,8 +417,8 @@ fn effect_coordinate(
         }
     };
     if let Some(effect) = given {
-        let value = match (kind, index) {
-            (EffectKind::DryFriction, 1) => effect.values()[1] / effect.values()[0].max(1e-9) - 1.0,
+        let value = match parameter.search {
+            Search::ExcessOver { other, .. } => effect.values()[index] / effect.values()[other].max(1e-9) - 1.0,
             _ => effect.values()[index],
         };
         coordinate.start = coordinate.coordinate(value);

@@ -107,7 +107,7 @@ fn the_size_of_supposed_scatter_is_near_its_own() {
 #[test]
 fn missing_physics_is_not_called_scatter() {
     let file = testbed();
-    let rubbing = Effect::new(EffectKind::DryFriction, &[Some(35.0), Some(60.0), None]).expect("a possible effect");
+    let rubbing = Effect::new(EffectKind::DRY_FRICTION, &[Some(35.0), Some(60.0), None]).expect("a possible effect");
     let parameters = file.valve().parameters().clone();
     let valve = Valve::new(parameters, file.valve().switches(), vec![rubbing], Vec::new()).expect("a possible valve");
     for scatter in [0.0, 1.0] {

@@ -16,7 +16,7 @@ fn step(action: &str) -> HistoryEntry {
 }
 
 fn friction(coulomb: f64, fixed: f64) -> Effect {
-    Effect::new(EffectKind::DryFriction, &[Some(coulomb), Some(fixed)]).unwrap()
+    Effect::new(EffectKind::DRY_FRICTION, &[Some(coulomb), Some(fixed)]).unwrap()
 }
 
 fn custom(force: f64) -> CustomEffect {
@@ -94,7 +94,7 @@ fn steps_pile_up_and_are_undone_one_by_one() {
         .with_history(step("added scored bore"))
         .unwrap();
     let swapped = refitted
-        .without_effect(EffectKind::DryFriction)
+        .without_effect(EffectKind::DRY_FRICTION)
         .unwrap()
         .with_custom(&custom(80.0))
         .unwrap()
@@ -133,7 +133,7 @@ fn every_effect_of_the_catalogue_can_be_added_and_taken_out() {
         file = added;
     }
     let recorded = ValveFile::parse(file.text(), "v.toml").unwrap();
-    let dropped = recorded.without_effect(EffectKind::SupplyDroop).unwrap().with_history(step("dropped")).unwrap();
+    let dropped = recorded.without_effect(EffectKind::SUPPLY_DROOP).unwrap().with_history(step("dropped")).unwrap();
     assert_eq!(dropped.reverted().unwrap().text(), file.text());
     assert!(read().without_custom("nobody").unwrap_err().to_string().contains("no effect \"nobody\"; it has none"));
 }
@@ -180,7 +180,7 @@ fn what_may_be_left_out_is_written_and_undone_and_counts_only_where_it_is_not_th
     let refined = |values: [f64; 3]| {
         let [stiffness, factor, slope] = values.map(Some);
         let values = [Some(20.0), Some(30.0), None, stiffness, factor, slope];
-        bare.with_effect(&Effect::new(EffectKind::DryFriction, &values).unwrap()).unwrap()
+        bare.with_effect(&Effect::new(EffectKind::DRY_FRICTION, &values).unwrap()).unwrap()
     };
     assert_eq!(refined([2e5, 1.0, 0.0]).text(), bare.text());
     let written = refined([5e5, 1.25, -0.5]);

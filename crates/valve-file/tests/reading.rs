@@ -65,7 +65,7 @@ fn effects_of_the_catalogue_are_read_with_their_defaults() {
          [[effect]]\nkind = \"orifice-law\"\ncritical_ratio = 0.3\n",
     ));
     let effects = file.valve().effects();
-    assert_eq!(effects[0].kind(), EffectKind::DryFriction);
+    assert_eq!(effects[0].kind(), EffectKind::DRY_FRICTION);
     assert_eq!(file.valve().effects()[0].values(), [25.0, 25.0, 0.01, 2e5, 1.0, 0.0]);
     assert!(effects[1].is_neutral());
     assert_eq!(effects[2].values(), [2.0 * 6894.757]);
@@ -222,7 +222,7 @@ fn rich() -> String {
         "[[effect]]\nkind = \"custom\"\nname = \"bore\"\nacts_on = \"friction\"\nformula = \"F * exp(-x^2)\"\n\
          [effect.parameters]\nF = { start = 0.09, lower = 0, upper = 1.0, unit = \"kN\" }\n",
     ));
-    let friction = valve_model::Effect::new(EffectKind::DryFriction, &[Some(20.0)]).unwrap();
+    let friction = valve_model::Effect::new(EffectKind::DRY_FRICTION, &[Some(20.0)]).unwrap();
     let added = file.with_effect(&friction).unwrap().without_custom("bore").unwrap();
     added.with_history(valve_file::HistoryEntry::new("swapped", "bench", 2.0, 1.0)).unwrap().to_string()
 }
@@ -241,7 +241,7 @@ proptest::proptest! {
             Ok(file) => {
                 let _ = file.reverted();
                 let _ = file.with_parameter(ParameterId::Stroke, 0.019);
-                let _ = file.without_effect(EffectKind::DryFriction);
+                let _ = file.without_effect(EffectKind::DRY_FRICTION);
             }
             Err(error) => proptest::prop_assert!(error.to_string().starts_with("v.toml:")),
         }

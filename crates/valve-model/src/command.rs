@@ -3,8 +3,6 @@
 //! Every edge ends a segment, so that no step of the integrator straddles one and a timing is
 //! smooth in every delay.
 
-use crate::effects::{Effect, EffectKind};
-
 /// A change of the command.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CommandEdge {
@@ -38,16 +36,6 @@ pub struct Solenoid {
     pub deenergise_delay_s: f64,
     /// Time of a full travel, s.
     pub travel_time_s: f64,
-}
-
-impl Solenoid {
-    /// The solenoid of a valve with these effects.
-    pub fn from_effects(effects: &[Effect]) -> Self {
-        effects.iter().find(|effect| effect.kind() == EffectKind::SolenoidLag).map_or_else(Self::default, |effect| {
-            let values = effect.values();
-            Self { energise_delay_s: values[0], deenergise_delay_s: values[1], travel_time_s: values[2] }
-        })
-    }
 }
 
 /// When each edge reaches the spool. An edge that would arrive after a later one is lost.

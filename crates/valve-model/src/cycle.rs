@@ -3,11 +3,12 @@
 use crate::command::CommandEdge;
 use crate::conditions::Conditions;
 use crate::integrator::MOST_SUBSTEPS;
-use crate::params::{Schedule, Valve};
-use crate::rhs::State;
+use crate::params::Schedule;
 use crate::simulate::{Prepared, Run, simulate};
 use crate::start::Start;
+use crate::state::State;
 use crate::stroke::strokes;
+use crate::valve::Valve;
 
 /// The stroke times of one cycle; nothing where the valve did not get there.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -5,9 +5,9 @@
 //! numbers give the same bits, with products and sums fused; the baseline gives those of the scalar path
 //! (see [`crate::real`]).
 
-use crate::coefficients::groups;
 use crate::integrator::{LaneRun, Recorder, Take, integrate};
 use crate::real::{Lanes, Real};
+use crate::terms::groups;
 
 /// How many runs advance together.
 pub const LANES: usize = 8;

@@ -10,14 +10,17 @@
 //! and uses neither clock nor random numbers. All quantities are SI, pressures
 //! are absolute and areas are geometric (the flow coefficient multiplies them).
 
+mod bristles;
 pub mod coefficients;
 pub mod command;
 pub mod conditions;
 pub mod custom;
 pub mod cycle;
+mod demand;
 pub mod dispatch;
 pub mod driven;
 pub mod effects;
+pub mod equations;
 mod integrator;
 pub mod measurement;
 pub mod orifice;
@@ -28,12 +31,16 @@ pub mod rhs;
 pub mod simulate;
 pub mod stability;
 pub mod start;
+pub mod state;
 pub mod stroke;
+pub mod terms;
+pub mod valve;
 
 pub use command::CommandEdge;
 pub use conditions::Conditions;
 pub use effects::{Effect, EffectKind};
 pub use measurement::Measurement;
-pub use params::{Limits, Orientation, ParameterError, ParameterId, Parameters, Schedule, Switches, Valve};
+pub use params::{Limits, Orientation, ParameterError, ParameterId, Parameters, Schedule, Switches};
 pub use simulate::{Nodes, Outcome, Prepared, Run, RunError, simulate};
 pub use start::Start;
+pub use valve::Valve;

@@ -1,6 +1,5 @@
 //! What the instruments write down of a run: a slow, late, scaled and shifted position, and pressures.
 
-use crate::effects::{Effect, EffectKind};
 use crate::simulate::Nodes;
 use crate::stroke::{Place, pressures};
 
@@ -39,12 +38,6 @@ pub struct Record {
 }
 
 impl Measurement {
-    /// The measurement effects among the effects of a valve.
-    pub fn from_effects(effects: &[Effect]) -> Self {
-        let value = |kind| effects.iter().find(|effect| effect.kind() == kind).map_or(0.0, |effect| effect.values()[0]);
-        Self { lag_s: value(EffectKind::SensorLag), offset_s: value(EffectKind::ClockOffset), ..Self::default() }
-    }
-
     /// The record of a simulated run at rising sample times. Pressures are as simulated.
     pub fn record(&self, nodes: &Nodes, times_s: &[f64], into: &mut Record) {
         nodes.places_at(times_s, &mut into.places);

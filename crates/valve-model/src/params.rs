@@ -1,8 +1,5 @@
 //! The parameters of a valve, and the checks that make them fit to simulate.
 
-use crate::custom::CustomEffect;
-use crate::effects::Effect;
-
 /// One standard gravity, m/s².
 pub const STANDARD_GRAVITY_M_PER_S2: f64 = 9.806_65;
 
@@ -235,73 +232,8 @@ impl ParameterError {
     }
 }
 
-/// A checked valve: only this can be simulated.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Valve {
-    parameters: Parameters,
-    switches: Switches,
-    effects: Vec<Effect>,
-    custom: Vec<CustomEffect>,
-}
-
-impl Valve {
-    /// Checks a parameter set and the effects added to it.
-    pub fn new(
-        parameters: Parameters,
-        switches: Switches,
-        effects: Vec<Effect>,
-        custom: Vec<CustomEffect>,
-    ) -> Result<Self, ParameterError> {
-        check_parameters(&parameters)?;
-        check_switches(switches)?;
-        for (index, effect) in effects.iter().enumerate() {
-            effect.check()?;
-            if effects[..index].iter().any(|other| other.kind() == effect.kind()) {
-                return Err(ParameterError::Inconsistent {
-                    key: format!("effect.{}", effect.kind().id()),
-                    found: "given twice".into(),
-                    expected: "each effect of the catalogue at most once".into(),
-                });
-            }
-        }
-        for (index, effect) in custom.iter().enumerate() {
-            if custom[..index].iter().any(|other| other.name() == effect.name()) {
-                return Err(ParameterError::Inconsistent {
-                    key: format!("effect.{}", effect.name()),
-                    found: "two custom effects of this name".into(),
-                    expected: "a name of its own for each custom effect".into(),
-                });
-            }
-        }
-        Ok(Self { parameters, switches, effects, custom })
-    }
-
-    /// The base parameters.
-    #[must_use]
-    pub fn parameters(&self) -> &Parameters {
-        &self.parameters
-    }
-
-    /// The limit switches.
-    #[must_use]
-    pub fn switches(&self) -> Switches {
-        self.switches
-    }
-
-    /// The effects of the catalogue that are added.
-    #[must_use]
-    pub fn effects(&self) -> &[Effect] {
-        &self.effects
-    }
-
-    /// The user's own effects.
-    #[must_use]
-    pub fn custom(&self) -> &[CustomEffect] {
-        &self.custom
-    }
-}
-
-fn check_parameters(parameters: &Parameters) -> Result<(), ParameterError> {
+/// Checks the parameters, each alone and together.
+pub(crate) fn check_parameters(parameters: &Parameters) -> Result<(), ParameterError> {
     for &id in ParameterId::ALL {
         let value = parameters.get(id);
         if !id.domain().contains(value) {
@@ -341,7 +273,8 @@ fn check_parameters(parameters: &Parameters) -> Result<(), ParameterError> {
     Ok(())
 }
 
-fn check_switches(switches: Switches) -> Result<(), ParameterError> {
+/// Checks that the switches follow each other.
+pub(crate) fn check_switches(switches: Switches) -> Result<(), ParameterError> {
     let ordered = switches.closed_at >= 0.0 && switches.closed_at < switches.open_at && switches.open_at <= 1.0;
     if ordered {
         Ok(())

@@ -1,8 +1,10 @@
 //! The states of rest: vented or filled, any leak in balance.
 
-use crate::coefficients::{Equations, groups};
+use crate::equations::Equations;
 use crate::orifice::Blend;
-use crate::rhs::{Inputs, State, System};
+use crate::rhs::System;
+use crate::state::{Inputs, State};
+use crate::terms::groups;
 
 /// The law of the orifices as good as without its blend: a balance of flows is not stepped through.
 const EXACT_BLEND: f64 = 1e-9;
@@ -55,8 +57,8 @@ pub(crate) fn line_pressure(equations: &Equations, spool: f64, pipe: f64) -> f64
     }
     let exact = Blend::new(EXACT_BLEND);
     let fed = if spool > 0.0 { c.fill * spool + c.leak_in } else { c.leak_in };
-    // p = p_s - R_d f(p, p_pipe), falling in p.
-    let excess = |p: f64| (c.supply - p) * c.line_conductance - c.law.flow(p, pipe, fed, exact);
+    // What comes into the line leaves it; the excess falls in p.
+    let excess = |p: f64| equations.laws.line_flow(c.supply, p, 0.0) - c.law.flow(p, pipe, fed, exact);
     root(pipe.min(c.supply), c.supply, excess)
 }
 
@@ -74,7 +76,7 @@ fn at_rest(equations: &Equations, pressure: f64, line_pressure: f64, closed: boo
         line_pressure,
         bristle: 0.0,
     };
-    let system = System::new(*c, equations.terms, &equations.custom, equations.custom_operands());
+    let system = System::<f64>::new(equations);
     let inputs = Inputs {
         spool: 0.0,
         since_command: 0.0,

@@ -3,145 +3,23 @@
 //! Kulkarni et al. 2014, section 3, with its slips put right: the spring force is k (L - x + x0),
 //! filling closes the valve, and the choked test of a flow that runs back uses the inverted ratio.
 
-use crate::coefficients::{Coefficients, Equations, LEAST_FRICTION_N, Terms, groups};
+use crate::bristles;
+use crate::coefficients::Coefficients;
 use crate::custom::{CustomEffect, CustomTarget, Variables};
+use crate::effects::{Laws, Moment};
+use crate::equations::Equations;
 use crate::orifice::{Blend, Pressure};
 use crate::real::Real;
-
-/// The state of a valve.
-#[derive(Debug, Clone, Copy)]
-pub struct State<R> {
-    /// Position x, m: 0 closed, L open.
-    pub x: R,
-    /// Velocity, m/s.
-    pub v: R,
-    /// Gas in the chamber, kg.
-    pub chamber_mass: R,
-    /// Gas in the pipe, kg.
-    pub pipe_mass: R,
-    /// Gas temperature in the chamber, K.
-    pub chamber_temperature: R,
-    /// Gas temperature in the pipe, K.
-    pub pipe_temperature: R,
-    /// Pressure of the supply line, Pa.
-    pub line_pressure: R,
-    /// Deflection of the friction bristles, m.
-    pub bristle: R,
-}
-
-impl State<f64> {
-    /// All zero: a rate of change before any is known.
-    pub(crate) const ZERO: Self = State {
-        x: 0.0,
-        v: 0.0,
-        chamber_mass: 0.0,
-        pipe_mass: 0.0,
-        chamber_temperature: 0.0,
-        pipe_temperature: 0.0,
-        line_pressure: 0.0,
-        bristle: 0.0,
-    };
-}
-
-impl<R: Real> State<R> {
-    /// The same state in every lane.
-    pub fn splat(from: &State<f64>) -> Self {
-        State {
-            x: R::splat(from.x),
-            v: R::splat(from.v),
-            chamber_mass: R::splat(from.chamber_mass),
-            pipe_mass: R::splat(from.pipe_mass),
-            chamber_temperature: R::splat(from.chamber_temperature),
-            pipe_temperature: R::splat(from.pipe_temperature),
-            line_pressure: R::splat(from.line_pressure),
-            bristle: R::splat(from.bristle),
-        }
-    }
-
-    /// Puts a state into a lane.
-    pub fn set_lane(&mut self, lane: usize, from: &State<f64>) {
-        self.x.set_lane(lane, from.x);
-        self.v.set_lane(lane, from.v);
-        self.chamber_mass.set_lane(lane, from.chamber_mass);
-        self.pipe_mass.set_lane(lane, from.pipe_mass);
-        self.chamber_temperature.set_lane(lane, from.chamber_temperature);
-        self.pipe_temperature.set_lane(lane, from.pipe_temperature);
-        self.line_pressure.set_lane(lane, from.line_pressure);
-        self.bristle.set_lane(lane, from.bristle);
-    }
-
-    /// The state in a lane.
-    pub fn lane(&self, lane: usize) -> State<f64> {
-        State {
-            x: self.x.lane(lane),
-            v: self.v.lane(lane),
-            chamber_mass: self.chamber_mass.lane(lane),
-            pipe_mass: self.pipe_mass.lane(lane),
-            chamber_temperature: self.chamber_temperature.lane(lane),
-            pipe_temperature: self.pipe_temperature.lane(lane),
-            line_pressure: self.line_pressure.lane(lane),
-            bristle: self.bristle.lane(lane),
-        }
-    }
-
-    /// `self + factor * rate`, of the states in use.
-    #[inline(always)]
-    pub(crate) fn advanced<const GROUPS: u8>(&self, rate: &Self, factor: R) -> Self {
-        let mut next = State {
-            x: factor.mul_add(rate.x, self.x),
-            v: factor.mul_add(rate.v, self.v),
-            chamber_mass: factor.mul_add(rate.chamber_mass, self.chamber_mass),
-            pipe_mass: factor.mul_add(rate.pipe_mass, self.pipe_mass),
-            ..*self
-        };
-        if GROUPS & groups::HEATING != 0 {
-            next.chamber_temperature = factor.mul_add(rate.chamber_temperature, self.chamber_temperature);
-            next.pipe_temperature = factor.mul_add(rate.pipe_temperature, self.pipe_temperature);
-        }
-        if GROUPS & groups::LINE != 0 {
-            next.line_pressure = factor.mul_add(rate.line_pressure, self.line_pressure);
-        }
-        if GROUPS & groups::FRICTION != 0 {
-            next.bristle = factor.mul_add(rate.bristle, self.bristle);
-        }
-        next
-    }
-}
-
-impl State<f64> {
-    /// Whether every state but the velocity differs from another's by at most this share.
-    pub(crate) fn is_within(&self, other: &Self, share: f64) -> bool {
-        let near = |a: f64, b: f64, scale: f64| (a - b).abs() <= share * scale;
-        near(self.x, other.x, self.x.abs().max(1e-3))
-            && near(self.bristle, other.bristle, 1e-3)
-            && near(self.chamber_mass, other.chamber_mass, other.chamber_mass)
-            && near(self.pipe_mass, other.pipe_mass, other.pipe_mass)
-            && near(self.chamber_temperature, other.chamber_temperature, other.chamber_temperature)
-            && near(self.pipe_temperature, other.pipe_temperature, other.pipe_temperature)
-            && near(self.line_pressure, other.line_pressure, other.line_pressure)
-    }
-}
-
-/// What acts from outside at one instant.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Inputs<R> {
-    /// Spool position: 1 joins the supply, 0 the exhaust.
-    pub spool: R,
-    /// Time since the last command edge, s (for custom formulas).
-    pub since_command: R,
-    /// Measured pipe pressure, Pa, where it drives the model.
-    pub pipe_pressure: R,
-    /// Measured chamber pressure, Pa, where it drives the model.
-    pub chamber_pressure: R,
-    /// Measured supply pressure, Pa, where it drives the model.
-    pub supply_pressure: R,
-}
+use crate::state::{Flows, Inputs, State};
+use crate::terms::{Terms, groups};
 
 /// The equations of one valve or of several in lanes.
 #[derive(Debug)]
 pub struct System<'a, R> {
-    /// Their numbers.
+    /// The numbers of the base equations.
     pub coefficients: Coefficients<R>,
+    /// Those of the effects of the catalogue.
+    laws: Laws<R>,
     /// The groups of terms in use, the same in all lanes.
     pub terms: Terms,
     /// The same as bits.
@@ -158,18 +36,6 @@ pub struct System<'a, R> {
     leaks_out: bool,
 }
 
-/// The flows into and out of the pipe, kg/s.
-struct Flows<R> {
-    /// From the supply; 0 where the solenoid joins one side at a time and no line has to know.
-    filled: R,
-    /// To the exhaust, negative where gas leaves; with the flow from the supply where that is 0.
-    vented: R,
-    leaked_in: R,
-    leaked_out: R,
-    /// From the pipe to the chamber.
-    through_port: R,
-}
-
 /// Contributions of the custom effects.
 struct Custom<R> {
     force: R,
@@ -179,26 +45,22 @@ struct Custom<R> {
 }
 
 impl<'a, R: Real> System<'a, R> {
-    /// The equations with these numbers.
-    pub fn new(
-        coefficients: Coefficients<R>,
-        terms: Terms,
-        custom: &'a [CustomEffect],
-        custom_operands: Vec<Vec<R>>,
-    ) -> Self {
-        let c = &coefficients;
-        let any = |leak: &R| (0..R::LANES).any(|lane| leak.lane(lane) != 0.0);
+    /// The equations of one valve, in every lane.
+    pub fn new(equations: &'a Equations) -> Self {
+        let c = &equations.coefficients;
+        let in_lanes = |values: Vec<f64>| values.into_iter().map(R::splat).collect();
         Self {
-            supply: Pressure::of(c.supply),
-            ambient: Pressure::of(c.ambient),
-            exhaust: Pressure::of(c.exhaust),
-            leaks_in: any(&c.leak_in),
-            leaks_out: any(&c.leak_out),
-            coefficients,
-            terms,
-            groups: terms.groups(),
-            custom,
-            custom_operands,
+            supply: Pressure::of(R::splat(c.supply)),
+            ambient: Pressure::of(R::splat(c.ambient)),
+            exhaust: Pressure::of(R::splat(c.exhaust)),
+            leaks_in: c.leak_in != 0.0,
+            leaks_out: c.leak_out != 0.0,
+            coefficients: Coefficients::splat(c),
+            laws: Laws::splat(&equations.laws),
+            terms: equations.terms,
+            groups: equations.terms.groups(),
+            custom: &equations.custom,
+            custom_operands: equations.custom_operands().into_iter().map(in_lanes).collect(),
         }
     }
 
@@ -212,6 +74,7 @@ impl<'a, R: Real> System<'a, R> {
     pub fn set_lane(&mut self, lane: usize, equations: &Equations) {
         let c = &equations.coefficients;
         self.coefficients.set_lane(lane, c);
+        self.laws.set_lane(lane, &equations.laws);
         self.supply.set_lane(lane, Pressure::of(c.supply));
         self.ambient.set_lane(lane, Pressure::of(c.ambient));
         self.exhaust.set_lane(lane, Pressure::of(c.exhaust));
@@ -265,44 +128,49 @@ impl<'a, R: Real> System<'a, R> {
         let zero = R::splat(0.0);
         let (chamber_gas, pipe_gas) = self.gas::<GROUPS>(state, inputs);
         let (chamber, pipe) = (chamber_gas.pa, pipe_gas.pa);
+        let at = self.moment(state, chamber, pipe);
 
         // Forces on the piston, positive opens.
         let beyond_open = (state.x - c.stroke).max(zero);
         let beyond_closed = state.x.min(zero);
         let mut spring = c.stiffness * (c.free_length - state.x);
         if self.has::<GROUPS>(groups::FORCES) {
-            spring = spring * c.hardening.mul_add(c.stroke - state.x, R::splat(1.0));
+            spring = self.laws.spring(&at, spring);
         }
         let resisting = c.viscous.mul_add(state.v, c.contact.mul_add(beyond_open + beyond_closed, c.weight));
         let mut net = spring - (chamber - c.ambient).mul_add(c.piston_area, resisting);
 
-        let Flows { filled, vented, leaked_in, leaked_out, through_port } =
-            self.flows::<GROUPS>(state, inputs, pipe_gas, chamber_gas);
+        let mut flows = self.flows::<GROUPS>(state, inputs, pipe_gas, chamber_gas);
         let mut bristle_rate = zero;
         let mut inverse_mass = c.inverse_mass;
-        let mut pipe_rate = filled + vented + leaked_in - leaked_out - through_port;
-        let mut chamber_rate = through_port;
-        let mut custom_pipe = zero;
-        let mut custom_chamber = zero;
+        let mut pipe_rate = flows.filled + flows.vented + flows.leaked_in - flows.leaked_out - flows.through_port;
+        let mut chamber_rate = flows.through_port;
         let mut custom = Custom { force: zero, friction: zero, pipe_flow: zero, chamber_flow: zero };
         if self.has::<GROUPS>(groups::CUSTOM) {
             custom = self.custom::<GROUPS>(state, inputs, chamber, pipe);
-            custom_pipe = custom.pipe_flow;
-            custom_chamber = custom.chamber_flow;
-            pipe_rate = pipe_rate + custom_pipe;
-            chamber_rate = chamber_rate + custom_chamber;
+            (flows.into_pipe, flows.into_chamber) = (custom.pipe_flow, custom.chamber_flow);
             net = net + custom.force;
         }
+        if self.has::<GROUPS>(groups::FLOWS) {
+            flows.into_pipe = self.laws.pipe_flow(&at, flows.into_pipe);
+            flows.into_chamber = self.laws.chamber_flow(&at, flows.into_chamber);
+        }
+        if self.has::<GROUPS>(groups::CUSTOM) || self.has::<GROUPS>(groups::FLOWS) {
+            pipe_rate = pipe_rate + flows.into_pipe;
+            chamber_rate = chamber_rate + flows.into_chamber;
+        }
         if self.has::<GROUPS>(groups::FORCES) {
-            let (force, damping) = self.added_forces(state);
-            net = net + force;
+            let damping = self.laws.damping(&at, nothing());
+            net = net + self.added_force(&at, damping);
             // A cushion that brakes faster than anything else moves: inertia no longer counts.
             inverse_mass = R::splat(1.0) / c.mass.max(damping * c.quickest);
         }
         if self.has::<GROUPS>(groups::FRICTION) {
-            let (friction, bristle) = self.friction(state, chamber, custom.friction);
+            let sliding = self.sliding(&at, custom.friction);
+            let (stiffness, damping) = (c.bristle_stiffness, c.bristle_damping);
+            let (friction, rate) = bristles::friction(stiffness, damping, c.quickest, state.v, state.bristle, sliding);
             net = net - friction;
-            bristle_rate = bristle;
+            bristle_rate = rate;
         }
         let mut rate = State {
             x: state.v,
@@ -315,15 +183,19 @@ impl<'a, R: Real> System<'a, R> {
             bristle: bristle_rate,
         };
         if self.has::<GROUPS>(groups::LINE) {
-            let supply = self.supply::<GROUPS>(inputs).pa;
-            rate.line_pressure =
-                c.line_gain * ((supply - state.line_pressure) * c.line_conductance - filled - leaked_in);
+            let fed = self.laws.line_flow(self.supply::<GROUPS>(inputs).pa, state.line_pressure, nothing());
+            rate.line_pressure = c.line_gain * (fed - flows.filled - flows.leaked_in);
         }
         if self.has::<GROUPS>(groups::HEATING) {
-            let incoming = [filled, vented, leaked_in, -leaked_out, custom_pipe];
-            self.heating(state, &mut rate, &incoming, through_port, custom_chamber, chamber);
+            self.laws.warm(&at, &flows, &mut rate);
         }
         rate
+    }
+
+    /// What the terms of effects are evaluated with.
+    #[inline(always)]
+    fn moment<'b>(&'b self, state: &'b State<R>, chamber: R, pipe: R) -> Moment<'b, R> {
+        Moment { base: &self.coefficients, state, chamber, pipe, variants: self.laws.variants }
     }
 
     /// The flows into and out of the pipe.
@@ -380,7 +252,7 @@ impl<'a, R: Real> System<'a, R> {
             leaked_out = self.flow::<GROUPS>(pipe_gas, self.ambient, c.leak_out, from_pipe, run, c.blend);
         }
         let through_port = self.flow::<GROUPS>(pipe_gas, chamber_gas, c.port, from_pipe, from_chamber, c.port_blend);
-        Flows { filled, vented, leaked_in, leaked_out, through_port }
+        Flows { filled, vented, leaked_in, leaked_out, through_port, into_pipe: zero, into_chamber: zero }
     }
 
     /// Flow from one pressure to another; `warmth1` and `warmth2` are sqrt(T/T upstream) of gas that comes from
@@ -399,41 +271,10 @@ impl<'a, R: Real> System<'a, R> {
         if self.has::<GROUPS>(groups::HEATING) { flow * from.pa.select_lt(to.pa, warmth2, warmth1) } else { flow }
     }
 
-    /// Dry friction as the deflection z of bristles (Canudas de Wit, Olsson, Åström and Lischinsky, IEEE
-    /// Trans. Automatic Control 40(3), 1995): z' = v - s0 |v| z/g(v), F = s0 z + s1 z', with g the
-    /// Coulomb, static and Stribeck friction. At rest the bristles hold up to g(0). The rate at which a
-    /// sliding bristle settles is bounded, far above anything that a stroke shows.
+    /// The friction of steady sliding, N: that of the catalogue and of custom effects.
     #[inline(always)]
-    fn friction(&self, state: &State<R>, chamber: R, custom: R) -> (R, R) {
-        let c = &self.coefficients;
-        let g = self.sliding(state, chamber, custom);
-        let grip = c.bristle_stiffness * state.v.abs();
-        let settling = grip * c.quickest;
-        let rate = state.v.mul_add(g, -(grip * state.bristle)) / g.max(settling).max(R::splat(LEAST_FRICTION_N));
-        (c.bristle_stiffness.mul_add(state.bristle, c.bristle_damping * rate), rate)
-    }
-
-    /// The friction of steady sliding, N: that of guides, of seals and of custom effects.
-    #[inline(always)]
-    fn sliding(&self, state: &State<R>, chamber: R, custom: R) -> R {
-        let c = &self.coefficients;
-        let (zero, one) = (R::splat(0.0), R::splat(1.0));
-        let pressing = (chamber - c.ambient).max(zero);
-        // The share of the static friction's excess that is left at the velocity at hand (Stribeck).
-        let mut slow = zero;
-        if self.terms.stribeck {
-            let ratio = state.v * c.inverse_stribeck;
-            slow = (ratio * ratio).exp_of_negative();
-        }
-        if self.terms.uneven {
-            let dry_way = zero.select_lt(state.v, c.dry_opening, one);
-            let seal_way = zero.select_lt(state.v, c.seal_opening, one);
-            let place = c.dry_slope.mul_add(state.x, c.dry_closed).max(zero);
-            let dry = c.static_excess.mul_add(slow, c.coulomb) * dry_way;
-            return dry.mul_add(place, c.seal * pressing * seal_way) + custom.max(zero);
-        }
-        let coulomb = c.seal.mul_add(pressing, c.coulomb) + custom.max(zero);
-        if self.terms.stribeck { c.static_excess.mul_add(slow, coulomb) } else { coulomb }
+    fn sliding(&self, at: &Moment<'_, R>, custom: R) -> R {
+        self.laws.friction(at, nothing()) + custom.max(R::splat(0.0))
     }
 
     /// The friction of steady sliding at a state, N, by its size.
@@ -444,31 +285,14 @@ impl<'a, R: Real> System<'a, R> {
         } else {
             R::splat(0.0)
         };
-        self.sliding(state, chamber.pa, custom)
+        self.sliding(&self.moment(state, chamber.pa, pipe.pa), custom)
     }
 
-    /// Cushions, seat adhesion and process force, N; and the damping of the cushions, N s/m.
+    /// The forces that effects and damped stops add, N, given the damping of the effects.
     #[inline(always)]
-    fn added_forces(&self, state: &State<R>) -> (R, R) {
-        let c = &self.coefficients;
-        let (zero, one) = (R::splat(0.0), R::splat(1.0));
-        let from_closed = state.x.max(zero);
-        let from_open = (c.stroke - state.x).max(zero);
-        let closing = c.closing_damping * (-from_closed).mul_add(c.closing_inverse_length, one).max(zero);
-        let opening = c.opening_damping * (-from_open).mul_add(c.opening_inverse_length, one).max(zero);
-        let adhesion = c.adhesion * (-state.x).mul_add(c.adhesion_inverse_reach, one).max(zero).min(one);
-        let shut = (-state.x).mul_add(c.inverse_stroke, one).max(zero);
-        let process = if self.terms.power {
-            c.process * shut.max(R::splat(1e-300)).power(c.process_exponent)
-        } else {
-            c.process * shut
-        };
-        let damping = closing + opening;
-        let mut force = (-damping).mul_add(state.v, process - adhesion);
-        if self.terms.stop_damping {
-            force = force + self.stop_damping(state);
-        }
-        (force, damping)
+    fn added_force(&self, at: &Moment<'_, R>, damping: R) -> R {
+        let force = (-damping).mul_add(at.state.v, self.laws.force(at, nothing()));
+        if self.terms.stop_damping { force + self.stop_damping(at.state) } else { force }
     }
 
     /// The damping of the stops, N: on a piston inside a stop, and with no more than the stop presses where it
@@ -482,34 +306,6 @@ impl<'a, R: Real> System<'a, R> {
         let at_closed = state.x.select_lt(zero, braking.max(closed), zero);
         let at_open = c.stroke.select_lt(state.x, braking.min(open), zero);
         at_closed + at_open
-    }
-
-    /// Energy balances of pipe and chamber (Carneiro and Almeida 2006, eq. 3), as rates of temperature.
-    #[inline(always)]
-    fn heating(&self, state: &State<R>, rate: &mut State<R>, incoming: &[R; 5], port: R, custom: R, chamber: R) {
-        let c = &self.coefficients;
-        let zero = R::splat(0.0);
-        let (t_pipe, t_chamber) = (state.pipe_temperature, state.chamber_temperature);
-        // Divided by c_v: m T' = sum gamma f T_source - m' T + h/c_v (T_wall - T) - p V'/c_v.
-        let mut pipe = zero;
-        for flow in incoming {
-            pipe = flow.mul_add(flow.select_lt(zero, t_pipe, c.temperature), pipe);
-        }
-        let carried = port * port.select_lt(zero, t_chamber, t_pipe);
-        let added = custom * custom.select_lt(zero, t_chamber, c.temperature);
-        // -p V'/c_v with V' = -A_p v.
-        let work = chamber * c.piston_area * state.v * c.work_gain;
-        let pipe_stored = c.wall.mul_add(c.temperature - t_pipe, -(rate.pipe_mass * t_pipe));
-        let chamber_stored = c.wall.mul_add(c.temperature - t_chamber, -(rate.chamber_mass * t_chamber));
-        let pipe = c.gamma.mul_add(pipe - carried, pipe_stored);
-        let chamber = c.gamma.mul_add(carried + added, chamber_stored) + work;
-        // Where the walls hold the gas at their temperature faster than anything else moves, only how far
-        // it is from theirs matters, not how fast it gets there.
-        let slowest = c.wall * c.quickest;
-        let (pipe_mass, chamber_mass) = (state.pipe_mass.max(slowest), state.chamber_mass.max(slowest));
-        let quotient = R::splat(1.0) / (pipe_mass * chamber_mass);
-        rate.pipe_temperature = pipe * chamber_mass * quotient;
-        rate.chamber_temperature = chamber * pipe_mass * quotient;
     }
 
     #[inline(always)]
@@ -533,4 +329,11 @@ impl<'a, R: Real> System<'a, R> {
         }
         sum
     }
+}
+
+/// What a sum of terms begins with: added to anything it changes no bit, not even the sign of a zero, so that the
+/// optimiser leaves it out.
+#[inline(always)]
+fn nothing<R: Real>() -> R {
+    R::splat(-0.0)
 }

@@ -4,16 +4,17 @@ use std::borrow::Borrow;
 use std::cell::Cell;
 use std::sync::Arc;
 
-use crate::coefficients::Equations;
-use crate::command::{CommandEdge, Segment, Solenoid, segments_after};
+use crate::command::{CommandEdge, Segment, segments_after};
 use crate::conditions::Conditions;
 use crate::dispatch::{InstructionSet, integrate_scalar, integrate_with};
 use crate::driven::Driven;
+use crate::equations::Equations;
 use crate::integrator::{LaneRun, Pace, Recorder};
-use crate::params::{ParameterError, Valve};
+use crate::params::ParameterError;
 use crate::rest::vented_rest;
-use crate::rhs::{Inputs, State};
 use crate::start::Start;
+use crate::state::{Inputs, State};
+use crate::valve::Valve;
 
 /// The step of the integrator unless said otherwise, s.
 pub const DEFAULT_STEP_S: f64 = 1e-3;
@@ -37,8 +38,7 @@ pub struct Run {
 impl Run {
     /// What the solenoid of a valve does in it.
     pub fn segments(&self, valve: &Valve) -> Vec<Segment> {
-        let solenoid = Solenoid::from_effects(valve.effects());
-        segments_after(self.start.is_energised(), &self.commands, &solenoid, self.end_s)
+        segments_after(self.start.is_energised(), &self.commands, &valve.solenoid(), self.end_s)
     }
 }
 
@@ -157,7 +157,9 @@ impl Prepared {
                 .iter()
                 .zip(&other.equations.custom)
                 .all(|(a, b)| a.target() == b.target() && a.formula() == b.formula());
-        self.equations.terms == other.equations.terms && same_formulas
+        self.equations.terms == other.equations.terms
+            && self.equations.laws.variants == other.equations.laws.variants
+            && same_formulas
     }
 }
 

@@ -3,11 +3,13 @@
 //! Each rate at which a disturbance decays, or swings, asks for a step of its own; the orifice law, whose slope is
 //! infinite at equal pressures, is blended to a line just as widely as the step then wants.
 
-use crate::coefficients::{Equations, NARROWEST_BLEND, roughness};
 use crate::conditions::Conditions;
+use crate::demand::{Cause, Demand, FOLLOWED_RATE};
+use crate::equations::{Equations, NARROWEST_BLEND, roughness};
 use crate::integrator::{MOST_SUBSTEPS, Pace};
 use crate::orifice::BLEND_SLOPE;
-use crate::params::{ParameterError, ParameterId, Valve};
+use crate::params::{ParameterError, ParameterId};
+use crate::valve::Valve;
 
 /// Largest product of rate and step for pipe and chamber together; with that of the solenoid and the
 /// leaks inside the stability of the method (2.78 on the real axis).
@@ -15,9 +17,6 @@ const PORT_RATE: f64 = 2.0;
 
 /// The same for the solenoid and the leaks.
 const SOLENOID_RATE: f64 = 0.7;
-
-/// The same for every other state, where it also has to be followed.
-const OTHER_RATE: f64 = 1.8;
 
 /// Largest relative pressure difference over which the port's law may be blended to a line. Nothing
 /// flows through it at rest, so that its blend biases no pressure there.
@@ -36,28 +35,6 @@ const MOST_STEPS: f64 = 4e6;
 /// Parts that a step may always be cut into, however long the run is.
 const PARTS_AT_LEAST: f64 = 16.0;
 
-/// A parameter of which a rate comes, and how that rate changes with it.
-#[derive(Debug, Clone, Copy)]
-struct Cause {
-    key: &'static str,
-    value: f64,
-    unit: &'static str,
-    /// The rate goes as this power of the parameter.
-    power: f64,
-    /// What could be changed instead.
-    instead: &'static str,
-}
-
-/// A rate of the equations that bounds the step.
-#[derive(Debug, Clone, Copy)]
-struct Demand {
-    /// The rate, 1/s.
-    rate: f64,
-    /// The largest product of rate and step.
-    limit: f64,
-    cause: Cause,
-}
-
 /// The rates of the blended orifice law at equal pressures for a blend of width 1, 1/s; they grow as its inverse
 /// root.
 struct FlowRates {
@@ -65,10 +42,6 @@ struct FlowRates {
     solenoid: f64,
     /// 0 without a supply line.
     line: f64,
-}
-
-fn cause(id: ParameterId, value: f64, power: f64, instead: &'static str) -> Cause {
-    Cause { key: id.key(), value, unit: id.si_unit(), power, instead }
 }
 
 impl Equations {
@@ -84,7 +57,7 @@ impl Equations {
     }
 
     /// What bounds a step of at most `step_s`.
-    fn demands(&self, flows: &FlowRates, step_s: f64) -> [Demand; 12] {
+    fn demands(&self, flows: &FlowRates, step_s: f64) -> impl Iterator<Item = Demand> {
         let (c, volumes, terms) = (&self.coefficients, &self.volumes, self.terms);
         let swing = |stiffness: f64| libm::sqrt(stiffness * c.inverse_mass);
         let decay = |damping: f64| damping * c.inverse_mass;
@@ -92,51 +65,44 @@ impl Equations {
         let rough = roughness(step_s).powi(4);
         let blended = |rate: f64, widest: f64| rate / libm::sqrt(rough * widest);
         // A piston that weighs nothing is at fault itself.
-        let mass = cause(ParameterId::MovingMass, c.mass, -0.5, "softer stops and less friction");
-        let contact = cause(ParameterId::ContactStiffness, c.contact, 0.5, "a larger moving mass");
+        let mass = Cause::base(ParameterId::MovingMass, c.mass, -0.5, "softer stops and less friction");
+        let contact = Cause::base(ParameterId::ContactStiffness, c.contact, 0.5, "a larger moving mass");
         let stop = if c.mass < LIGHTEST_KG { mass } else { contact };
-        let viscous = cause(ParameterId::ViscousFriction, c.viscous, 1.0, "a larger moving mass");
+        let viscous = Cause::base(ParameterId::ViscousFriction, c.viscous, 1.0, "a larger moving mass");
         let braked = if c.mass < LIGHTEST_KG { Cause { power: -1.0, ..mass } } else { viscous };
-        let pipe = |instead| cause(ParameterId::PipeVolume, volumes.pipe, -1.0, instead);
-        let dead = cause(ParameterId::DeadVolume, volumes.dead, -1.0, "a smaller port");
+        let pipe = |instead| Cause::base(ParameterId::PipeVolume, volumes.pipe, -1.0, instead);
+        let dead = Cause::base(ParameterId::DeadVolume, volumes.dead, -1.0, "a smaller port");
         let port = if volumes.pipe < volumes.dead { pipe("a smaller port") } else { dead };
         let gas_spring = c.supply * c.piston_area * c.piston_area / volumes.dead;
-        let cushion = cause(ParameterId::DeadVolume, volumes.dead, -0.5, "a larger moving mass");
-        let effect = |key, value, unit, power| Cause { key, value, unit, power, instead: "none of it" };
-        let sealed = c.seal > 0.0 && c.coulomb == 0.0;
-        let key =
-            if sealed { "effect.seal-friction.bristle_stiffness" } else { "effect.dry-friction.bristle_stiffness" };
-        let bristles = effect(key, c.bristle_stiffness, "N/m", 0.5);
-        let adhesion = effect("effect.seat-adhesion.reach", 1.0 / c.adhesion_inverse_reach, "m", -0.5);
-        let line = effect("effect.supply-droop.line_volume", c.zrt / c.line_gain, "m3", -1.0);
-        let other =
-            |used: bool, rate: f64, cause: Cause| Demand { rate: where_it(used, rate), limit: OTHER_RATE, cause };
-        [
-            other(true, decay(c.viscous), braked),
-            other(true, swing(c.contact), stop),
-            other(terms.stop_damping, decay(c.viscous + c.stop_damping), stop),
-            other(true, swing(gas_spring), cushion),
-            other(terms.forces, swing(c.contact + c.adhesion * c.adhesion_inverse_reach), adhesion),
-            other(terms.friction, swing(c.contact + c.bristle_stiffness), bristles),
-            other(terms.friction, decay(c.viscous + c.bristle_damping), mass),
-            other(terms.line, c.line_gain * c.line_conductance, line),
+        let cushion = Cause::base(ParameterId::DeadVolume, volumes.dead, -0.5, "a larger moving mass");
+        let followed = |rate: f64, cause: Cause| Demand { rate, limit: FOLLOWED_RATE, cause };
+        let base = [
+            followed(decay(c.viscous), braked),
+            followed(swing(c.contact), stop),
+            followed(where_it(terms.stop_damping, decay(c.viscous + c.stop_damping)), stop),
+            followed(swing(gas_spring), cushion),
+            followed(where_it(terms.friction, decay(c.viscous + c.bristle_damping)), mass),
             // What bounded rates ask for is no parameter's doing, and at most two parts of a step.
-            other(terms.friction || terms.heating || terms.forces, 1.0 / c.quickest, mass),
+            followed(where_it(terms.friction || terms.heating || terms.forces, 1.0 / c.quickest), mass),
             Demand { rate: blended(flows.port, WIDEST_PORT_BLEND), limit: PORT_RATE, cause: port },
             Demand {
                 rate: blended(flows.solenoid, WIDEST_BLEND),
                 limit: SOLENOID_RATE,
                 cause: pipe("a smaller orifice of the solenoid"),
             },
-            Demand { rate: blended(flows.line, WIDEST_LINE_BLEND), limit: SOLENOID_RATE, cause: line },
-        ]
+        ];
+        let rubs = swing(c.contact + c.bristle_stiffness);
+        let bristles = terms.friction.then(|| followed(rubs, self.bristles.unwrap_or(mass)));
+        let line =
+            self.line.map(|cause| Demand { rate: blended(flows.line, WIDEST_LINE_BLEND), limit: SOLENOID_RATE, cause });
+        base.into_iter().chain(bristles).chain(line).chain(self.demands.iter().copied())
     }
 
     /// The step and the blends of the orifice law that keep every state stable, from the rates at which
     /// a disturbance of each decays: a step of at most `step_s`, or a whole fraction of it.
     pub fn pace(&self, step_s: f64) -> Pace {
         let flows = self.flow_rates();
-        let parts = self.demands(&flows, step_s).iter().map(|demand| demand.parts(step_s)).fold(1.0, f64::max);
+        let parts = self.demands(&flows, step_s).map(|demand| demand.parts(step_s)).fold(1.0, f64::max);
         let step_s = step_s / parts;
         let blend = |rate: f64, limit: f64| {
             let root = rate * step_s / limit;
@@ -157,7 +123,7 @@ impl Equations {
     pub(crate) fn affordable(&self, step_s: f64, run_s: f64) -> Result<(), ParameterError> {
         let flows = self.flow_rates();
         let demands = self.demands(&flows, step_s);
-        let Some(worst) = demands.iter().max_by(|a, b| a.parts(step_s).total_cmp(&b.parts(step_s))) else {
+        let Some(worst) = demands.max_by(|a, b| a.parts(step_s).total_cmp(&b.parts(step_s))) else {
             return Ok(());
         };
         let most = (MOST_STEPS * step_s / run_s.max(step_s)).max(PARTS_AT_LEAST);

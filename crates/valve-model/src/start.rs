@@ -1,8 +1,10 @@
 //! Where a run starts: at rest on a stop, or in the midst of a motion.
 
-use crate::coefficients::{Equations, groups};
+use crate::equations::Equations;
 use crate::rest::{closed_rest, line_pressure, root, vented_rest};
-use crate::rhs::{Inputs, State, System};
+use crate::rhs::System;
+use crate::state::{Inputs, State};
+use crate::terms::groups;
 
 /// The state that a run starts from. All gas is at the run's temperature.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -84,9 +86,9 @@ struct Motion<'a> {
 
 impl Motion<'_> {
     fn state(&self, chamber_pressure_pa: Option<f64>, pipe_pressure_pa: Option<f64>) -> State<f64> {
-        let (c, terms) = (&self.equations.coefficients, self.equations.terms);
+        let terms = self.equations.terms;
         let driven = |drives: bool, pressure: f64| drives.then_some(pressure);
-        let system = System::new(*c, terms, &self.equations.custom, self.equations.custom_operands());
+        let system = System::new(self.equations);
         let chamber = driven(terms.driven_chamber, self.inputs.chamber_pressure)
             .or(chamber_pressure_pa)
             .unwrap_or_else(|| self.balancing_pressure(&system));

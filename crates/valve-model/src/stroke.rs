@@ -1,8 +1,8 @@
 //! Stroke times: when the valve gets there after each command, located inside the step.
 
 use crate::command::CommandEdge;
-use crate::params::Valve;
 use crate::simulate::Nodes;
+use crate::valve::Valve;
 
 /// One stroke: a command and when the valve got there.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -23,8 +23,8 @@ fn times(valve: &Valve, run: &Run) -> Vec<f64> {
 
 /// The valves whose supply acts in different places: at the solenoid, at a standing leak, behind a line.
 fn valves() -> Vec<Valve> {
-    let leak = effect(EffectKind::LeakFromSupply, &[0.05e-6]);
-    let droop = effect(EffectKind::SupplyDroop, &[2e7]);
+    let leak = effect(EffectKind::LEAK_FROM_SUPPLY, &[0.05e-6]);
+    let droop = effect(EffectKind::SUPPLY_DROOP, &[2e7]);
     [vec![], vec![leak], vec![droop], vec![leak, droop]].map(|effects| valve_of(testbed(), effects)).into()
 }
 

@@ -8,7 +8,7 @@ use valve_model::stroke::strokes;
 use valve_model::{Effect, EffectKind, Nodes, Outcome, Parameters, Prepared, Run, Start, Valve, simulate};
 
 fn rubbing(values: &[f64]) -> Valve {
-    valve_of(testbed(), vec![effect(EffectKind::DryFriction, values)])
+    valve_of(testbed(), vec![effect(EffectKind::DRY_FRICTION, values)])
 }
 
 fn times_at(valve: &Valve, step_s: f64) -> [f64; 2] {
@@ -31,10 +31,10 @@ fn times(valve: &Valve) -> [f64; 2] {
 fn refinements_at_their_defaults_change_nothing_bit_for_bit() {
     let plain = times(&rubbing(&[30.0, 45.0, 0.01]));
     assert_eq!(times(&rubbing(&[30.0, 45.0, 0.01, 2e5, 1.0, 0.0])), plain);
-    let sealed = |values: &[f64]| times(&valve_of(testbed(), vec![effect(EffectKind::SealFriction, values)]));
+    let sealed = |values: &[f64]| times(&valve_of(testbed(), vec![effect(EffectKind::SEAL_FRICTION, values)]));
     assert_eq!(sealed(&[6e-5]), sealed(&[6e-5, 2e5, 1.0]));
-    for parameters in [EffectKind::DryFriction.parameters(), EffectKind::SealFriction.parameters()] {
-        for parameter in parameters.iter().filter(|parameter| parameter.refinement) {
+    for parameters in [EffectKind::DRY_FRICTION.parameters(), EffectKind::SEAL_FRICTION.parameters()] {
+        for parameter in parameters.iter().filter(|parameter| parameter.is_refinement()) {
             let typical = (parameter.range)(&testbed()).typical;
             assert_eq!(parameter.default, valve_model::effects::DefaultValue::Value(typical), "{}", parameter.name);
         }
@@ -46,7 +46,7 @@ fn halving_the_step_changes_little_with_bristles_of_any_stiffness() {
     for stiffness in [2e4, 5e4, 2e5, 5e5, 2e6, 2e7] {
         for mass_kg in [0.1, 1.5] {
             let parameters = Parameters { moving_mass_kg: mass_kg, ..testbed() };
-            let valve = valve_of(parameters, vec![effect(EffectKind::DryFriction, &[40.0, 60.0, 0.01, stiffness])]);
+            let valve = valve_of(parameters, vec![effect(EffectKind::DRY_FRICTION, &[40.0, 60.0, 0.01, stiffness])]);
             let (whole, half) = (times_at(&valve, DEFAULT_STEP_S), times_at(&valve, 0.5 * DEFAULT_STEP_S));
             for (a, b) in whole.iter().zip(half) {
                 assert!((a - b).abs() < 0.1e-3, "{stiffness:e} N/m, {mass_kg} kg: {a} s and {b} s");
@@ -99,7 +99,7 @@ fn opening_friction_acts_while_opening_alone() {
     let [_, factored] = times(&rubbing(&[30.0, 30.0, 0.01, 2e5, 2.0, 0.0]));
     // But for how the bristles stand when it begins.
     assert!((doubled - factored).abs() < 2e-3, "{doubled} s and {factored} s");
-    let sealed = |values: &[f64]| times(&valve_of(testbed(), vec![effect(EffectKind::SealFriction, values)]));
+    let sealed = |values: &[f64]| times(&valve_of(testbed(), vec![effect(EffectKind::SEAL_FRICTION, values)]));
     assert!(sealed(&[6e-5, 2e5, 3.0])[1] > sealed(&[6e-5])[1] + 5e-3);
     assert!((sealed(&[6e-5, 2e5, 3.0])[0] - sealed(&[6e-5])[0]).abs() < 1e-3);
 }
@@ -128,7 +128,7 @@ fn refinements_out_of_their_domain_are_refused() {
         ([30.0, 45.0, 0.01, 2e5, 1.0, 2.5], "position_slope"),
         ([30.0, 45.0, 0.01, 2e5, 1.0, f64::NAN], "position_slope"),
     ] {
-        let error = Effect::new(EffectKind::DryFriction, &values.map(Some)).expect_err("impossible");
+        let error = Effect::new(EffectKind::DRY_FRICTION, &values.map(Some)).expect_err("impossible");
         assert!(error.key().ends_with(key), "{error}");
     }
 }

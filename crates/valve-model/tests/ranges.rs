@@ -3,7 +3,7 @@
 mod common;
 
 use common::{close_at, nodes_of, open_at, run_of, testbed, valve_of};
-use valve_model::effects::{ActsOn, DefaultValue};
+use valve_model::effects::DefaultValue;
 use valve_model::stroke::strokes;
 use valve_model::{Effect, EffectKind, Orientation, Outcome, Parameters, Valve};
 
@@ -100,7 +100,7 @@ fn every_range_holds_its_typical_value_and_its_default() {
                 let what = format!("{name}, {}.{}: {range:?}", kind.id(), parameter.name);
                 assert!(range.lower <= range.typical && range.typical < range.upper, "{what}");
                 assert!(range.lower.is_finite() && range.upper.is_finite(), "{what}");
-                if let (true, DefaultValue::Value(default)) = (parameter.refinement, parameter.default) {
+                if let (true, DefaultValue::Value(default)) = (parameter.is_refinement(), parameter.default) {
                     assert!(range.lower < default && default < range.upper, "{what}");
                 }
             }
@@ -113,13 +113,13 @@ fn with_any_effect_at_its_typical_size_every_valve_works_and_feels_it() {
     for (name, parameters, stroke_s) in valves() {
         let healthy = times(&valve_of(parameters.clone(), vec![]), stroke_s);
         let healthy = healthy.unwrap_or_else(|| panic!("{name}: gets there"));
-        for &kind in EffectKind::ALL.iter().filter(|kind| kind.info().acts_on != ActsOn::Measurement) {
+        for &kind in EffectKind::ALL.iter().filter(|kind| !kind.info().acts_on.is_measurement()) {
             let effect = typical(kind, &parameters);
             let found = times(&valve_of(parameters.clone(), vec![effect]), stroke_s);
             let found = found.unwrap_or_else(|| panic!("{name}: sticks with {effect:?}"));
             let felt: f64 = found.iter().zip(healthy).map(|(a, b)| (a / b - 1.0).abs()).fold(0.0, f64::max);
             // A progressive spring needs a spring.
-            if !(kind == EffectKind::ProgressiveSpring && parameters.spring_stiffness_n_per_m == 0.0) {
+            if !(kind == EffectKind::PROGRESSIVE_SPRING && parameters.spring_stiffness_n_per_m == 0.0) {
                 assert!(felt > 1e-4, "{name}: does not feel {effect:?}");
             }
             assert!(felt < 3.0, "{name}: {effect:?} is more than an effect");
@@ -131,14 +131,14 @@ fn with_any_effect_at_its_typical_size_every_valve_works_and_feels_it() {
 fn on_the_test_bed_the_typical_sizes_are_those_of_its_literature() {
     // Shares of the spring force, 982 N; of the viscous friction; delays; heat of a stroke's gas per second.
     let expected = [
-        (EffectKind::DryFriction, 29.5),
-        (EffectKind::ClosingCushion, 1800.0),
-        (EffectKind::SeatAdhesion, 49.1),
-        (EffectKind::ProcessForce, 58.9),
-        (EffectKind::GasHeating, 0.5),
-        (EffectKind::BackPressure, 7757.0),
-        (EffectKind::SolenoidLag, 0.02),
-        (EffectKind::SensorLag, 0.015),
+        (EffectKind::DRY_FRICTION, 29.5),
+        (EffectKind::CLOSING_CUSHION, 1800.0),
+        (EffectKind::SEAT_ADHESION, 49.1),
+        (EffectKind::PROCESS_FORCE, 58.9),
+        (EffectKind::GAS_HEATING, 0.5),
+        (EffectKind::BACK_PRESSURE, 7757.0),
+        (EffectKind::SOLENOID_LAG, 0.02),
+        (EffectKind::SENSOR_LAG, 0.015),
     ];
     for (kind, expected) in expected {
         let found = typical(kind, &testbed()).values()[0];
@@ -164,8 +164,8 @@ fn a_cylinder_without_a_spring_rests_where_its_weight_leaves_it() {
 
 #[test]
 fn friction_on_a_cylinder_without_a_spring_is_a_share_of_its_weight() {
-    let found = typical(EffectKind::DryFriction, &springless()).values()[0];
+    let found = typical(EffectKind::DRY_FRICTION, &springless()).values()[0];
     assert!((2.0..10.0).contains(&found), "{found} N beside a weight of 11.8 N");
-    let range = (EffectKind::DryFriction.parameters()[0].range)(&springless());
+    let range = (EffectKind::DRY_FRICTION.parameters()[0].range)(&springless());
     assert!(range.upper > 100.0, "{range:?}");
 }

@@ -45,8 +45,8 @@ fn apart(whole: &Nodes, rest: &Nodes, from_s: f64, until_s: f64) -> f64 {
 
 #[test]
 fn a_run_goes_on_from_any_state_of_it() {
-    let cushioned = effect(EffectKind::ClosingCushion, &[2000.0, 4e-3]);
-    let rubbing = effect(EffectKind::DryFriction, &[30.0, 45.0, 0.01]);
+    let cushioned = effect(EffectKind::CLOSING_CUSHION, &[2000.0, 4e-3]);
+    let rubbing = effect(EffectKind::DRY_FRICTION, &[30.0, 45.0, 0.01]);
     for effects in [vec![], vec![cushioned], vec![rubbing]] {
         let valve = valve_of(testbed(), effects);
         let (run, whole) = cycle(&valve);
@@ -60,8 +60,8 @@ fn a_run_goes_on_from_any_state_of_it() {
 
 #[test]
 fn an_unknown_chamber_pressure_is_the_one_that_balances_the_piston() {
-    let rubbing = effect(EffectKind::DryFriction, &[30.0, 45.0, 0.01]);
-    let sealed = effect(EffectKind::SealFriction, &[6e-5]);
+    let rubbing = effect(EffectKind::DRY_FRICTION, &[30.0, 45.0, 0.01]);
+    let sealed = effect(EffectKind::SEAL_FRICTION, &[6e-5]);
     for effects in [vec![], vec![rubbing], vec![sealed]] {
         let valve = valve_of(testbed(), effects);
         let (run, whole) = cycle(&valve);
@@ -113,7 +113,7 @@ fn a_balance_that_no_pressure_gives_stays_within_the_pressures_there_are() {
 
 #[test]
 fn closed_and_filled_is_where_a_long_closing_ends() {
-    let droop = effect(EffectKind::SupplyDroop, &[2e7]);
+    let droop = effect(EffectKind::SUPPLY_DROOP, &[2e7]);
     for effects in [vec![], vec![droop]] {
         let valve = valve_of(testbed(), effects);
         for (out, into) in [(0.0, 0.0), (0.1e-6, 0.0), (0.05e-6, 0.02e-6)] {

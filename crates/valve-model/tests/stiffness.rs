@@ -41,7 +41,7 @@ fn a_parameter_set_that_is_too_stiff_is_refused_by_the_name_of_the_parameter() {
             p.preload_compression_m = 0.0;
         }),
     );
-    let hair = effect(EffectKind::SeatAdhesion, &[50.0, 1e-12]);
+    let hair = effect(EffectKind::SEAT_ADHESION, &[50.0, 1e-12]);
     names("effect.seat-adhesion.reach", refusal(vec![hair], |_| {}));
 }
 

@@ -59,7 +59,7 @@ fn a_stop_never_holds_the_piston_back() {
 
 #[test]
 fn halving_the_step_changes_little_and_nothing_runs_away() {
-    let rubbing = effect(EffectKind::DryFriction, &[30.0, 45.0, 0.01]);
+    let rubbing = effect(EffectKind::DRY_FRICTION, &[30.0, 45.0, 0.01]);
     for (damping, mass_kg) in [(100.0, 1.5), (1000.0, 1.5), (1e4, 1.5), (1e6, 1.5), (100.0, 0.05), (1e4, 0.05)] {
         for effects in [vec![], vec![rubbing]] {
             let parameters = Parameters { moving_mass_kg: mass_kg, ..damped(damping).parameters().clone() };

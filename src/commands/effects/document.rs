@@ -3,7 +3,7 @@
 use serde::Serialize;
 use valve_model::EffectKind;
 
-use super::{Shown, acts_on};
+use super::Shown;
 use crate::commands::strokes::Cycles;
 
 #[derive(Serialize)]
@@ -36,7 +36,7 @@ fn description(kind: EffectKind) -> Description {
     Description {
         id: info.id,
         summary: info.summary,
-        acts_on: acts_on(info.acts_on),
+        acts_on: info.acts_on.part(),
         equation: info.equation,
         symptom: info.symptom,
         typical_sizes: info.typical_sizes,

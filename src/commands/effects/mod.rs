@@ -7,7 +7,7 @@ use std::fmt::Write;
 use quantity::format_number;
 use report::figures::EffectFigure;
 use valve_file::ValveFile;
-use valve_model::effects::{ActsOn, DefaultValue};
+use valve_model::effects::DefaultValue;
 use valve_model::simulate::DEFAULT_STEP_S;
 use valve_model::{Conditions, Effect, EffectKind, Valve};
 
@@ -59,7 +59,7 @@ fn list(format: Format) -> anyhow::Result<Answer> {
     let mut table = TextTable::new(&[("id", Align::Left), ("acts on", Align::Left), ("what it is", Align::Left)]);
     for kind in EffectKind::ALL {
         let info = kind.info();
-        table.row(vec![info.id.to_owned(), acts_on(info.acts_on).to_owned(), info.summary.to_owned()]);
+        table.row(vec![info.id.to_owned(), info.acts_on.part().to_owned(), info.summary.to_owned()]);
     }
     let text = format!(
         "{}\n`valve effects ID` explains one. A formula of your own is the effect `custom` of the valve file.\n",
@@ -67,15 +67,6 @@ fn list(format: Format) -> anyhow::Result<Answer> {
     );
     output::print_text(&text)?;
     Ok(Answer::Fine)
-}
-
-fn acts_on(part: ActsOn) -> &'static str {
-    match part {
-        ActsOn::Mechanics => "mechanics",
-        ActsOn::Pneumatics => "pneumatics",
-        ActsOn::Solenoid => "solenoid",
-        ActsOn::Measurement => "measurement",
-    }
 }
 
 /// A cycle of a valve without and with an effect of typical size.
@@ -159,7 +150,7 @@ fn explain(kind: EffectKind, file: &ValveFile, shown: &Shown) -> String {
     let _ = writeln!(out, "{}: {}\n", info.id, info.summary);
     for (label, text) in [
         ("law", info.equation),
-        ("acts on", acts_on(info.acts_on)),
+        ("acts on", info.acts_on.part()),
         ("what it does", info.symptom),
         ("typical sizes", info.typical_sizes),
         ("looks like", &info.confused_with.join(", ")),
@@ -189,7 +180,7 @@ fn explain(kind: EffectKind, file: &ValveFile, shown: &Shown) -> String {
         };
         let _ = writeln!(out, "  {name}: {} without, {} with it", text(&shown.without), text(&shown.with));
     }
-    if info.acts_on == ActsOn::Measurement {
+    if info.acts_on.is_measurement() {
         let _ = writeln!(out, "  The valve moves as before; only what is recorded of it changes.");
     }
     let [without, with] = shown.paths(file);

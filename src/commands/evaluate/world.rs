@@ -183,12 +183,12 @@ fn worn(file: &ValveFile, wear: Wear, amount: f64) -> anyhow::Result<Case> {
     match wear {
         Wear::Atmosphere => conditions.leak_to_atmosphere_m2 = amount,
         Wear::Supply => conditions.leak_from_supply_m2 = amount,
-        Wear::Friction => with(EffectKind::DryFriction, amount)?,
+        Wear::Friction => with(EffectKind::DRY_FRICTION, amount)?,
         Wear::Spring => parameters.spring_stiffness_n_per_m *= left,
-        Wear::Exhaust => with(EffectKind::VentRestriction, left)?,
+        Wear::Exhaust => with(EffectKind::VENT_RESTRICTION, left)?,
         Wear::SupplyLine => {
             parameters.solenoid_orifice_area_m2 *= left;
-            with(EffectKind::VentRestriction, 1.0 / left)?;
+            with(EffectKind::VENT_RESTRICTION, 1.0 / left)?;
         }
     }
     let valve = Valve::new(parameters, valve.switches(), effects, valve.custom().to_vec())?;

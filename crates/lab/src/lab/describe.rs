@@ -5,7 +5,7 @@ use model_lab::data::same_conditions;
 use quantity::{Dimension, Quantity, Reference, Unit, format_number};
 use serde_json::{Value, json};
 use valve_file::ValveFile;
-use valve_model::effects::{ActsOn, DefaultValue, EffectParameter};
+use valve_model::effects::{DefaultValue, EffectParameter, Search};
 use valve_model::{EffectKind, ParameterId};
 
 use super::model::Model;
@@ -129,12 +129,6 @@ fn parameters(file: &ValveFile) -> Vec<Value> {
 
 fn effect(kind: EffectKind, file: &ValveFile) -> Value {
     let info = kind.info();
-    let acts_on = match info.acts_on {
-        ActsOn::Mechanics => "mechanics",
-        ActsOn::Pneumatics => "pneumatics",
-        ActsOn::Solenoid => "solenoid",
-        ActsOn::Measurement => "measurement",
-    };
     let parameters = kind.parameters().iter().enumerate();
     json!({
         "id": info.id,
@@ -144,12 +138,12 @@ fn effect(kind: EffectKind, file: &ValveFile) -> Value {
         "typical_sizes": info.typical_sizes,
         "confused_with": info.confused_with,
         "source": info.source,
-        "acts_on": acts_on,
-        "parameters": parameters.map(|(index, parameter)| effect_parameter(kind, index, parameter, file)).collect::<Vec<_>>(),
+        "acts_on": info.acts_on.part(),
+        "parameters": parameters.map(|(index, parameter)| effect_parameter(index, parameter, file)).collect::<Vec<_>>(),
     })
 }
 
-fn effect_parameter(kind: EffectKind, index: usize, parameter: &EffectParameter, file: &ValveFile) -> Value {
+fn effect_parameter(index: usize, parameter: &EffectParameter, file: &ValveFile) -> Value {
     let range = (parameter.range)(file.valve().parameters());
     let finite = |value: f64| value.is_finite().then_some(value);
     let follows = match parameter.default {
@@ -161,6 +155,10 @@ fn effect_parameter(kind: EffectKind, index: usize, parameter: &EffectParameter,
         DefaultValue::Value(value) if index > 0 => value,
         _ => range.typical,
     };
+    let at_least = match parameter.search {
+        Search::ExcessOver { other, .. } => Some(other),
+        _ => None,
+    };
     json!({
         "name": parameter.name,
         "meaning": parameter.meaning,
@@ -170,9 +168,8 @@ fn effect_parameter(kind: EffectKind, index: usize, parameter: &EffectParameter,
         "upper": range.upper,
         "first": finite(first),
         "follows": follows,
-        // A static friction below the sliding one is none.
-        "at_least": (kind == EffectKind::DryFriction && index == 1).then_some(0),
-        "refinement": parameter.refinement,
+        "at_least": at_least,
+        "refinement": parameter.is_refinement(),
     })
 }
 

@@ -13,8 +13,8 @@ pub(super) fn wear() -> Wear {
             if clogged == 0.0 {
                 return Ok(());
             }
-            let factor = worn.size_of(EffectKind::VentRestriction).unwrap_or(1.0);
-            worn.set(EffectKind::VentRestriction, &[Some(factor * (1.0 - clogged))])
+            let factor = worn.size_of(EffectKind::VENT_RESTRICTION).unwrap_or(1.0);
+            worn.set(EffectKind::VENT_RESTRICTION, &[Some(factor * (1.0 - clogged))])
         },
     }
 }

@@ -16,7 +16,7 @@ pub(super) fn wear() -> Wear {
             if force_n == 0.0 {
                 return Ok(());
             }
-            let present = worn.effects.iter().find(|effect| effect.kind() == EffectKind::DryFriction);
+            let present = worn.effects.iter().find(|effect| effect.kind() == EffectKind::DRY_FRICTION);
             // What rubs more while moving holds more at rest.
             let values = present.map_or_else(
                 || vec![Some(force_n)],
@@ -25,7 +25,7 @@ pub(super) fn wear() -> Wear {
                     vec![Some(values[0] + force_n), Some(values[1] + force_n), Some(values[2])]
                 },
             );
-            worn.set(EffectKind::DryFriction, &values)
+            worn.set(EffectKind::DRY_FRICTION, &values)
         },
     }
 }

@@ -15,9 +15,9 @@ pub(super) fn wear() -> Wear {
             }
             // The model has one area for both paths and a factor for the vent, which is widened by what the area loses.
             let open = 1.0 - clogged;
-            let factor = worn.size_of(EffectKind::VentRestriction).unwrap_or(1.0);
+            let factor = worn.size_of(EffectKind::VENT_RESTRICTION).unwrap_or(1.0);
             worn.parameters.solenoid_orifice_area_m2 *= open;
-            worn.set(EffectKind::VentRestriction, &[Some(factor / open)])
+            worn.set(EffectKind::VENT_RESTRICTION, &[Some(factor / open)])
         },
     }
 }

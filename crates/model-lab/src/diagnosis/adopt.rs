@@ -59,7 +59,7 @@ pub struct Sequence {
 pub fn sequence(file: &ValveFile, campaign: &Campaign, additions: &[Addition], stop: &Stop) -> Option<Sequence> {
     let subject = Subject::new(file, campaign, &NuisanceSizes::default());
     let quiet = |_: identify::select::News<'_>| ();
-    let catalogue = Catalogue::new(&subject, &quiet, stop);
+    let catalogue = Catalogue::new(&subject, EffectKind::ALL, &quiet, stop);
     let options = FitOptions::new(subject.setup(Level::High).groups.clone());
     let mut space = subject.space.clone();
     let base = subject.problem(space.clone(), Level::High, stop);

@@ -49,6 +49,8 @@ pub enum Progress {
 /// Numbers that steer a diagnosis.
 #[derive(Debug, Clone)]
 pub struct DiagnoseOptions {
+    /// The effects that are searched through: those of the catalogue, and whatever a program brings along.
+    pub effects: Vec<EffectKind>,
     /// What instruments and conditions may be off by.
     pub nuisances: NuisanceSizes,
     /// How effects are searched for.
@@ -61,7 +63,13 @@ pub struct DiagnoseOptions {
 
 impl Default for DiagnoseOptions {
     fn default() -> Self {
-        Self { nuisances: NuisanceSizes::default(), select: SelectOptions::default(), twin: 5.0, good_enough_m: None }
+        Self {
+            effects: EffectKind::ALL.to_vec(),
+            nuisances: NuisanceSizes::default(),
+            select: SelectOptions::default(),
+            twin: 5.0,
+            good_enough_m: None,
+        }
     }
 }
 
@@ -74,7 +82,7 @@ pub fn explain(
     stop: &Stop,
 ) -> Option<Explanation> {
     let subject = Subject::new(file, campaign, &options.nuisances);
-    let kinds = Catalogue::new(&subject, &|_| (), stop).kinds;
+    let kinds = Catalogue::new(&subject, &options.effects, &|_| (), stop).kinds;
     let of = |set: &[usize]| -> Vec<EffectKind> { set.iter().map(|one| kinds[*one]).collect() };
     let news = |news: News<'_>| match news {
         News::Fitted { set, log_evidence, rms, of: count } => {
@@ -82,7 +90,7 @@ pub fn explain(
         }
         News::Reached { set, gain } => tell(Progress::Reached { kinds: of(set), gain }),
     };
-    let catalogue = Catalogue::new(&subject, &news, stop);
+    let catalogue = Catalogue::new(&subject, &options.effects, &news, stop);
     tell(Progress::Doing("the calibrated model"));
     let found = select(&catalogue, &options.select)?;
     Some(report::assemble(&catalogue, &found, options, tell))

@@ -218,10 +218,15 @@ pub struct Catalogue<'a> {
 }
 
 impl<'a> Catalogue<'a> {
-    /// All effects that the valve does not have yet.
-    pub fn new(subject: &'a Subject, tell: &'a (dyn Fn(News<'_>) + Sync), stop: &'a Stop) -> Self {
+    /// Those of the effects that the valve does not have yet.
+    pub fn new(
+        subject: &'a Subject,
+        effects: &[EffectKind],
+        tell: &'a (dyn Fn(News<'_>) + Sync),
+        stop: &'a Stop,
+    ) -> Self {
         let has = |kind: EffectKind| subject.space.effects().iter().any(|effect| effect.kind() == kind);
-        let kinds = EffectKind::ALL.iter().copied().filter(|kind| !has(*kind)).collect();
+        let kinds = effects.iter().copied().filter(|kind| !has(*kind)).collect();
         Self { subject, kinds, tell, stop }
     }
 

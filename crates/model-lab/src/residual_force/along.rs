@@ -1,9 +1,11 @@
 //! The model along a prescribed motion: pressures and forces where the piston really was.
 
-use valve_model::coefficients::{Equations, groups};
 use valve_model::command::Segment;
+use valve_model::equations::Equations;
 use valve_model::orifice::Blend;
-use valve_model::rhs::{Inputs, State, System};
+use valve_model::rhs::System;
+use valve_model::state::{Inputs, State};
+use valve_model::terms::groups;
 use valve_model::{Prepared, Valve};
 
 use crate::compare::crossing::Smoothed;
@@ -97,12 +99,13 @@ pub fn follow(valve: &Valve, run: &RunData, smoothed: &Smoothed) -> Option<Along
     equations.terms.driven_pipe = pipe.is_some();
     equations.terms.driven_chamber = chamber.is_some();
     let pace = equations.pace(STEP_S);
-    let mut coefficients = equations.coefficients;
-    coefficients.port_blend = Blend::new(pace.port_blend);
-    coefficients.line_blend = Blend::new(pace.line_blend.max(pace.blend));
-    coefficients.blend = Blend::new(pace.blend);
-    let system = System::new(coefficients, equations.terms, &equations.custom, equations.custom_operands());
-    let follower = Follower { system, motion: Motion { smoothed }, pipe, chamber };
+    equations.coefficients.port_blend = Blend::new(pace.port_blend);
+    equations.coefficients.line_blend = Blend::new(pace.line_blend.max(pace.blend));
+    equations.coefficients.blend = Blend::new(pace.blend);
+    let mut pressed = equations.clone();
+    pressed.terms.driven_chamber = true;
+    let (system, probe) = (System::new(&equations), System::new(&pressed));
+    let follower = Follower { system, probe, motion: Motion { smoothed }, pipe, chamber };
     let mut state = *Prepared::new(valve, &run.run, STEP_S).initial();
     let mut along = Along::default();
     let mut left = 0;
@@ -124,6 +127,8 @@ pub fn follow(valve: &Valve, run: &RunData, smoothed: &Smoothed) -> Option<Along
 
 struct Follower<'a> {
     system: System<'a, f64>,
+    /// The same with a chamber pressure that is given.
+    probe: System<'a, f64>,
     motion: Motion<'a>,
     pipe: Option<(Vec<f64>, Vec<f64>)>,
     chamber: Option<(Vec<f64>, Vec<f64>)>,
@@ -179,12 +184,9 @@ impl Follower<'_> {
 
     /// Acceleration per force; a cushion makes the piston seem heavier to the model.
     fn effective_inverse_mass(&self, state: &State<f64>, inputs: &Inputs<f64>, chamber: f64) -> f64 {
-        let mut terms = self.system.terms;
-        terms.driven_chamber = true;
-        let parameters = self.system.custom_operands.clone();
-        let probe = System::new(self.system.coefficients, terms, self.system.custom, parameters);
-        let at =
-            |pressure: f64| probe.rates::<{ groups::ANY }>(state, &Inputs { chamber_pressure: pressure, ..*inputs }).v;
+        let at = |pressure: f64| {
+            self.probe.rates::<{ groups::ANY }>(state, &Inputs { chamber_pressure: pressure, ..*inputs }).v
+        };
         let difference = at(chamber) - at(chamber + PROBE_PA);
         let found = difference / (PROBE_PA * self.system.coefficients.piston_area);
         if found > 0.0 { found } else { self.system.coefficients.inverse_mass }

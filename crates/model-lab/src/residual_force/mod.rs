@@ -11,7 +11,7 @@ mod weak;
 
 use rayon::prelude::*;
 use valve_file::Tolerance;
-use valve_model::coefficients::Equations;
+use valve_model::equations::Equations;
 use valve_model::{Conditions, Valve};
 
 pub use bins::{Axis, Bin, Profile};

@@ -1,4 +1,5 @@
 //! Campaigns of the model's own strokes with noise.
+#![allow(dead_code, reason = "each test target uses a part of it")]
 
 use model_lab::Dataset;
 use model_lab::data::{Block, Channel, ChannelData, Fineness, RunData};

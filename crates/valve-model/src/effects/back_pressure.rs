@@ -1,6 +1,10 @@
 //! Back pressure: the exhaust ends above atmosphere.
 
-use super::{ActsOn, DefaultValue, EffectInfo, EffectParameter, FitRange, scales};
+use super::NoTerm;
+use super::info::{ActsOn, Allowed, DefaultValue, EffectInfo, EffectParameter, FitRange, Search};
+use super::scales;
+
+pub(super) type Law<R> = NoTerm<R>;
 
 pub(super) const INFO: EffectInfo = EffectInfo {
     id: "back-pressure",
@@ -10,13 +14,14 @@ pub(super) const INFO: EffectInfo = EffectInfo {
     typical_sizes: "2 to 50 kPa gauge",
     confused_with: &["vent-restriction", "opening-cushion"],
     source: "orifice law of the base model with another downstream pressure",
-    acts_on: ActsOn::Pneumatics,
+    acts_on: ActsOn::Pneumatics(|values, to| to.coefficients.exhaust += values[0]),
     parameters: &[EffectParameter {
         name: "pressure",
         si_unit: "Pa",
         meaning: "exhaust pressure above atmosphere, p_b (gauge)",
         default: DefaultValue::Required,
-        refinement: false,
+        search: Search::Size,
+        allowed: Allowed::NON_NEGATIVE,
         range: |valve| {
             let span = scales::gauge_pa(valve);
             FitRange { lower: 0.0, typical: scales::modest_back_pressure_pa(valve, 0.015), upper: 0.4 * span }
@@ -24,3 +29,16 @@ pub(super) const INFO: EffectInfo = EffectInfo {
     }],
     neutral: 0.0,
 };
+
+#[cfg(test)]
+mod tests {
+    use super::super::EffectKind;
+    use super::super::testing::Subject;
+
+    #[test]
+    fn the_exhaust_is_above_the_atmosphere() {
+        let subject = Subject::with(EffectKind::BACK_PRESSURE, &[1e4]);
+        let (with, without) = (&subject.with.coefficients, &subject.without.coefficients);
+        assert_eq!((with.exhaust, with.ambient), (without.ambient + 1e4, without.ambient));
+    }
+}

@@ -1,47 +1,12 @@
 //! Dry friction: Coulomb, static and Stribeck friction
 //! (Armstrong-Hélouvry, Dupont and Canudas de Wit, Automatica 30(7), 1994).
 
-use super::{ActsOn, DefaultValue, EffectInfo, EffectParameter, FitRange, fixed, scales};
-use crate::params::Parameters;
-
-/// Stiffness of the friction bristles unless said otherwise, N/m: elastomer seals give by a tenth of a millimetre
-/// before they slide (some 100 N over 0.5 mm), which shows in a recorded stroke.
-pub(crate) const BRISTLE_STIFFNESS_N_PER_M: f64 = 2e5;
-
-/// A typical Coulomb force is this share of the largest force on the piston: clearly visible, and nothing sticks.
-const TYPICAL: f64 = 0.01828;
-
-/// How stiff the bristles are, for any friction that has them.
-pub(super) const fn bristles(meaning: &'static str) -> EffectParameter {
-    EffectParameter {
-        name: "bristle_stiffness",
-        si_unit: "N/m",
-        meaning,
-        default: DefaultValue::Value(BRISTLE_STIFFNESS_N_PER_M),
-        refinement: true,
-        range: bristle_stiffness,
-    }
-}
-
-/// How much a friction depends on which way the piston goes.
-pub(super) const OPENING_FACTOR: EffectParameter = EffectParameter {
-    name: "opening_factor",
-    si_unit: "",
-    meaning: "friction while opening over that while closing",
-    default: DefaultValue::Value(1.0),
-    refinement: true,
-    range: |_| fixed(0.2, 1.0, 5.0),
-};
-
-/// Stiffnesses with which a typical friction gives by 5 % of the stroke before it slides, and by 1/10,000 of it.
-fn bristle_stiffness(valve: &Parameters) -> FitRange {
-    let per_metre = scales::modest_force_n(valve, TYPICAL) / valve.stroke_m;
-    FitRange {
-        lower: (20.0 * per_metre).min(0.1 * BRISTLE_STIFFNESS_N_PER_M),
-        typical: BRISTLE_STIFFNESS_N_PER_M,
-        upper: (1e4 * per_metre).max(10.0 * BRISTLE_STIFFNESS_N_PER_M),
-    }
-}
+use super::info::{ActsOn, Allowed, DefaultValue, EffectInfo, EffectParameter, FitRange, Search, fixed};
+use super::scales;
+use super::shared::{OPENING_FACTOR, TYPICAL_FRICTION, bristle_stiffness};
+use super::term::{Term, numbers};
+use super::{Assembly, Moment};
+use crate::real::Real;
 
 pub(super) const INFO: EffectInfo = EffectInfo {
     id: "dry-friction",
@@ -51,17 +16,18 @@ pub(super) const INFO: EffectInfo = EffectInfo {
     typical_sizes: "1 to 10 % of the spring force; the static force up to twice the Coulomb force",
     confused_with: &["seal-friction", "clock-offset", "solenoid-lag"],
     source: "Armstrong-Hélouvry, Dupont, Canudas de Wit 1994",
-    acts_on: ActsOn::Mechanics,
+    acts_on: ActsOn::Mechanics(add),
     parameters: &[
         EffectParameter {
             name: "coulomb_force",
             si_unit: "N",
             meaning: "friction while moving fast, F_c",
             default: DefaultValue::Required,
-            refinement: false,
+            search: Search::Size,
+            allowed: Allowed::NON_NEGATIVE,
             range: |valve| FitRange {
                 lower: 0.0,
-                typical: scales::modest_force_n(valve, TYPICAL),
+                typical: scales::modest_force_n(valve, TYPICAL_FRICTION),
                 upper: 0.61 * scales::force_n(valve),
             },
         },
@@ -70,10 +36,11 @@ pub(super) const INFO: EffectInfo = EffectInfo {
             si_unit: "N",
             meaning: "largest force held at rest, F_s",
             default: DefaultValue::SameAs(0),
-            refinement: false,
+            search: Search::ExcessOver { other: 0, start: 0.3 },
+            allowed: Allowed::NON_NEGATIVE,
             range: |valve| FitRange {
                 lower: 0.0,
-                typical: 5.0 / 3.0 * scales::modest_force_n(valve, TYPICAL),
+                typical: 5.0 / 3.0 * scales::modest_force_n(valve, TYPICAL_FRICTION),
                 upper: 0.92 * scales::force_n(valve),
             },
         },
@@ -82,23 +49,105 @@ pub(super) const INFO: EffectInfo = EffectInfo {
             si_unit: "m/s",
             meaning: "velocity over which static turns into Coulomb friction, v_s",
             default: DefaultValue::Value(0.01),
-            refinement: false,
+            search: Search::Shape,
+            allowed: Allowed::POSITIVE,
             // What the seals and their grease make it, between far below and far above the speed of a stroke.
             range: |valve| {
                 let speed = scales::speed_m_per_s(valve);
                 FitRange { lower: (0.0068 * speed).min(1e-4), typical: 0.01, upper: (20.0 * speed).max(0.3) }
             },
         },
-        bristles("force per travel before it slides"),
+        bristle_stiffness("force per travel before it slides"),
         OPENING_FACTOR,
         EffectParameter {
             name: "position_slope",
             si_unit: "",
             meaning: "relative change of the friction from closed to open, a: times 1 + a (x/L - 1/2)",
             default: DefaultValue::Value(0.0),
-            refinement: true,
+            search: Search::Refinement,
+            allowed: Allowed { contains: |value| value.abs() <= 2.0, words: "between -2 and 2" },
             range: |_| fixed(-1.8, 0.0, 1.8),
         },
     ],
     neutral: 0.0,
 };
+
+/// Its static force is larger than its Coulomb force.
+const STRIBECK: u8 = 1;
+
+/// It depends on the direction of the motion, or on the position.
+const UNEVEN: u8 = 1 << 1;
+
+numbers! {
+    /// Coulomb force F_c, N.
+    coulomb: 0.0,
+    /// Static force minus Coulomb force, N.
+    static_excess: 0.0,
+    /// 1 over the Stribeck velocity v_s, s/m.
+    inverse_stribeck: 0.0,
+    /// Friction while opening over that while closing.
+    opening: 1.0,
+    /// What it is multiplied by at the closed stop.
+    at_closed: 1.0,
+    /// By how much that rises with the position, 1/m.
+    slope_per_m: 0.0,
+}
+
+impl<R: Real> Term<R> for Law<R> {
+    #[inline(always)]
+    fn friction(&self, at: &Moment<'_, R>, sum: R) -> R {
+        let variant = at.variants.dry_friction;
+        let (zero, one) = (R::splat(0.0), R::splat(1.0));
+        let mut force = self.coulomb;
+        if variant & STRIBECK != 0 {
+            let ratio = at.state.v * self.inverse_stribeck;
+            force = self.static_excess.mul_add((ratio * ratio).exp_of_negative(), force);
+        }
+        if variant & UNEVEN == 0 {
+            return sum + force;
+        }
+        let way = zero.select_lt(at.state.v, self.opening, one);
+        let place = self.slope_per_m.mul_add(at.state.x, self.at_closed).max(zero);
+        (force * way).mul_add(place, sum)
+    }
+}
+
+fn add(values: &[f64], to: &mut Assembly<'_>) {
+    let [coulomb, at_rest, stribeck, stiffness, opening, slope] = [0, 1, 2, 3, 4, 5].map(|index| values[index]);
+    to.rubs(stiffness, "effect.dry-friction.bristle_stiffness");
+    to.laws.dry_friction = Law {
+        coulomb,
+        static_excess: at_rest - coulomb,
+        inverse_stribeck: 1.0 / stribeck,
+        opening,
+        at_closed: 1.0 - 0.5 * slope,
+        slope_per_m: slope / to.parameters.stroke_m,
+    };
+    let used = |variant: u8, is: bool| if is { variant } else { 0 };
+    to.laws.variants.dry_friction = used(STRIBECK, at_rest > coulomb) | used(UNEVEN, opening != 1.0 || slope != 0.0);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::{Subject, testbed};
+    use super::super::{Effect, EffectKind};
+
+    #[test]
+    fn a_sliding_piston_is_held_back_by_the_law() {
+        for (v, way) in [(0.01, 1.3), (-0.01, 1.0), (0.1, 1.3)] {
+            let mut subject =
+                Subject::with(EffectKind::DRY_FRICTION, &[30.0, 50.0, 0.01, 1e5, 1.3, 0.4]).moving(0.02, v);
+            let place = 1.0 + 0.4 * (0.02 / testbed().stroke_m - 0.5);
+            let force = v.signum() * (30.0 + 20.0 * (-(v / 0.01).powi(2)).exp()) * way * place;
+            subject.state.bristle = force / 1e5;
+            assert!((subject.force() + force).abs() < 1e-9, "{} N at {v} m/s", subject.force());
+            assert!(subject.rates().bristle.abs() < 1e-12, "{}", subject.rates().bristle);
+        }
+    }
+
+    #[test]
+    fn the_static_force_is_no_less_than_the_coulomb_force() {
+        let error = Effect::new(EffectKind::DRY_FRICTION, &[Some(30.0), Some(20.0)]).expect_err("less");
+        assert_eq!(error.key(), "effect.dry-friction.static_force");
+    }
+}

@@ -1,7 +1,10 @@
 //! Seal friction: dry friction of lip seals that the gas presses on.
 
-use super::dry_friction::{OPENING_FACTOR, bristles};
-use super::{ActsOn, DefaultValue, EffectInfo, EffectParameter, FitRange};
+use super::info::{ActsOn, Allowed, DefaultValue, EffectInfo, EffectParameter, FitRange, Search};
+use super::shared::{OPENING_FACTOR, bristle_stiffness};
+use super::term::{Term, numbers};
+use super::{Assembly, Moment};
+use crate::real::Real;
 
 pub(super) const INFO: EffectInfo = EffectInfo {
     id: "seal-friction",
@@ -11,22 +14,68 @@ pub(super) const INFO: EffectInfo = EffectInfo {
     typical_sizes: "0.5 to 5 % of the piston area",
     confused_with: &["dry-friction", "supply-droop"],
     source: "Armstrong-Hélouvry, Dupont, Canudas de Wit 1994; pressure dependence as in pneumatic cylinder seals",
-    acts_on: ActsOn::Mechanics,
+    acts_on: ActsOn::Mechanics(add),
     parameters: &[
         EffectParameter {
             name: "friction_per_pressure",
             si_unit: "m2",
             meaning: "friction force per gauge pressure in the chamber, s",
             default: DefaultValue::Required,
-            refinement: false,
+            search: Search::Size,
+            allowed: Allowed::NON_NEGATIVE,
             range: |valve| FitRange {
                 lower: 0.0,
                 typical: 0.02 * valve.piston_area_m2,
                 upper: 0.5 * valve.piston_area_m2,
             },
         },
-        bristles("force per travel before it slides; the softer one counts with dry friction beside it"),
+        bristle_stiffness("force per travel before it slides; the softer one counts with dry friction beside it"),
         OPENING_FACTOR,
     ],
     neutral: 0.0,
 };
+
+/// It depends on the direction of the motion.
+const UNEVEN: u8 = 1;
+
+numbers! {
+    /// Friction per gauge pressure in the chamber s, m2.
+    per_pressure: 0.0,
+    /// While opening over that while closing.
+    opening: 1.0,
+}
+
+impl<R: Real> Term<R> for Law<R> {
+    #[inline(always)]
+    fn friction(&self, at: &Moment<'_, R>, sum: R) -> R {
+        let (zero, one) = (R::splat(0.0), R::splat(1.0));
+        let pressing = (at.chamber - at.base.ambient).max(zero);
+        if at.variants.seal_friction & UNEVEN == 0 {
+            return self.per_pressure.mul_add(pressing, sum);
+        }
+        sum + self.per_pressure * pressing * zero.select_lt(at.state.v, self.opening, one)
+    }
+}
+
+fn add(values: &[f64], to: &mut Assembly<'_>) {
+    to.rubs(values[1], "effect.seal-friction.bristle_stiffness");
+    to.laws.seal_friction = Law { per_pressure: values[0], opening: values[2] };
+    to.laws.variants.seal_friction = if values[2] == 1.0 { 0 } else { UNEVEN };
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::EffectKind;
+    use super::super::testing::{Subject, testbed};
+
+    #[test]
+    fn it_grows_with_the_pressure_in_the_chamber() {
+        for (v, way) in [(0.05, 0.8), (-0.05, 1.0)] {
+            let mut subject = Subject::with(EffectKind::SEAL_FRICTION, &[6e-5, 3e5, 0.8]).moving(0.01, v);
+            subject = subject.at_pressures(3e5, 3e5);
+            let force = v.signum() * 6e-5 * (3e5 - testbed().ambient_pressure_pa) * way;
+            subject.state.bristle = force / 3e5;
+            assert!((subject.force() + force).abs() < 1e-9, "{} N at {v} m/s", subject.force());
+        }
+    }
+}

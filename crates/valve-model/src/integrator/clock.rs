@@ -7,8 +7,8 @@ use crate::coefficients::Coefficients;
 use crate::command::Segment;
 use crate::orifice::Blend;
 use crate::real::Real;
-use crate::rhs::State;
 use crate::simulate::Outcome;
+use crate::state::State;
 
 /// How one run is paced.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -12,12 +12,14 @@ use clock::Held;
 pub(crate) use clock::{Clock, MOST_SUBSTEPS, Pace};
 pub(crate) use recorder::Recorder;
 
-use crate::coefficients::{Coefficients, Equations, groups};
 use crate::command::Segment;
 use crate::driven::Driven;
+use crate::equations::Equations;
 use crate::real::Real;
-use crate::rhs::{Inputs, State, System};
+use crate::rhs::System;
 use crate::simulate::{Nodes, Outcome};
+use crate::state::{Inputs, State};
+use crate::terms::groups;
 
 /// One run as the integrator takes it.
 pub(crate) struct LaneRun<'a> {
@@ -87,18 +89,10 @@ impl<'a, R: Real> Batch<'a, R> {
     #[inline(never)]
     fn new(runs: &'a [LaneRun<'a>]) -> Self {
         let first = &runs[0];
-        let coefficients = Coefficients::splat(&first.equations.coefficients);
-        let custom_operands: Vec<Vec<R>> = first
-            .equations
-            .custom_operands()
-            .iter()
-            .map(|values| values.iter().map(|v| R::splat(*v)).collect())
-            .collect();
-        let terms = first.equations.terms;
-        let system = System::new(coefficients, terms, &first.equations.custom, custom_operands);
+        let system = System::new(first.equations);
         // A custom formula may depend on time, and measured pressures do.
         let formulas_rest = system.custom.iter().all(|effect| !effect.formula().depends_on_time());
-        let driven = terms.is_driven();
+        let driven = first.equations.terms.is_driven();
         let zero = R::splat(0.0);
         let front = Front {
             state: State::splat(&first.initial),

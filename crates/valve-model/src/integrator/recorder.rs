@@ -3,8 +3,9 @@
 use super::Front;
 use crate::dispatch::LANES;
 use crate::real::Real;
-use crate::rhs::{Inputs, System};
+use crate::rhs::System;
 use crate::simulate::{Nodes, Outcome};
+use crate::state::Inputs;
 
 /// Steps that are kept side by side before each lane takes its own; all of them stay in the cache.
 const STAGED: usize = 64;

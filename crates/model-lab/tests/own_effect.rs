@@ -1,0 +1,100 @@
+//! An effect that no part of this workspace has heard of is found like any other: nothing asks which effect it has.
+
+mod recorded;
+
+use campaign::{Campaign, Inputs, Run, RunConditions, Sensors, Trace, Uncertainty};
+use identify::Stop;
+use model_lab::diagnosis::{DiagnoseOptions, explain};
+use recorded::Noise;
+use valve_file::ValveFile;
+use valve_model::effects::{ActsOn, Allowed, DefaultValue, EffectInfo, EffectParameter, FitRange, Search};
+use valve_model::{CommandEdge, Conditions, Effect, EffectKind, Prepared, Start, Valve, measurement::Record, simulate};
+
+/// A filter before the solenoid that is clogged: less gas comes in, and as much goes out.
+static CLOGGED_FILTER: EffectInfo = EffectInfo {
+    id: "clogged-filter",
+    summary: "the fill path is narrower than the exhaust path",
+    equation: "fill area = area factor times the solenoid's orifice area",
+    symptom: "closing slower by the same factor at every pressure; opening is right",
+    typical_sizes: "a factor of 0.5 to 0.98",
+    confused_with: &["supply-droop"],
+    source: "orifice law of the base model with a second area",
+    acts_on: ActsOn::Pneumatics(|values, to| to.coefficients.fill *= values[0]),
+    parameters: &[EffectParameter {
+        name: "area_factor",
+        si_unit: "",
+        meaning: "fill area over vent area",
+        allowed: Allowed::POSITIVE,
+        default: DefaultValue::Required,
+        range: |_| FitRange { lower: 0.05, typical: 0.92, upper: 1.0 },
+        search: Search::Size,
+    }],
+    neutral: 1.0,
+};
+
+const OWN: EffectKind = EffectKind::of(&CLOGGED_FILTER);
+
+/// Noise of the recorded position, m.
+const NOISE_M: f64 = 5e-5;
+
+/// Strokes of a valve under some supply pressures, as they are recorded.
+fn campaign_of(valve: &Valve) -> Campaign {
+    let mut noise = Noise(16);
+    let runs = [4.8e5, 5.6e5, 6.4e5, 7.2e5].map(|supply_pressure_pa| {
+        let nominal = Conditions::nominal(valve.parameters());
+        let commands = vec![CommandEdge { time_s: 0.2, close: true }, CommandEdge { time_s: 3.5, close: false }];
+        let conditions = Conditions { supply_pressure_pa, ..nominal };
+        let run = valve_model::Run { conditions, commands, end_s: 7.0, driven: None, start: Start::Rest };
+        let time_s: Vec<f64> = (0..700).map(|row| f64::from(row) * 0.01).collect();
+        let mut record = Record::default();
+        simulate(&[Prepared::new(valve, &run, 1e-3)], false, |_, nodes, _| {
+            valve.measurement().record(nodes, &time_s, &mut record);
+        });
+        let trace = Trace {
+            command_close: time_s.iter().map(|time| (0.2..3.5).contains(time)).collect(),
+            position_m: record.position_m.iter().map(|x| x + NOISE_M * noise.normal()).collect(),
+            time_s,
+            ..Trace::default()
+        };
+        Run {
+            file: format!("{supply_pressure_pa}.csv"),
+            conditions: RunConditions {
+                supply_pressure_pa,
+                temperature_k: nominal.temperature_k,
+                leak_to_atmosphere_m2: 0.0,
+                leak_from_supply_m2: 0.0,
+            },
+            trace,
+            commands: [(0.2, true), (3.5, false)].map(|(time_s, close)| campaign::CommandEdge { time_s, close }).into(),
+            commands_inferred: false,
+        }
+    });
+    Campaign {
+        name: "own effect".into(),
+        sensors: Sensors { position_noise_m: Some(NOISE_M), ..Sensors::default() },
+        uncertainty: Uncertainty::default(),
+        inputs: Inputs::default(),
+        runs: runs.into(),
+        planned: Vec::new(),
+        timings: Vec::new(),
+        timings_file: None,
+        warnings: Vec::new(),
+    }
+}
+
+#[test]
+fn a_search_finds_an_effect_that_a_program_brings_along() {
+    let file = ValveFile::parse(include_str!("../../../models/testbed.toml"), "testbed.toml").expect("a valid valve");
+    let hidden = Effect::new(OWN, &[Some(0.8)]).expect("possible");
+    let parameters = file.valve().parameters().clone();
+    let valve = Valve::new(parameters, file.valve().switches(), vec![hidden], Vec::new()).expect("possible");
+    assert!(!EffectKind::ALL.contains(&OWN));
+    let options = DiagnoseOptions {
+        effects: [EffectKind::SENSOR_LAG, EffectKind::PROGRESSIVE_SPRING, OWN, EffectKind::VENT_RESTRICTION].into(),
+        ..DiagnoseOptions::default()
+    };
+    let found = explain(&file, &campaign_of(&valve), &options, &|_| (), Stop::never()).expect("it strokes");
+    assert_eq!(found.recommended, [OWN]);
+    let size = found.parameters.iter().find(|one| one.effect == OWN).expect("has a size");
+    assert!((size.value - 0.8).abs() < 4.0 * size.sigma.max(1e-3), "{size:?}");
+}

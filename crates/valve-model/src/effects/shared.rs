@@ -1,0 +1,57 @@
+//! Parameters that more than one effect has.
+
+use super::info::{Allowed, DefaultValue, EffectParameter, FitRange, Search, fixed};
+use super::scales;
+use crate::bristles;
+use crate::params::Parameters;
+
+/// A typical Coulomb force is this share of the largest force on the piston: clearly visible, and nothing sticks.
+pub(super) const TYPICAL_FRICTION: f64 = 0.01828;
+
+/// How stiff the bristles of a friction are.
+pub(super) const fn bristle_stiffness(meaning: &'static str) -> EffectParameter {
+    EffectParameter {
+        name: "bristle_stiffness",
+        si_unit: "N/m",
+        meaning,
+        allowed: Allowed::POSITIVE,
+        default: DefaultValue::Value(bristles::STIFFNESS_N_PER_M),
+        range: bristle_range,
+        search: Search::Refinement,
+    }
+}
+
+/// Stiffnesses with which a typical friction gives by 5 % of the stroke before it slides, and by 1/10,000 of it.
+fn bristle_range(valve: &Parameters) -> FitRange {
+    let per_metre = scales::modest_force_n(valve, TYPICAL_FRICTION) / valve.stroke_m;
+    FitRange {
+        lower: (20.0 * per_metre).min(0.1 * bristles::STIFFNESS_N_PER_M),
+        typical: bristles::STIFFNESS_N_PER_M,
+        upper: (1e4 * per_metre).max(10.0 * bristles::STIFFNESS_N_PER_M),
+    }
+}
+
+/// How much a friction depends on which way the piston goes.
+pub(super) const OPENING_FACTOR: EffectParameter = EffectParameter {
+    name: "opening_factor",
+    si_unit: "",
+    meaning: "friction while opening over that while closing",
+    allowed: Allowed::NON_NEGATIVE,
+    default: DefaultValue::Value(1.0),
+    range: |_| fixed(0.2, 1.0, 5.0),
+    search: Search::Refinement,
+};
+
+/// The area of a leak that was there from the start.
+pub(super) const STANDING_LEAK: EffectParameter = EffectParameter {
+    name: "area",
+    si_unit: "m2",
+    meaning: "geometric area of the leak",
+    allowed: Allowed::NON_NEGATIVE,
+    default: DefaultValue::Required,
+    range: |valve| {
+        let area = valve.solenoid_orifice_area_m2;
+        FitRange { lower: 0.0, typical: 0.05 * area, upper: 2.0 * area }
+    },
+    search: Search::Size,
+};
