@@ -36,7 +36,7 @@ pub(super) const INFO: EffectInfo = EffectInfo {
             si_unit: "N",
             meaning: "largest force held at rest, F_s",
             default: DefaultValue::SameAs(0),
-            search: Search::ExcessOver { other: 0, start: 0.3 },
+            search: Search::ExcessOver { other: 0, least: "the Coulomb force", start: 0.3 },
             allowed: Allowed::NON_NEGATIVE,
             range: |valve| FitRange {
                 lower: 0.0,

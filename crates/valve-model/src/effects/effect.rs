@@ -75,10 +75,10 @@ impl Effect {
             }
         }
         for (index, (parameter, value)) in parameters.iter().zip(values).enumerate() {
-            if let Search::ExcessOver { other, .. } = parameter.search
+            if let Search::ExcessOver { other, least, .. } = parameter.search
                 && *value < values[other]
             {
-                return error(index, format!("at least {}; leave it out for the same", parameters[other].name));
+                return error(index, format!("at least {least}; leave it out for the same"));
             }
         }
         for (index, (parameter, value)) in parameters.iter().zip(values).enumerate() {

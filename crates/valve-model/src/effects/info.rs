@@ -80,6 +80,8 @@ pub enum Search {
     ExcessOver {
         /// The index of the other one.
         other: usize,
+        /// What the other one is, after "at least".
+        least: &'static str,
         /// Where it starts.
         start: f64,
     },
