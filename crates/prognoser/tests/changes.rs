@@ -62,6 +62,25 @@ fn a_leak_that_sets_in_late_is_found() {
 }
 
 #[test]
+fn a_leak_that_grows_slowly_on_a_healthy_valve_is_found() {
+    for fault in Fault::ALL {
+        for seed in 0..6 {
+            let leak = |k: f64| (k - 150.0).max(0.0) / 1200.0;
+            let prognoses = run(Method::default(), &log(&tables(), fault, 800, 0.01, seed, leak));
+            for one in &prognoses {
+                let named = one.fault.fault().is_none_or(|named| named == fault);
+                assert!(named, "{fault}, {seed}: {one:?}");
+            }
+            for one in &prognoses[400..] {
+                let share = one.severity.expect("it leaks") / leak(one.cycle as f64);
+                assert!((0.8..1.2).contains(&share), "{fault}, {seed}: {one:?}");
+            }
+            assert!((end(&prognoses[799]) - 1350.0).abs() < 100.0, "{fault}, {seed}: {:?}", prognoses[799]);
+        }
+    }
+}
+
+#[test]
 fn exponential_growth_is_told_from_linear_growth() {
     let leak = |k: f64| (0.12 * (k - 50.0)).exp();
     for fault in Fault::ALL {

@@ -3,7 +3,7 @@
 use super::assimilate::{Met, Sight, assimilate};
 use super::config::BayesConfig;
 use super::law::Law;
-use super::motion::{advance, turn};
+use super::motion::{advance, late, turn};
 use super::part::{Cause, Mode, Part, SIZE};
 use super::plant::Plant;
 use super::special::{normal_tail, quick_ln};
@@ -51,6 +51,9 @@ pub(crate) fn step(
             advance(part, cycles, prior, sight.shape);
         }
         let (mut after, met) = assimilate(part, plant, sight);
+        if matches!(part.cause, Cause::Wear(_)) && part.mode != Mode::Steady {
+            after.keep_positive(sight.shape);
+        }
         let mut jumped = None;
         if met.surprise && cycles > 0.0 && matches!(part.cause, Cause::Wear(_)) {
             let (stepped, by) = with_step(part, plant, config, sight);
@@ -136,7 +139,7 @@ fn prune(parts: &mut Vec<Part>, shape: f64, readings: f64) {
             let since_start = matches!(part.cause, Cause::Wear(_)) && part.mode == Mode::Steady;
             if since_start && part.ln_weight < LN_SETTLED {
                 parts.swap_remove(index);
-                let late = Part { mode: Mode::Late, ..part };
+                let late = Part { mode: late(&part, shape), ..part };
                 if part.law == Law::Linear
                     && let Some(other) = parts.iter_mut().find(|other| other.same_story(&late))
                 {

@@ -108,7 +108,8 @@ impl BayesEstimator {
         let prior = RatePrior::new(&self.config);
         let sigma2 = |part: &Part| part.scale / shape;
         let factor = |part: &Part| {
-            let of = |i: usize| prior.ln_factor(part.mean[i], (part.cov[i][i] * sigma2(part)).max(0.0).sqrt());
+            let of =
+                |i: usize| prior.ln_factor(part.mean[i], (part.cov[i][i] * sigma2(part)).max(0.0).sqrt(), part.mode);
             match part.cause {
                 // Too unlikely for its prior to matter.
                 _ if part.ln_weight < LN_IDLE => 0.0,
@@ -208,7 +209,7 @@ impl BayesEstimator {
         let rough = |growth: f64| if part.mode == Mode::Rough { (roughness * growth).powi(2) } else { 0.0 };
         let unsteadiness = self.config.growth_prior.unsteadiness;
         let turns = |growth: f64| if part.law == Law::Linear { 0.0 } else { (unsteadiness * growth).powi(2) };
-        match prior.correct(part.mean[1], var_growth.max(0.0).sqrt()) {
+        match prior.correct(part.mean[1], var_growth.max(0.0).sqrt(), part.mode) {
             Corrected::Narrow { mean, .. } => {
                 let level = level + cov / var_growth.max(1e-300) * (mean - part.mean[1]);
                 let rough = rough(mean);

@@ -4,7 +4,7 @@ use super::config::{BayesConfig, GrowthLaw, GrowthPrior};
 use super::law::Law;
 use super::part::{Cause, Mode, Part, SIZE};
 use super::plant::Plant;
-use super::rate_prior::{WIDE_MEAN, WIDE_SD};
+use super::rate_prior::{RatePrior, SLOW_BELOW, WideGrowth};
 use super::start::{drifting, share};
 
 /// Stories that bring less than this share, as a logarithm, bring nothing.
@@ -58,6 +58,12 @@ fn increment_variance(part: &Part, roughness: f64, sigma2: f64) -> f64 {
     (roughness * part.mean[1].max(0.25 * sd)).powi(2)
 }
 
+/// The mode of growth that has begun late at the pace of a story.
+pub(crate) fn late(part: &Part, shape: f64) -> Mode {
+    let sd = (part.cov[1][1] * part.scale / shape).sqrt();
+    if part.mean[1] + 2.0 * sd < SLOW_BELOW { Mode::Slow } else { Mode::Late }
+}
+
 /// A growth that goes on at a pace that is off by some share.
 fn repaced(part: &Part, relative_sd: f64, shape: f64) -> Part {
     let mut part = *part;
@@ -72,28 +78,38 @@ pub(crate) fn turn(parts: &mut Vec<Part>, plant: &Plant, config: &BayesConfig, s
     }
     let prior = &config.growth_prior;
     let onset = prior.onset_after(readings);
+    let slow_share = RatePrior::new(config).slow_share;
     let top = parts.iter().map(|part| part.ln_weight).fold(f64::NEG_INFINITY, f64::max);
     let mut made: Vec<Part> = Vec::with_capacity(24);
     let mut inflow: Vec<Part> = Vec::with_capacity(12);
     for wear in 0..plant.wears() {
         let cause = Cause::Wear(wear);
         let ln_begin = (onset * share(cause, plant)).ln();
-        for mode in [Mode::Late, Mode::Rough, Mode::Rest] {
+        for mode in [Mode::Late, Mode::Slow, Mode::Rough, Mode::Rest] {
             inflow.clear();
             for part in parts.iter() {
                 let likely = part.ln_weight > top + LN_LIKELY;
                 let (ln_rate, moved) = match (part.cause, part.mode) {
-                    (Cause::None, _) if mode == Mode::Late => (ln_begin, None),
+                    (Cause::None, _) if matches!(mode, Mode::Late | Mode::Slow) => {
+                        let slow = if mode == Mode::Slow { slow_share } else { 1.0 - slow_share };
+                        (ln_begin + slow.ln(), None)
+                    }
                     (own, _) if own != cause => continue,
                     (_, from) if from == mode => (0.0, Some(*part)),
+                    // A pace that goes on or changes is a slow one or not.
+                    (_, Mode::Rest | Mode::Steady)
+                        if matches!(mode, Mode::Late | Mode::Slow) && late(part, shape) != mode =>
+                    {
+                        continue;
+                    }
                     (_, Mode::Rest) => {
-                        let share = if mode == Mode::Late { LATE_SHARE } else { 1.0 - LATE_SHARE };
+                        let share = if mode == Mode::Rough { 1.0 - LATE_SHARE } else { LATE_SHARE };
                         ((prior.resume * share).ln(), Some(repaced(part, RESUMED_PACE, shape)))
                     }
                     // What has hardly grown cannot be seen to rest or to vary.
                     (_, _) if !likely || part.law != Law::Linear => continue,
                     (_, _) if mode == Mode::Rest => (prior.pause.ln(), Some(*part)),
-                    (_, Mode::Late) if mode == Mode::Rough => (prior.roughen.ln(), Some(*part)),
+                    (_, Mode::Late | Mode::Slow) if mode == Mode::Rough => (prior.roughen.ln(), Some(*part)),
                     (_, Mode::Steady) => ((0.5 * prior.turn).ln(), Some(repaced(part, NEW_PACE, shape))),
                     _ => continue,
                 };
@@ -101,7 +117,7 @@ pub(crate) fn turn(parts: &mut Vec<Part>, plant: &Plant, config: &BayesConfig, s
                 if ln_weight < top + LN_NOTHING {
                     continue;
                 }
-                let moved = moved.unwrap_or_else(|| part.with_growth(WIDE_MEAN, WIDE_SD, part.scale / shape));
+                let moved = moved.unwrap_or_else(|| part.with_growth(WideGrowth::of(mode), part.scale / shape));
                 inflow.push(Part { cause, law: Law::Linear, mode, ln_weight, ..moved });
             }
             match inflow.len() {

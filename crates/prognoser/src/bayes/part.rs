@@ -7,6 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use super::law::Law;
 use super::noise::NoiseState;
+use super::rate_prior::WideGrowth;
+use super::special::above_zero;
 
 /// What wears.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -28,6 +30,8 @@ pub(crate) enum Mode {
     Steady,
     /// At one pace since some later cycle.
     Late,
+    /// The same at a slow pace, which takes many cycles to show.
+    Slow,
     /// By increments that vary from cycle to cycle.
     Rough,
     /// It rests.
@@ -121,8 +125,30 @@ impl Part {
         }
     }
 
+    /// There is no negative severity: what lies below zero is cut off, the rest
+    /// taken for a Gaussian again.
+    pub(crate) fn keep_positive(&mut self, shape: f64) {
+        let (mean, variance) = (self.mean[0], self.cov[0][0] * self.scale / shape);
+        if mean >= 0.0 || variance <= 0.0 {
+            return;
+        }
+        let sd = variance.sqrt();
+        let (ln_share, mills) = above_zero(mean / sd);
+        let by = mills * sd;
+        let left = 1.0 - mills * (mills + mean / sd);
+        self.ln_weight += ln_share;
+        let row = self.cov[0];
+        let along = row.map(|value| value / row[0]);
+        for i in 0..SIZE {
+            self.mean[i] += along[i] * by;
+            for j in 0..SIZE {
+                self.cov[i][j] -= along[i] * row[j] * (1.0 - left);
+            }
+        }
+    }
+
     /// Replaces the growth by a fresh guess, independent of everything else.
-    pub(crate) fn with_growth(mut self, mean: f64, sd: f64, sigma2: f64) -> Self {
+    pub(crate) fn with_growth(mut self, WideGrowth { mean, sd }: WideGrowth, sigma2: f64) -> Self {
         for i in 0..SIZE {
             self.cov[i][1] = 0.0;
             self.cov[1][i] = 0.0;

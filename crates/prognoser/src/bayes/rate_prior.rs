@@ -2,18 +2,39 @@
 //! the wide Gaussian that the parts carry while data come in.
 
 use super::config::BayesConfig;
-use super::special::{quick_exp, quick_ln};
+use super::part::Mode;
+use super::special::{normal_tail, quick_exp, quick_ln};
 
-/// Mean and standard deviation of the wide Gaussian, per cycle.
-pub(crate) const WIDE_MEAN: f64 = 0.02;
-/// See [`WIDE_MEAN`].
-pub(crate) const WIDE_SD: f64 = 0.06;
+/// The wide Gaussian, per cycle.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct WideGrowth {
+    pub mean: f64,
+    pub sd: f64,
+}
+
+impl WideGrowth {
+    /// Of growth at any pace.
+    pub(crate) const ANY: Self = Self { mean: 0.02, sd: 0.06 };
+    /// Of growth at a slow pace. A cycle of growth as wide as any would bury it.
+    const SLOW: Self = Self { mean: 0.002, sd: 0.005 };
+
+    /// Of a mode.
+    pub(crate) fn of(mode: Mode) -> Self {
+        if mode == Mode::Slow { Self::SLOW } else { Self::ANY }
+    }
+}
+
+/// Paces of late growth below this are rather slow, those above rather not:
+/// the prior is shared out smoothly among the two.
+pub(crate) const SLOW_BELOW: f64 = 0.006;
 /// Relative width of the growth up to which two terms of a series do.
 const NARROW: f64 = 0.12;
 /// Nodes of the integral where it is wider.
 pub(crate) const NODES: usize = 12;
 /// Standard deviations that the nodes reach to either side.
 const REACH: f64 = 3.2;
+/// Beyond six of its standard deviations the wide Gaussian is not divided out.
+const FARTHEST: f64 = 18.0;
 /// Smallest growth per cycle; slower wear never ends a life.
 const SMALLEST: f64 = 1e-6;
 
@@ -22,6 +43,8 @@ const SMALLEST: f64 = 1e-6;
 pub(crate) struct RatePrior {
     ln_median: f64,
     ln_sd: f64,
+    /// Share of late growth that is slow.
+    pub slow_share: f64,
 }
 
 /// A growth with its weight.
@@ -41,30 +64,41 @@ pub(crate) enum Corrected {
 
 impl RatePrior {
     pub(crate) fn new(config: &BayesConfig) -> Self {
-        Self { ln_median: -config.life_median_cycles.ln(), ln_sd: config.life_ln_sd }
+        let (ln_median, ln_sd) = (-config.life_median_cycles.ln(), config.life_ln_sd);
+        Self { ln_median, ln_sd, slow_share: normal_tail((ln_median - SLOW_BELOW.ln()) / ln_sd).clamp(0.01, 0.99) }
     }
 
     /// Logarithm of the prior over the wide Gaussian, and its derivative.
     #[inline]
-    fn ln_ratio(&self, growth: f64) -> (f64, f64) {
+    fn ln_ratio(&self, growth: f64, mode: Mode) -> (f64, f64) {
+        let wide = WideGrowth::of(mode);
         let ln = quick_ln(growth);
         let z = (ln - self.ln_median) / self.ln_sd;
-        let w = (growth - WIDE_MEAN) / WIDE_SD;
-        let value = -0.5 * z * z - ln + 0.5 * w * w + quick_ln(WIDE_SD / self.ln_sd);
-        (value, -(z / self.ln_sd + 1.0) / growth + w / WIDE_SD)
+        let w = (growth - wide.mean) / wide.sd;
+        let value = -0.5 * z * z - ln + (0.5 * w * w).min(FARTHEST) + quick_ln(wide.sd / self.ln_sd);
+        let slope = -(z / self.ln_sd + 1.0) / growth + w / wide.sd;
+        let slowness = 1.0 / (1.0 + (growth / SLOW_BELOW).powi(2));
+        match mode {
+            Mode::Slow => (value + quick_ln(slowness / self.slow_share), slope - 2.0 * (1.0 - slowness) / growth),
+            Mode::Late => {
+                let share = (1.0 - slowness) / (1.0 - self.slow_share);
+                (value + quick_ln(share), slope + 2.0 * slowness / growth)
+            }
+            _ => (value, slope),
+        }
     }
 
     /// Logarithm of the factor by which the evidence of a part changes.
-    pub(crate) fn ln_factor(&self, mean: f64, sd: f64) -> f64 {
-        match self.correct(mean, sd) {
+    pub(crate) fn ln_factor(&self, mean: f64, sd: f64, mode: Mode) -> f64 {
+        match self.correct(mean, sd, mode) {
             Corrected::Narrow { ln_factor, .. } | Corrected::Wide { ln_factor, .. } => ln_factor,
         }
     }
 
     /// The prior put in place for a Gaussian growth.
-    pub(crate) fn correct(&self, mean: f64, sd: f64) -> Corrected {
+    pub(crate) fn correct(&self, mean: f64, sd: f64, mode: Mode) -> Corrected {
         if mean > SMALLEST && sd < NARROW * mean {
-            let (value, slope) = self.ln_ratio(mean);
+            let (value, slope) = self.ln_ratio(mean, mode);
             let shift = (sd * sd * slope).clamp(-sd, sd);
             return Corrected::Narrow { ln_factor: value + 0.5 * (sd * slope).powi(2).min(1.0), mean: mean + shift };
         }
@@ -87,7 +121,7 @@ impl RatePrior {
                 (first + along, step)
             };
             let z = (growth - mean) / sd;
-            ln[i] = self.ln_ratio(growth).0 - 0.5 * z * z + quick_ln(width / sd) - 0.918_938_533_204_672_7;
+            ln[i] = self.ln_ratio(growth, mode).0 - 0.5 * z * z + quick_ln(width / sd) - 0.918_938_533_204_672_7;
             node.growth = growth;
             top = top.max(ln[i]);
         }

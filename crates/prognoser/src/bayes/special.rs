@@ -11,6 +11,19 @@ pub(crate) fn normal_tail(z: f64) -> f64 {
     if z >= 0.0 { upper } else { 1.0 - upper }
 }
 
+/// Logarithm of the probability that a normal variable of unit variance and mean
+/// `z`, not above zero, exceeds zero, and its mean beyond `z` if it does.
+pub(crate) fn above_zero(z: f64) -> (f64, f64) {
+    let density = 0.398_942_280_401_432_7 * quick_exp(-0.5 * z * z);
+    if z > -4.0 {
+        let share = normal_tail(-z);
+        return (quick_ln(share), density / share);
+    }
+    // The continued fraction of the tail.
+    let mills = -z + 1.0 / (-z + 2.0 / (-z + 3.0 / -z));
+    (-0.5 * z * z - 0.918_938_533_204_672_7 - quick_ln(mills), mills)
+}
+
 /// Natural logarithm of a positive, normal number by the series of the inverse
 /// hyperbolic tangent. Relative error of the argument below 1e-9: enough for
 /// probabilities, at a fraction of the cost of the exact function.

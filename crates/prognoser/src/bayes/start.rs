@@ -5,7 +5,7 @@ use super::law::Law;
 use super::noise::NoiseState;
 use super::part::{Cause, Mode, Part, SIZE};
 use super::plant::Plant;
-use super::rate_prior::{WIDE_MEAN, WIDE_SD};
+use super::rate_prior::WideGrowth;
 
 /// Relative standard deviation of the healthy times where the tables are exact.
 const EXACT_SD: f64 = 0.002;
@@ -70,7 +70,8 @@ pub(crate) fn drifting(from: &Part, plant: &Plant, shape: f64) -> Part {
 /// Mean and variance of the prior of each number of a story.
 pub(crate) fn priors(part: &Part, plant: &Plant) -> [(f64, f64); SIZE] {
     let unit = (0.0, part.unit_variance);
-    let growth = (WIDE_MEAN, WIDE_SD * WIDE_SD);
+    let wide = WideGrowth::of(part.mode);
+    let growth = (wide.mean, wide.sd * wide.sd);
     match part.cause {
         Cause::None => [(0.0, 0.0), (0.0, 0.0), unit, unit],
         Cause::Wear(_) => [(0.0, 0.0), growth, unit, unit],
@@ -99,7 +100,7 @@ pub(crate) fn parts(plant: &Plant, config: &BayesConfig, shape: f64, scale: f64)
         if config.start == StartPrior::Healthy {
             let mut add = |law: Law, mode: Mode, weight: f64, from: &[Part]| {
                 for part in from {
-                    let part = part.with_growth(WIDE_MEAN, WIDE_SD, sigma2);
+                    let part = part.with_growth(WideGrowth::ANY, sigma2);
                     let ln_weight = part.ln_weight + ln_cause + (growing * weight).ln();
                     parts.push(Part { cause, law, mode, ln_weight, ..part });
                 }
@@ -131,7 +132,7 @@ pub(crate) fn parts(plant: &Plant, config: &BayesConfig, shape: f64, scale: f64)
             StartPrior::Healthy => (1.0 - config.no_fault) * config.wrong_start,
             StartPrior::Unknown => 1.0 - config.no_fault,
         };
-        let mut part = Part::merged(&none, shape).with_growth(WIDE_MEAN, WIDE_SD, sigma2);
+        let mut part = Part::merged(&none, shape).with_growth(WideGrowth::ANY, sigma2);
         part.mean[0] = ANY_SEVERITY.0;
         part.cov[0][0] = ANY_SEVERITY.1.powi(2) / sigma2;
         let law = if config.growth == GrowthLaw::Exponential { Law::Exponential } else { Law::Linear };
@@ -140,8 +141,9 @@ pub(crate) fn parts(plant: &Plant, config: &BayesConfig, shape: f64, scale: f64)
     if config.growth != GrowthLaw::Exponential && config.start == StartPrior::Healthy {
         let mut both = none[0];
         both.cause = Cause::Both;
-        both.mean = [0.0, 0.0, WIDE_MEAN, WIDE_MEAN];
-        both.set_variances([1e-8, 1e-8, WIDE_SD * WIDE_SD, WIDE_SD * WIDE_SD], sigma2);
+        let WideGrowth { mean, sd } = WideGrowth::ANY;
+        both.mean = [0.0, 0.0, mean, mean];
+        both.set_variances([1e-8, 1e-8, sd * sd, sd * sd], sigma2);
         both.ln_weight = (growing * share(Cause::Both, plant)).ln();
         parts.push(both);
     }
