@@ -1,5 +1,8 @@
 //! Priors and settings of the Bayesian estimate.
 
+use super::law::Law;
+use super::part::Mode;
+
 /// What is known about the noise of the timings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Noise {
@@ -62,14 +65,20 @@ pub struct GrowthPrior {
     /// Relative standard deviation by which the pace of curved growth changes
     /// in a cycle.
     pub unsteadiness: f64,
+    /// The same of growth at a pace that changes little by little.
+    pub wander: f64,
     /// Coefficient of variation of the increments of varying growth.
     pub roughness: f64,
     /// Probability a cycle that wear begins on a healthy valve.
     pub onset: f64,
     /// Probability a cycle that steady growth becomes another one.
     pub turn: f64,
+    /// Relative standard deviation of its new pace.
+    pub new_pace: f64,
     /// Probability a cycle that growth which began late turns out to vary.
     pub roughen: f64,
+    /// Probability a cycle that its pace begins to change little by little.
+    pub loosen: f64,
     /// Probability a cycle that growth rests.
     pub pause: f64,
     /// Probability a cycle that it goes on.
@@ -127,6 +136,15 @@ impl GrowthPrior {
         0.5 / (0.5 / self.onset + healthy_cycles)
     }
 
+    /// Relative standard deviation by which a pace changes in a cycle.
+    pub(crate) fn unsteadiness_of(&self, law: Law, mode: Mode) -> f64 {
+        match (law, mode) {
+            (Law::Linear, Mode::Wander) => self.wander,
+            (Law::Linear, _) => 0.0,
+            _ => self.unsteadiness,
+        }
+    }
+
     /// Share of growth along curves from the first cycle on.
     pub fn curved(&self) -> f64 {
         self.root + self.faster + self.square + self.cube + self.exponential + self.steep_exponential
@@ -177,18 +195,21 @@ impl Default for BayesConfig {
 impl Default for GrowthPrior {
     fn default() -> Self {
         Self {
-            steady: 0.80,
+            steady: 0.77,
             root: 0.01,
             faster: 0.015,
             square: 0.03,
             cube: 0.005,
-            exponential: 0.04,
-            steep_exponential: 0.03,
-            rough: 0.07,
-            unsteadiness: 0.03,
+            exponential: 0.045,
+            steep_exponential: 0.035,
+            rough: 0.09,
+            unsteadiness: 0.08,
+            wander: 0.12,
             roughness: 1.0,
             onset: 0.005,
-            turn: 0.002,
+            turn: 0.004,
+            new_pace: 1.0,
+            loosen: 0.002,
             roughen: 0.05,
             pause: 0.004,
             resume: 0.08,

@@ -25,7 +25,7 @@ const LARGEST_SHAPE: f64 = 300.0;
 /// Share below which a story does not count for the end of life.
 const NEGLIGIBLE: f64 = 1e-3;
 /// Logarithm of the weight below which a story's growth is not looked at.
-const LN_IDLE: f64 = -11.0;
+const LN_IDLE: f64 = -9.0;
 /// Share up to which a story is told roughly.
 const SMALL: f64 = 0.03;
 /// Longest life told, cycles.
@@ -107,18 +107,25 @@ impl BayesEstimator {
         let shape = f64::from(self.record.shape);
         let prior = RatePrior::new(&self.config);
         let sigma2 = |part: &Part| part.scale / shape;
-        let factor = |part: &Part| {
-            let of =
-                |i: usize| prior.ln_factor(part.mean[i], (part.cov[i][i] * sigma2(part)).max(0.0).sqrt(), part.mode);
-            match part.cause {
-                // Too unlikely for its prior to matter.
-                _ if part.ln_weight < LN_IDLE => 0.0,
-                Cause::None | Cause::Other => 0.0,
-                Cause::Wear(_) => of(1),
-                Cause::Both => of(2) + of(3),
-            }
+        let correct = |part: &Part, i: usize| {
+            prior.correct(part.mean[i], (part.cov[i][i] * sigma2(part)).max(0.0).sqrt(), part.mode)
         };
-        let mut weights: Vec<f64> = parts.iter().map(|part| part.ln_weight + factor(part)).collect();
+        let mut weights = Vec::with_capacity(parts.len());
+        let mut paces = Vec::with_capacity(parts.len());
+        for part in parts {
+            let (factor, pace) = match part.cause {
+                // Too unlikely for its prior to matter.
+                _ if part.ln_weight < LN_IDLE => (0.0, None),
+                Cause::None | Cause::Other => (0.0, None),
+                Cause::Wear(_) => {
+                    let pace = correct(part, 1);
+                    (pace.ln_factor(), Some(pace))
+                }
+                Cause::Both => (correct(part, 2).ln_factor() + correct(part, 3).ln_factor(), None),
+            };
+            weights.push(part.ln_weight + factor);
+            paces.push(pace);
+        }
         let top = weights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         for weight in &mut weights {
             *weight = (*weight - top).exp();
@@ -155,36 +162,36 @@ impl BayesEstimator {
             estimate.change = Some(Change::Repaired);
         }
         let mut lines = Vec::with_capacity(24);
-        for (part, weight) in parts.iter().zip(&weights).filter(|(part, _)| mine(part)) {
+        for ((part, weight), pace) in parts.iter().zip(&weights).zip(&paces).filter(|((part, _), _)| mine(part)) {
             let own = weight / share.max(f64::MIN_POSITIVE);
             let (severity, growth) = severity_of(part, plant);
             estimate.severity += own * severity;
             estimate.growth += own * growth;
             estimate.curved += if part.law == Law::Linear { 0.0 } else { own };
-            estimate.rough += if part.mode == Mode::Rough { own } else { 0.0 };
+            estimate.rough += if matches!(part.mode, Mode::Rough | Mode::Wander) { own } else { 0.0 };
             estimate.resting += if part.mode == Mode::Rest { own } else { 0.0 };
             if wears && own > NEGLIGIBLE {
-                self.lines(part, plant, &prior, own, sigma2(part), &mut lines);
+                self.lines(part, plant, pace.unwrap_or_else(|| correct(part, 1)), own, sigma2(part), &mut lines);
             }
         }
         if wears && !lines.is_empty() {
             let ending = Ending::new(lines);
-            let at = |probability: f64| cycle + ending.quantile(probability).min(FOREVER);
-            let quantiles = Quantiles { p05: at(0.05), p50: at(0.5), p95: at(0.95) };
+            let at = ending.quantiles([0.05, 0.5, 0.95, self.config.risk]).map(|left| cycle + left.min(FOREVER));
+            let quantiles = Quantiles { p05: at[0], p50: at[1], p95: at[2] };
             estimate.end = Some(EndEstimate {
                 cycle: match ending.best() {
                     0.0 => (cycle - ending.ago()).max(0.0),
                     left => cycle + left.min(FOREVER),
                 },
                 quantiles,
-                at_risk: if self.config.risk == 0.05 { quantiles.p05 } else { at(self.config.risk) },
+                at_risk: at[3],
             });
         }
         estimate
     }
 
     /// The ways in which a story may come to its end.
-    fn lines(&self, part: &Part, plant: &Plant, prior: &RatePrior, weight: f64, sigma2: f64, lines: &mut Vec<Line>) {
+    fn lines(&self, part: &Part, plant: &Plant, pace: Corrected, weight: f64, sigma2: f64, lines: &mut Vec<Line>) {
         let Cause::Wear(wear) = part.cause else {
             return lines.push(Line { weight, ..crossing(part, plant, sigma2) });
         };
@@ -207,9 +214,9 @@ impl BayesEstimator {
             }
         };
         let rough = |growth: f64| if part.mode == Mode::Rough { (roughness * growth).powi(2) } else { 0.0 };
-        let unsteadiness = self.config.growth_prior.unsteadiness;
-        let turns = |growth: f64| if part.law == Law::Linear { 0.0 } else { (unsteadiness * growth).powi(2) };
-        match prior.correct(part.mean[1], var_growth.max(0.0).sqrt(), part.mode) {
+        let unsteadiness = self.config.growth_prior.unsteadiness_of(part.law, part.mode);
+        let turns = |growth: f64| (unsteadiness * growth).powi(2);
+        match pace {
             Corrected::Narrow { mean, .. } => {
                 let level = level + cov / var_growth.max(1e-300) * (mean - part.mean[1]);
                 let rough = rough(mean);

@@ -12,9 +12,7 @@ const LN_NOTHING: f64 = -16.0;
 /// Logarithm of the weight, over that of the likeliest, from which on a story may
 /// turn into another one.
 const LN_LIKELY: f64 = -6.0;
-/// Relative standard deviation of a growth that goes on at another pace.
-const NEW_PACE: f64 = 0.5;
-/// The same after a rest.
+/// Relative standard deviation of the pace after a rest.
 const RESUMED_PACE: f64 = 0.3;
 /// Of the stories that begin late, the share at a steady pace.
 const LATE_SHARE: f64 = 0.6;
@@ -24,7 +22,7 @@ pub(crate) const DRIFT_TURN: f64 = 0.1;
 /// Moves one story on by some cycles.
 #[inline]
 pub(crate) fn advance(part: &mut Part, cycles: f64, prior: &GrowthPrior, shape: f64) {
-    let (roughness, unsteadiness) = (prior.roughness, prior.unsteadiness);
+    let unsteadiness = prior.unsteadiness_of(part.law, part.mode);
     let steps: &[(usize, usize)] = match (part.cause, part.mode) {
         (Cause::None, _) | (Cause::Wear(_), Mode::Rest) => return,
         (Cause::Wear(_), _) => &[(0, 1)],
@@ -43,11 +41,11 @@ pub(crate) fn advance(part: &mut Part, cycles: f64, prior: &GrowthPrior, shape: 
             part.cov[growth][growth] += cycles * (DRIFT_TURN * part.mean[growth]).powi(2) / sigma2;
         }
     }
-    if part.law != Law::Linear {
+    if unsteadiness > 0.0 && matches!(part.cause, Cause::Wear(_)) {
         part.cov[1][1] += cycles * (unsteadiness * part.mean[1]).powi(2) / sigma2;
     }
     if part.mode == Mode::Rough {
-        part.cov[0][0] += cycles * increment_variance(part, roughness, sigma2) / sigma2;
+        part.cov[0][0] += cycles * increment_variance(part, prior.roughness, sigma2) / sigma2;
     }
 }
 
@@ -85,7 +83,7 @@ pub(crate) fn turn(parts: &mut Vec<Part>, plant: &Plant, config: &BayesConfig, s
     for wear in 0..plant.wears() {
         let cause = Cause::Wear(wear);
         let ln_begin = (onset * share(cause, plant)).ln();
-        for mode in [Mode::Late, Mode::Slow, Mode::Rough, Mode::Rest] {
+        for mode in [Mode::Late, Mode::Slow, Mode::Rough, Mode::Wander, Mode::Rest] {
             inflow.clear();
             for part in parts.iter() {
                 let likely = part.ln_weight > top + LN_LIKELY;
@@ -102,6 +100,13 @@ pub(crate) fn turn(parts: &mut Vec<Part>, plant: &Plant, config: &BayesConfig, s
                     {
                         continue;
                     }
+                    (_, from) if mode == Mode::Wander => {
+                        if !likely || part.law != Law::Linear || !matches!(from, Mode::Steady | Mode::Late | Mode::Slow)
+                        {
+                            continue;
+                        }
+                        (prior.loosen.ln(), Some(*part))
+                    }
                     (_, Mode::Rest) => {
                         let share = if mode == Mode::Rough { 1.0 - LATE_SHARE } else { LATE_SHARE };
                         ((prior.resume * share).ln(), Some(repaced(part, RESUMED_PACE, shape)))
@@ -110,7 +115,7 @@ pub(crate) fn turn(parts: &mut Vec<Part>, plant: &Plant, config: &BayesConfig, s
                     (_, _) if !likely || part.law != Law::Linear => continue,
                     (_, _) if mode == Mode::Rest => (prior.pause.ln(), Some(*part)),
                     (_, Mode::Late | Mode::Slow) if mode == Mode::Rough => (prior.roughen.ln(), Some(*part)),
-                    (_, Mode::Steady) => ((0.5 * prior.turn).ln(), Some(repaced(part, NEW_PACE, shape))),
+                    (_, Mode::Steady) => ((0.5 * prior.turn).ln(), Some(repaced(part, prior.new_pace, shape))),
                     _ => continue,
                 };
                 let ln_weight = part.ln_weight + ln_rate;

@@ -34,6 +34,8 @@ pub(crate) enum Mode {
     Slow,
     /// By increments that vary from cycle to cycle.
     Rough,
+    /// At a pace that changes little by little.
+    Wander,
     /// It rests.
     Rest,
 }

@@ -55,11 +55,21 @@ pub(crate) struct Node {
 }
 
 /// What the log-normal prior makes of a Gaussian growth.
+#[derive(Clone, Copy)]
 pub(crate) enum Corrected {
     /// Still nearly Gaussian, its mean shifted.
     Narrow { ln_factor: f64, mean: f64 },
     /// Nodes, whose weights sum to 1.
     Wide { ln_factor: f64, nodes: [Node; NODES] },
+}
+
+impl Corrected {
+    /// Logarithm of the factor by which the evidence of a story changes.
+    pub(crate) fn ln_factor(&self) -> f64 {
+        match self {
+            Self::Narrow { ln_factor, .. } | Self::Wide { ln_factor, .. } => *ln_factor,
+        }
+    }
 }
 
 impl RatePrior {
@@ -85,13 +95,6 @@ impl RatePrior {
                 (value + quick_ln(share), slope + 2.0 * slowness / growth)
             }
             _ => (value, slope),
-        }
-    }
-
-    /// Logarithm of the factor by which the evidence of a part changes.
-    pub(crate) fn ln_factor(&self, mean: f64, sd: f64, mode: Mode) -> f64 {
-        match self.correct(mean, sd, mode) {
-            Corrected::Narrow { ln_factor, .. } | Corrected::Wide { ln_factor, .. } => ln_factor,
         }
     }
 

@@ -2,6 +2,7 @@
 
 /// Probability that a standard normal variable exceeds `z`: Abramowitz and
 /// Stegun 7.1.26. Absolute error below 1.5e-7.
+#[inline]
 pub(crate) fn normal_tail(z: f64) -> f64 {
     let x = z.abs() / std::f64::consts::SQRT_2;
     let t = 1.0 / (1.0 + 0.327_591_1 * x);

@@ -10,7 +10,7 @@ use super::noise::NoiseState;
 use super::part::{Cause, Mode, Part, SIZE};
 
 /// Version of [`ValveRecord`]. A record of another version is not understood.
-pub const STATE_VERSION: u32 = 1;
+pub const STATE_VERSION: u32 = 2;
 
 /// Numbers of a symmetric matrix.
 const HALF: usize = SIZE * (SIZE + 1) / 2;
