@@ -69,7 +69,7 @@ pub struct PrognoseArgs {
     /// What sister valves have taught, as `valve learn` writes it
     #[arg(long, value_name = "FILE")]
     pub prior: Option<PathBuf>,
-    /// Supply pressures to expect, such as "70..80 psig": the end of life is told for the lowest
+    /// Supply pressures to expect, such as "70..80 psig": the end of life is told for the worst of them
     #[arg(long, value_name = "RANGE", value_parser = supply_range)]
     pub expect_supply: Option<QuantityRange>,
     /// An empty time means that the valve did not get there, as in logs made for version 0.1

@@ -7,6 +7,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use anyhow::Context;
+use leak_table::{Condition, ConditionRange};
+use lut_builder::{Request, Wear};
 use prognoser::{Method, Prognoser, Prognosis, TimingLog};
 use serde_json::json;
 use valve_file::ValveFile;
@@ -38,10 +40,13 @@ struct Score {
 
 /// Reads the log, scores every valve that reached its end.
 pub fn run(args: &EvaluateArgs, file: &ValveFile, path: &Path) -> anyhow::Result<Answer> {
-    let bundle = Arc::new(tables::build(file)?.bundle);
+    let request = Request { wears: Wear::catalogue(), conditions: conditions(path, file)? };
+    let bundle = Arc::new(tables::build_what(file, &request)?.bundle);
     let limits = bundle.manifest().limits;
-    let source = File::open(path).with_context(|| format!("{}: cannot be read", path.display()))?;
-    let mut log = TimingLog::new(path.display().to_string(), BufReader::with_capacity(1 << 16, source))?;
+    let mut log = open(path)?;
+    for column in log.unknown_columns() {
+        output::note(&format!("{}: column {column:?} is not understood and not used", path.display()));
+    }
     let mut prognoser = Prognoser::new(Arc::clone(&bundle), Method::default());
     let mut lives: BTreeMap<String, Life> = BTreeMap::new();
     while let Some(row) = log.next_row()? {
@@ -75,6 +80,34 @@ pub fn run(args: &EvaluateArgs, file: &ValveFile, path: &Path) -> anyhow::Result
         }
     }
     Ok(Answer::Fine)
+}
+
+fn open(path: &Path) -> anyhow::Result<TimingLog<BufReader<File>>> {
+    let source = File::open(path).with_context(|| format!("{}: cannot be read", path.display()))?;
+    Ok(TimingLog::new(path.display().to_string(), BufReader::with_capacity(1 << 16, source))?)
+}
+
+/// The conditions that the rows of a log and the valve file state, from end to
+/// end; none where the rows state none.
+fn conditions(path: &Path, file: &ValveFile) -> anyhow::Result<Option<ConditionRange>> {
+    let parameters = file.valve().parameters();
+    let own = |value: f64| (value, value);
+    let mut range = ConditionRange {
+        supply_pressure_pa: own(parameters.supply_pressure_pa),
+        temperature_k: own(parameters.temperature_k),
+    };
+    let reach = |ends: &mut (f64, f64), value: f64| *ends = (ends.0.min(value), ends.1.max(value));
+    let mut log = open(path)?;
+    while let Some(row) = log.next_row()? {
+        if let Some(pa) = row.reading.supply_pressure_pa {
+            reach(&mut range.supply_pressure_pa, pa);
+        }
+        if let Some(k) = row.reading.temperature_k {
+            reach(&mut range.temperature_k, k);
+        }
+    }
+    let vary = [Condition::SupplyPressure, Condition::Temperature].into_iter().any(|one| range.varies(one));
+    Ok(vary.then_some(range))
 }
 
 fn score(valve: String, life: &Life) -> Option<Score> {

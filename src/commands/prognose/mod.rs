@@ -31,7 +31,7 @@ const POLL: Duration = Duration::from_millis(200);
 /// stand.
 pub fn run(args: &PrognoseArgs) -> anyhow::Result<Answer> {
     let tables = Arc::new(read_tables(args)?);
-    let method = settings::method(args)?;
+    let method = settings::method(args, &tables)?;
     let mut outputs = Outputs::new(args.force).reads([&args.log, &args.tables]).reads(&args.valve).reads(&args.prior);
     let plot = PlotFile::create(&mut outputs, args.plot.as_deref())?;
     let history = plot.is_some().then(|| History::of(args.plot_valve.clone()));

@@ -4,17 +4,21 @@ use std::fs;
 use std::path::Path;
 
 use anyhow::Context;
+use leak_table::TableBundle;
 use prognoser::bayes::{BayesConfig, GrowthLaw, Noise, StartPrior};
 use prognoser::{Learned, Method, PRIOR_VERSION};
+use quantity::Quantity;
 
 use crate::cli::{GrowthName, MethodName, PrognoseArgs, StartName};
 use crate::failure::Hinted;
 
 /// What gauge pressures beside a log count from, as in the log itself.
 const STANDARD_ATMOSPHERE_PA: f64 = 101_325.0;
+/// Rounding of a pressure, Pa.
+const SLACK_PA: f64 = 10.0;
 
 /// The method with all its settings.
-pub fn method(args: &PrognoseArgs) -> anyhow::Result<Method> {
+pub fn method(args: &PrognoseArgs, tables: &TableBundle) -> anyhow::Result<Method> {
     if args.method == MethodName::Ols {
         let given = [args.noise.is_some(), args.growth.is_some(), args.life.is_some(), args.prior.is_some()];
         if given.contains(&true) || args.start == StartName::Unknown {
@@ -29,7 +33,7 @@ pub fn method(args: &PrognoseArgs) -> anyhow::Result<Method> {
     let config = learned.map_or_else(BayesConfig::default, |learned| learned.config());
     let mut config = BayesConfig {
         risk: args.risk,
-        expected_supply_pa: expected_supply_pa(args)?,
+        expected_supply_pa: expected_supply_pa(args, tables)?,
         start: match args.start {
             StartName::Healthy => StartPrior::Healthy,
             StartName::Unknown => StartPrior::Unknown,
@@ -52,10 +56,33 @@ pub fn method(args: &PrognoseArgs) -> anyhow::Result<Method> {
     Ok(Method::Bayes(config))
 }
 
-/// The lowest supply pressure that is expected, Pa.
-fn expected_supply_pa(args: &PrognoseArgs) -> anyhow::Result<Option<f64>> {
-    let lowest = args.expect_supply.as_ref().map(|range| range.from.absolute_pa(STANDARD_ATMOSPHERE_PA));
-    lowest.transpose().context("--expect-supply")
+/// The supply pressures that are expected, Pa, if the tables know them.
+fn expected_supply_pa(args: &PrognoseArgs, tables: &TableBundle) -> anyhow::Result<Option<[f64; 2]>> {
+    let Some(range) = &args.expect_supply else { return Ok(None) };
+    let absolute_pa = |end: &Quantity| end.absolute_pa(STANDARD_ATMOSPHERE_PA).context("--expect-supply");
+    let [from, to] = [absolute_pa(&range.from)?, absolute_pa(&range.to)?];
+    let known = tables.condition_range().map(|range| range.supply_pressure_pa).filter(|known| known.0 < known.1);
+    let Some((least, most)) = known else {
+        return Err(Hinted::error(
+            format!("--expect-supply: the tables in {} are for one supply pressure only", args.tables.display()),
+            "build tables over the supply pressure: `valve build-tables --supply-range`",
+        ));
+    };
+    // The tables' own ends, give or take the digits of a file.
+    if from < least - SLACK_PA || to > most + SLACK_PA {
+        return Err(Hinted::error(
+            format!(
+                "--expect-supply: found {:.1} to {:.1} kPa absolute, expected a range within that of the tables, \
+                 {:.1} to {:.1} kPa",
+                1e-3 * from,
+                1e-3 * to,
+                1e-3 * least,
+                1e-3 * most
+            ),
+            "build tables over that range: `valve build-tables --supply-range`",
+        ));
+    }
+    Ok(Some([from, to]))
 }
 
 /// Reads what `valve learn` wrote.

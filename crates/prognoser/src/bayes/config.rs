@@ -123,9 +123,10 @@ pub struct BayesConfig {
     pub healthy_from: f64,
     /// Risk that the end comes before `replace_by`.
     pub risk: f64,
-    /// Lowest supply pressure that is expected, Pa absolute: the end of life is
-    /// told for it. Without it, for the reference of the tables.
-    pub expected_supply_pa: Option<f64>,
+    /// Lowest and highest supply pressure that are expected, Pa absolute: the end
+    /// of life is told for the one under which it comes first. Without them, for
+    /// the reference of the tables.
+    pub expected_supply_pa: Option<[f64; 2]>,
 }
 
 impl GrowthPrior {

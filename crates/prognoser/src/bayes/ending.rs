@@ -102,11 +102,11 @@ impl Block {
     #[inline]
     fn within(&self, cycles: f64) -> f64 {
         let mut share = [0.0; SIDE];
-        for k in 0..SIDE {
+        for (k, share) in share.iter_mut().enumerate() {
             let t = (cycles + self.later[k]).max(0.0);
             let variance = self.var_level[k] + t * (self.by_cycle[k] + t * (self.by_square[k] + t * self.by_cube[k]));
             let over = self.short[k] + t * self.growth[k];
-            share[k] = self.weight[k] * normal_tail(-over / variance.max(1e-18).sqrt());
+            *share = self.weight[k] * normal_tail(-over / variance.max(1e-18).sqrt());
         }
         share.iter().sum()
     }

@@ -198,7 +198,9 @@ impl BayesEstimator {
         let by_unit = plant.end_shift(wear);
         let slope = part.law.severity(1.0).1;
         let nearer: f64 = (0..2).map(|stroke| part.mean[2 + stroke] * by_unit[stroke] / slope).sum();
-        let expected = self.config.expected_supply_pa.map_or(1.0, |supply_pa| plant.end_at_supply(wear, supply_pa));
+        let expected = self.config.expected_supply_pa.map_or(1.0, |range| {
+            range.map(|supply_pa| plant.end_at_supply(wear, supply_pa)).into_iter().fold(f64::INFINITY, f64::min)
+        });
         let nearer = nearer + 1.0 - part.law.coordinate(expected);
         let roughness = self.config.growth_prior.roughness;
         let [var_level, cov, var_growth] = [part.cov[0][0], part.cov[0][1], part.cov[1][1]].map(|v| v * sigma2);
