@@ -1,4 +1,4 @@
-//! The verb that serves a page: `lab`.
+//! The verbs that serve a page: `lab`, `watch`.
 
 use std::net::{IpAddr, Ipv4Addr};
 use std::path::PathBuf;
@@ -40,6 +40,29 @@ pub struct LabArgs {
     pub valve: PathBuf,
     /// The campaign file
     pub campaign: PathBuf,
+    /// Where it is served
+    #[command(flatten)]
+    pub page: PageArgs,
+}
+
+/// Options of `watch`.
+#[derive(Debug, Args)]
+#[command(after_long_help = "\
+Serves a page on which every valve of the logs stands, worst first, and follows the
+logs as they grow: status, fault, leak, remaining cycles with their bounds, by when to
+replace; a click shows a valve's past. A folder stands for the CSV files in it, those
+that come later included. A row that cannot be read is left out and said.
+
+Examples:
+  valve watch log.csv --tables tables
+  valve watch logs/ --tables tables --no-open --port 8000")]
+pub struct WatchArgs {
+    /// Timing logs (CSV), or folders of them
+    #[arg(required = true, value_name = "LOG")]
+    pub logs: Vec<PathBuf>,
+    /// Directory with the tables
+    #[arg(long, value_name = "DIR")]
+    pub tables: PathBuf,
     /// Where it is served
     #[command(flatten)]
     pub page: PageArgs,

@@ -16,7 +16,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use crate::output::ColorWhen;
 
 pub use init::{InitArgs, InitCampaignArgs, InitValveArgs, InitWhat};
-pub use lab::{LabArgs, PageArgs};
+pub use lab::{LabArgs, PageArgs, WatchArgs};
 pub use measurement::{AdoptArgs, CalibrateArgs, CompareArgs, ExplainArgs};
 pub use model::{EffectsArgs, ReportArgs, RevertArgs, SimulateArgs};
 pub use prognosis::{DemoArgs, EvaluateArgs, GrowthName, LearnArgs, MethodName, PrognoseArgs, StartName, StreamFormat};
@@ -78,6 +78,8 @@ pub enum Verb {
     BuildTables(Box<BuildTablesArgs>),
     /// Estimate fault, leak and remaining useful life from a timing log
     Prognose(PrognoseArgs),
+    /// Open a page on which all valves of growing logs stand, worst first, live
+    Watch(WatchArgs),
     /// Learn from the logs of sister valves what to expect of the next one
     Learn(LearnArgs),
     /// Say how good the prognosis of a valve is, on simulated lives with known ends

@@ -31,6 +31,7 @@ fn write(output: &Output<'_>) -> anyhow::Result<()> {
     outputs.file(output.path)?.write_whole(output.bytes)
 }
 
-fn address(args: &PageArgs) -> Address {
+/// Where a page is served.
+pub fn address(args: &PageArgs) -> Address {
     Address { host: args.host, port: args.port, token: args.token.clone() }
 }

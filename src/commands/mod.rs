@@ -24,6 +24,7 @@ mod simulate;
 mod strokes;
 mod tables;
 mod valve_input;
+mod watch;
 
 use crate::cli::Verb;
 use crate::failure::Answer;
@@ -43,6 +44,7 @@ pub fn run(verb: &Verb) -> anyhow::Result<Answer> {
         Verb::Explain(args) => explain::run(args),
         Verb::Adopt(args) => adopt::run(args),
         Verb::Lab(args) => lab::run(args),
+        Verb::Watch(args) => watch::run(args),
         Verb::Effects(args) => effects::run(args),
         Verb::Report(args) => report::run(args),
         Verb::Revert(args) => revert::run(args),

@@ -14,3 +14,4 @@ mod next;
 mod outputs;
 mod page;
 mod support;
+mod watch;

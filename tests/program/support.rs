@@ -125,6 +125,7 @@ pub fn verbs() -> Vec<&'static str> {
         "explain",
         "adopt",
         "lab",
+        "watch",
         "report",
         "revert",
         "completions",

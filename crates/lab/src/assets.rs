@@ -17,6 +17,9 @@ pub struct Page {
 /// The lab.
 pub const LAB: Page = Page { html: include_str!("../assets/lab.html"), script: include_str!("../assets/lab.js") };
 
+/// The watch.
+pub const WATCH: Page = Page { html: include_str!("../assets/watch.html"), script: include_str!("../assets/watch.js") };
+
 const STYLE: &str = include_str!("../assets/style.css");
 const UPLOT: &str = include_str!("../assets/uPlot.iife.min.js");
 const UPLOT_STYLE: &str = include_str!("../assets/uPlot.min.css");

@@ -14,10 +14,12 @@ fi
 
 npm ci --no-audit --no-fund --silent
 npx tsc --project tsconfig.json
-npx esbuild src/lab.ts --bundle --minify --format=iife --target=es2022 --log-level=warning \
-    --outfile="$out/lab.js"
+for page in lab watch; do
+    npx esbuild "src/$page.ts" --bundle --minify --format=iife --target=es2022 --log-level=warning \
+        --outfile="$out/$page.js"
+done
 npx esbuild src/style.css --bundle --minify --log-level=warning --outfile="$out/style.css"
-cp src/lab.html node_modules/uplot/dist/uPlot.iife.min.js node_modules/uplot/dist/uPlot.min.css "$out/"
+cp src/lab.html src/watch.html node_modules/uplot/dist/uPlot.iife.min.js node_modules/uplot/dist/uPlot.min.css "$out/"
 cp node_modules/uplot/LICENSE "$out/uPlot.LICENSE"
 
 if [ "$out" != "$assets" ]; then

@@ -15,10 +15,10 @@ use serde::Deserialize;
 use serde_json::{Map, Value, json};
 use valve_model::{EffectKind, Valve};
 
-use super::events::Events;
 use super::model::{EffectValues, Model};
 use super::simulate::positions_mm;
 use super::subject::Subject;
+use crate::events::Events;
 use crate::site::Refusal;
 
 /// What is wanted.

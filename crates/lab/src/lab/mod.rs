@@ -2,7 +2,6 @@
 
 mod adopt;
 mod describe;
-mod events;
 mod jobs;
 mod model;
 mod simulate;
@@ -15,13 +14,13 @@ use axum::extract::{DefaultBodyLimit, State};
 use axum::routing::{get, post};
 use axum::{Json, Router};
 use rayon::ThreadPool;
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use crate::assets;
+use crate::events::Events;
 use crate::site::{Address, Refusal, ServeError, Site, announce, answered};
 use answers::InputError;
 
-use self::events::Events;
 use self::jobs::Jobs;
 use self::subject::{Current, Subject};
 
@@ -128,8 +127,9 @@ impl Lab {
 }
 
 async fn events(State(lab): Shared) -> impl axum::response::IntoResponse {
-    let hello = events::hello(lab.current.get().version, lab.current.trouble().as_deref(), &lab.jobs.status());
-    lab.events.stream(hello)
+    let (version, trouble) = (lab.current.get().version, lab.current.trouble());
+    let hello = json!({ "event": "hello", "version": version, "trouble": trouble, "job": lab.jobs.status() });
+    lab.events.stream(&hello)
 }
 
 async fn description(State(lab): Shared) -> Result<Json<Value>, Refusal> {

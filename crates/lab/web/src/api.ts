@@ -312,3 +312,46 @@ export function follow<T>(each: (event: T) => void, line: (is_there: boolean) =>
   };
   source.onerror = () => line(false);
 }
+
+export interface FleetRow {
+  valve: string;
+  status: string;
+  fault: string;
+  cycle: number;
+  rows: number;
+  time: string | null;
+  severity: number | null;
+  leak_mm2: number | null;
+  leak_limit_mm2: number | null;
+  rul: [number | null, number | null, number | null];
+  replace_by_cycle: number | null;
+  replace_by: string | null;
+  caveat: string | null;
+  small: (number | null)[];
+}
+
+export interface Fleet {
+  tables: { id: string; limit: number }[];
+  limits_s: [number, number];
+  logs: string[];
+  rows: FleetRow[];
+  troubles: string[];
+}
+
+export interface ValvePast {
+  now: { fault_probability: Record<string, number> | null; eol_cycle: number | null; eol_time?: string; noise_s: number | null };
+  row: FleetRow;
+  past: Record<"cycle" | "severity" | "rul_p05" | "rul_p50" | "rul_p95" | "close_time_s" | "open_time_s", (number | null)[]>;
+  remarks: [number, string][];
+}
+
+export const watch_api = {
+  fleet: () => asked<Fleet>("api/fleet"),
+  valve: (valve: string) => asked<ValvePast>("api/valve", { valve }),
+};
+
+export type WatchEvent =
+  | { event: "hello" }
+  | { event: "lagged" }
+  | { event: "many"; count: number; troubles: string[] }
+  | { event: "rows"; rows: FleetRow[]; troubles: string[] };

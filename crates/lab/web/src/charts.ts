@@ -41,8 +41,12 @@ export interface ChartOptions {
   small?: boolean;
   name_phases?: boolean;
   zoomed?: (window: [number, number] | null) => void;
-  /** Lines or bands drawn beside the data. */
-  draw?: (chart: UPlot) => void;
+  /** Filled between two lines, by their place among the lines. */
+  bands?: [number, number][];
+  /** Bars about the points of a line, such as errors. */
+  bars?: () => { colour: string; x: number; low: number; high: number }[];
+  /** Levels drawn across. */
+  levels?: () => { value: number; label: string }[];
 }
 
 const FONT = "12px system-ui, sans-serif";
@@ -111,7 +115,8 @@ export class Chart {
     const x = this.data[0] as Column;
     if (!plot || x.length === 0) return;
     const [min, max] = this.window ?? [x[0] as number, x[x.length - 1] as number];
-    plot.setScale("x", { min, max });
+    // One point alone has no width.
+    plot.setScale("x", max > min ? { min, max } : { min: min - 0.5, max: max + 0.5 });
   }
 
   private fit(): void {
@@ -161,11 +166,12 @@ export class Chart {
           y: options.logarithmic ? { distr: 3 } : { range },
         },
         axes: [
-          { ...axis, label: options.x, size: 34, values: (_, ticks) => ticks.map((tick) => digits(tick, 6).replace(/\.?0+$/, "")) },
+          { ...axis, ...(options.x === "" ? { labelSize: 0 } : { label: options.x }), size: 34, values: (_, ticks) => ticks.map((tick) => digits(tick, 6).replace(/\.?0+$/, "")) },
           { ...axis, label: options.y, size: options.small ? 40 : 52, values: (_, ticks) => ticks.map((tick) => (tick === null ? "" : short(tick))) },
         ],
+        ...(options.bands ? { bands: options.bands.map(([upper, lower]) => ({ series: [upper + 1, lower + 1] as UPlot.Band.Bounds, fill: colour("band") })) } : {}),
         series: [
-          { label: options.x, value: (_, value) => digits(value, 5) },
+          { label: options.x || "x", value: (_, value) => digits(value, 5) },
           ...options.lines.map((line) => ({
             label: line.label,
             stroke: colour(line.colour),
@@ -180,7 +186,7 @@ export class Chart {
         ],
         hooks: {
           drawClear: [(drawn) => this.shade(drawn)],
-          draw: options.draw ? [options.draw] : [],
+          draw: [(drawn) => this.beside(drawn)],
           setSelect: [
             (drawn) => {
               const { left, width: wide } = drawn.select;
@@ -197,6 +203,33 @@ export class Chart {
     this.plot = plot;
   }
 
+  /** Bars of errors, and levels. */
+  private beside(plot: UPlot): void {
+    const { ctx, bbox } = plot;
+    const ratio = devicePixelRatio;
+    ctx.save();
+    ctx.beginPath();
+    ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
+    ctx.clip();
+    for (const bar of this.options.bars?.() ?? []) {
+      const x = plot.valToPos(bar.x, "x", true);
+      const [low, high] = [plot.valToPos(bar.low, "y", true), plot.valToPos(bar.high, "y", true)];
+      ctx.fillStyle = colour(bar.colour);
+      ctx.fillRect(x - 0.5 * ratio, high, ratio, low - high);
+      for (const end of [low, high]) ctx.fillRect(x - 2.5 * ratio, end - 0.5 * ratio, 5 * ratio, ratio);
+    }
+    for (const level of this.options.levels?.() ?? []) {
+      const y = plot.valToPos(level.value, "y", true);
+      ctx.fillStyle = colour("bad");
+      ctx.fillRect(bbox.left, y - 0.5 * ratio, bbox.width, 1.5 * ratio);
+      ctx.font = `${11 * ratio}px system-ui, sans-serif`;
+      ctx.textAlign = "left";
+      ctx.textBaseline = "bottom";
+      ctx.fillText(level.label, bbox.left + 4 * ratio, y - 2 * ratio);
+    }
+    ctx.restore();
+  }
+
   /** The phases of each stroke behind the data. */
   private shade(plot: UPlot): void {
     const { phases } = this.options;
@@ -208,6 +241,7 @@ export class Chart {
     ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
     ctx.clip();
     ctx.font = `${11 * ratio}px system-ui, sans-serif`;
+    ctx.textAlign = "left";
     ctx.textBaseline = "top";
     const fills = [colour("phase-a"), colour("phase-b")];
     for (const stroke of phases()) {

@@ -118,6 +118,7 @@ export class Explain {
       found.parameters.length > 0 && parameter_list(found.parameters),
       is_best && h("p", {}, h("button", { type: "button", class: "strong", id: "put-answer", onclick: () => this.sliders.put(answer.model) }, "put the answer on the sliders")),
       step_table(found.steps),
+      h("p", { class: "aside" }, "Errors here are of rows that follow the motion, as valve explain tells them, what instruments are off by taken out; the head of the page counts every sample, as valve compare does."),
       found.nuisances.length > 0 && h("details", {}, h("summary", {}, "instruments and conditions were found to be off"),
         h("ul", {}, ...found.nuisances.map((one) => h("li", {}, `${one.what}${one.run ? ` (${one.run})` : ""}: ${one.unit === "" ? `${digits(100 * one.value, 3)} ± ${digits(100 * one.standard_error, 2)} %` : with_error(one.value, one.standard_error, one.unit)}${one.at_bound ? ", at its bound: something may be missing" : ""}`)))),
       ...found.notes.map((note) => h("p", { class: "notice" }, note)),
@@ -131,7 +132,9 @@ export class Explain {
   }
 
   private bars(candidates: Candidate[]): HTMLElement {
-    const shown = candidates.slice(0, MOST);
+    // A set that was fitted both cheaply and finely is told once, as the better fit has it.
+    const name_of = (one: Candidate) => one.effects.join();
+    const shown = candidates.filter((one, index) => candidates.findIndex((other) => name_of(other) === name_of(one)) === index).slice(0, MOST);
     const worst = Math.max(...shown.map((one) => one.normalised_rms), 1.5);
     // Errors from the noise on, by their logarithm: that is what a fit gains.
     const share = (error: number) => Math.max(0.01, Math.log(Math.max(error, 1)) / Math.log(worst));

@@ -63,10 +63,11 @@ export class Missing {
     }
     fill(this.words, `Pressure: ${answer.force.pressure === "measured" ? "measured" : "simulated along the measured motion"}.`);
     if (this.charts.length === 0) {
-      this.charts = AXES.map(([, label]) => {
+      this.charts = AXES.map(([, label, factor]) => {
         const bins = { closing: [] as Bin[], opening: [] as Bin[] };
         const chart = new Chart({
           title: `missing force against ${label}`, height: 260, x: label, y: "missing force (N)", symmetric: true,
+          bars: () => [["model", bins.closing], ["closing", bins.opening]].flatMap(([colour, of]) => (of as Bin[]).map((bin) => ({ colour: colour as string, x: bin.at * factor, low: bin.force_n - 2 * bin.standard_error_n, high: bin.force_n + 2 * bin.standard_error_n }))),
           lines: [{ label: "closing", colour: "model", width: 2 }, { label: "opening", colour: "closing", width: 2, dash: [6, 4] }],
         });
         return { chart, bins };
@@ -75,6 +76,7 @@ export class Missing {
     }
     AXES.forEach(([id, , factor], index) => {
       const of = answer.force!.against[id]!;
+      Object.assign(this.charts[index]!.bins, of);
       const places = [...new Set([...of.closing, ...of.opening].map((bin) => bin.at * factor))].sort((a, b) => a - b);
       const values = (bins: Bin[], at: (bin: Bin) => number): Column =>
         places.map((place) => { const bin = bins.find((one) => one.at * factor === place); return bin ? at(bin) : undefined; });

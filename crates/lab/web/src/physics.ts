@@ -133,6 +133,7 @@ export class Physics {
       scale: new Scale(parameter.lower, parameter.typical, parameter.upper),
       read: () => this.sliders.effect(info.id).values[index] ?? Number.POSITIVE_INFINITY,
       write: (si) => this.sliders.set_value(info, index, si),
+      is_on: () => this.sliders.effect(info.id).on,
     });
   }
 
@@ -152,7 +153,7 @@ export class Physics {
 
   private slider(of: {
     name: string; label: string; meaning: string; id: string; unit: Unit; scale: Scale;
-    read: () => number; write: (si: number) => void; moved?: () => number;
+    read: () => number; write: (si: number) => void; moved?: () => number; is_on?: () => boolean;
   }): HTMLElement {
     const unit = pretty(of.unit.name);
     const range = h("input", {
@@ -174,6 +175,7 @@ export class Physics {
     });
     const pull = of.moved ? h("span", { class: "pull" }) : null;
     const renew = () => {
+      if (of.is_on && !of.is_on()) return;
       const si = of.read();
       range.value = String(of.scale.place(si));
       const text = `${digits(toUser(si, of.unit))} ${unit}`.trim();

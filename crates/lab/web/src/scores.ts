@@ -6,6 +6,9 @@ import { digits, fixed, signed } from "./numbers";
 
 const PHASES: [string, string][] = [["dead_time", "dead time"], ["breakaway", "breakaway"], ["travel", "travel"], ["seating", "seating"]];
 
+/** Time after which tables follow, ms. */
+const TABLES = 120;
+
 const ms = (seconds: number | null | undefined): string => signed(seconds === null || seconds === undefined ? seconds : 1e3 * seconds, 1);
 const mm = (metres: number | null | undefined): string => fixed(metres === null || metres === undefined ? metres : 1e3 * metres, 3);
 
@@ -21,6 +24,8 @@ export class Scores {
   private readonly runs = h("div", {});
   private readonly phases = h("div", {});
   private before: Comparison | null = null;
+  private newest: Comparison | null = null;
+  private timer = 0;
   private lab!: Description;
 
   constructor() {
@@ -50,6 +55,14 @@ export class Scores {
     const worst = Math.max(before.overall.normalised_rms, overall.normalised_rms, 1.5);
     const share = Math.log(Math.max(overall.normalised_rms, 1)) / Math.log(worst);
     (this.meter.firstElementChild as HTMLElement).style.width = `${100 * Math.min(1, Math.max(0.02, share))}%`;
+    this.newest = now;
+    if (this.timer === 0) this.timer = setTimeout(() => this.show_tables(), TABLES) as unknown as number;
+  }
+
+  /** Tables are many elements: while a hand moves they follow a few times a second, after the charts. */
+  private show_tables(): void {
+    this.timer = 0;
+    const now = this.newest!;
     fill(this.words, ...now.words.map((text) => h("li", {}, text)));
     fill(this.runs, this.run_table(now));
     fill(this.phases, this.phase_table(now));

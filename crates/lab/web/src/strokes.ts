@@ -140,7 +140,7 @@ export class Strokes {
     const small = this.mode === "all";
     const title = `${this.lab.runs[run]!.name}, ${name}`;
     const zoomed = small ? {} : { zoomed: (window: [number, number] | null) => this.zoom(window) };
-    const shared = { x: "time (s)", group: `run ${this.mode === "all" ? "" : run}`, phases: strokes, small, ...zoomed };
+    const shared = { x: small ? "" : "time (s)", group: `run ${this.mode === "all" ? "" : run}`, phases: strokes, small, ...zoomed };
     const at_least = this.channel === "position" ? { y_at_least: [0, this.lab.stroke_mm] as [number, number] } : {};
     const main = { ...shared, ...at_least, name_phases: !small, height: small ? 150 : 330, y: `${name} (${unit})` };
     const sides = this.sides && !small;

@@ -30,7 +30,7 @@ impl Events {
     }
 
     /// What one page receives, its first event given.
-    pub fn stream(&self, hello: String) -> Sse<impl Stream<Item = Result<Event, Infallible>> + use<>> {
+    pub fn stream(&self, hello: &Value) -> Sse<impl Stream<Item = Result<Event, Infallible>> + use<>> {
         let receiver = self.0.subscribe();
         let next = |(hello, mut receiver): (Option<String>, broadcast::Receiver<String>)| async move {
             let text = match hello {
@@ -43,12 +43,7 @@ impl Events {
             };
             Some((Ok(Event::default().data(text)), (None, receiver)))
         };
-        Sse::new(stream::unfold((Some(hello), receiver), next))
+        Sse::new(stream::unfold((Some(hello.to_string()), receiver), next))
             .keep_alive(KeepAlive::new().interval(Duration::from_secs(5)))
     }
-}
-
-/// The first event of a page: what holds now.
-pub fn hello(version: u64, trouble: Option<&str>, job: &Value) -> String {
-    json!({ "event": "hello", "version": version, "trouble": trouble, "job": job }).to_string()
 }

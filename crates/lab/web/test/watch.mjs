@@ -1,0 +1,67 @@
+// Looks at `valve watch` while a log grows: 200 healthy valves, and one that comes to its end. Called with the page's
+// address and a folder with the log (grows.csv) and the rows that are to come (rest.csv).
+
+import { appendFileSync, readFileSync } from "node:fs";
+import { join } from "node:path";
+import { check, faint, nameless, open, until } from "./browser.mjs";
+
+const [url, folder] = process.argv.slice(2);
+const { browser, page, complaints } = await open(url);
+const first = () => page.locator(".fleet-body .fleet-row").first().textContent();
+const count = (state) => page.locator(`.count.state-${state} strong`).textContent();
+
+await until("200 valves stand", async () => (await count("healthy")) === "200");
+check((await page.locator(".fleet-body .fleet-row").count()) < 60, "only the rows that are seen are in the page");
+
+// Rows come while the page is open; nothing is loaded anew.
+await page.evaluate(() => { window.not_loaded_anew = true; });
+const rows = readFileSync(join(folder, "rest.csv"), "utf8").trim().split("\n");
+const valve = rows[0].split(",")[0];
+for (let from = 0; from < rows.length; from += 8) {
+  appendFileSync(join(folder, "grows.csv"), `${rows.slice(from, from + 8).join("\n")}\n`);
+  await new Promise((resolve) => setTimeout(resolve, 150));
+}
+const cycle = rows[rows.length - 1].split(",")[1];
+await until("the one that wears is the worst", async () => (await first()).includes(valve) && (await first()).includes(cycle));
+check(await page.evaluate(() => window.not_loaded_anew), "the page was not loaded anew");
+console.log(`worst: ${await first()}`);
+
+// Search, states, order; then the valve's own page, by keyboard.
+await page.getByLabel(/search/).fill("V-12");
+await until("the search narrows", async () => (await page.locator(".fleet-body .fleet-row").count()) === 10);
+await page.getByLabel(/search/).fill("");
+await page.locator(".count.state-healthy").click();
+await until("only healthy ones", async () => !(await first()).includes(valve));
+await page.locator(".count.state-healthy").click();
+await page.getByRole("columnheader", { name: /valve/ }).getByRole("button").click();
+await until("by name", async () => (await first()).includes(valve) || (await first()).includes("V-000"));
+await page.getByRole("columnheader", { name: /state/ }).getByRole("button").click();
+await until("worst first again", async () => (await first()).includes(valve));
+await page.locator(`[data-valve="${valve}"]`).focus();
+await page.keyboard.press("Enter");
+await until("the valve's page", async () => (await page.locator(".valve-page .uplot").count()) === 3);
+check((await page.locator(".facts").textContent()).includes("replace by"), "it says by when to replace");
+
+// It follows too.
+const next = Number(cycle) + 1;
+const [, , close, opens] = rows[rows.length - 1].split(",");
+appendFileSync(join(folder, "grows.csv"), `${valve},${next},${close},${opens}\n`);
+await until("the valve's page follows", async () => (await page.locator(".facts").textContent()).includes(`cycle ${next}`));
+await page.reload();
+await until("a reload stays with the valve", async () => (await page.locator(".valve-page .uplot").count()) === 3);
+
+for (const colorScheme of ["light", "dark"]) {
+  await page.emulateMedia({ colorScheme });
+  const weak = await faint(page);
+  check(weak.length === 0, `contrast below 4.5 (${colorScheme}, a valve):\n${weak.join("\n")}`);
+}
+await page.getByRole("button", { name: /all valves/ }).click();
+await until("all valves again", async () => (await page.locator(".fleet-body .fleet-row").count()) > 10);
+for (const colorScheme of ["light", "dark"]) {
+  await page.emulateMedia({ colorScheme });
+  const weak = await faint(page);
+  check(weak.length === 0, `contrast below 4.5 (${colorScheme}, all):\n${weak.join("\n")}`);
+}
+check((await nameless(page)).length === 0, `without a name:\n${(await nameless(page)).join("\n")}`);
+check(complaints.length === 0, `the console complains:\n${complaints.join("\n")}`);
+await browser.close();
