@@ -70,18 +70,15 @@ pub struct Request {
     replace: bool,
 }
 
-/// Writes the valve file by `writer`. What exists is replaced only if the user has agreed to that, the valve file that
-/// was read included; of the other files that were read none is ever replaced.
+/// Writes the valve file by `writer`. What exists is replaced only if the user has agreed to that (else the answer says that it
+/// exists), the valve file that was read included; of the other files that were read none is ever replaced.
 pub fn write(subject: &Subject, request: &Request, writer: &Writer) -> Result<Value, Refusal> {
     let path = Path::new(request.path.trim());
     if path.extension().is_none_or(|extension| extension != "toml") {
         return Err(Refusal::new(format!("{}: expected a name that ends in .toml", path.display())));
     }
     if path.exists() && !request.replace {
-        return Err(Refusal::conflict(format!(
-            "{}: exists already; choose another name, or replace it",
-            path.display()
-        )));
+        return Ok(json!({ "exists": path.display().to_string() }));
     }
     let valve = Path::new(subject.input.file.file_name());
     let keep: Vec<PathBuf> = subject.input.files().into_iter().filter(|file| file != valve).collect();

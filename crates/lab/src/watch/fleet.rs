@@ -168,12 +168,15 @@ impl Fleet {
     pub fn changed(&self) -> (Result<Vec<Value>, usize>, Vec<String>) {
         let mut inside = self.inside();
         let names = std::mem::take(&mut inside.changed);
-        let rows = || names.iter().filter_map(|name| Some(self.row(inside.valves.get(name)?))).collect();
-        let told = inside.counts.1;
-        inside.counts.1 = inside.counts.0;
-        let troubles =
-            inside.troubles.iter().filter(|(number, _)| *number > told).map(|(_, words)| words.clone()).collect();
-        (if names.len() > MANY { Err(names.len()) } else { Ok(rows()) }, troubles)
+        let all = inside.counts.0;
+        let told = std::mem::replace(&mut inside.counts.1, all);
+        let troubles = inside.troubles.iter().filter(|(number, _)| *number > told);
+        let troubles = troubles.map(|(_, words)| words.clone()).collect();
+        if names.len() > MANY {
+            return (Err(names.len()), troubles);
+        }
+        let rows = names.iter().filter_map(|name| Some(self.row(inside.valves.get(name)?))).collect();
+        (Ok(rows), troubles)
     }
 
     /// How every valve stands.

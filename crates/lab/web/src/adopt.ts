@@ -72,14 +72,19 @@ export class Adopt {
   private async write(): Promise<void> {
     const path = this.path.value;
     try {
-      const { written } = await api.write(this.sliders.model(), path, this.replace.checked);
+      const answer = await api.write(this.sliders.model(), path, this.replace.checked);
+      if ("exists" in answer) {
+        this.ask.hidden = false;
+        say(this.status, `${answer.exists} exists already: choose another name, or say that it may be replaced.`);
+        return;
+      }
+      const { written } = answer;
       this.ask.hidden = true;
       this.replace.checked = false;
       this.is_named = false;
       fill(this.status, `Written: ${written}. Next: `, h("code", {}, `valve build-tables ${written} --out tables`));
       this.status.dataset["written"] = written;
     } catch (error) {
-      if (error instanceof Refused && error.status === 409) this.ask.hidden = false;
       say(this.status, error instanceof Refused ? error.message : String(error));
     }
   }

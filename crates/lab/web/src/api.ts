@@ -289,7 +289,7 @@ export const api = {
   stop: () => asked<unknown>("api/stop", {}),
   preview: (model: Model) => asked<Preview>("api/preview", model),
   write: (model: Model, path: string, replace: boolean) =>
-    asked<{ written: string }>("api/write", { model, path, replace }),
+    asked<{ written: string } | { exists: string }>("api/write", { model, path, replace }),
 };
 
 export type LabEvent =

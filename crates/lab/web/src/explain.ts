@@ -192,7 +192,10 @@ export class Explain {
   private async act(): Promise<void> {
     try {
       if (this.runs) await api.stop();
-      else await api.explain();
+      else {
+        say(this.status, "starting the search");
+        await api.explain();
+      }
     } catch (error) {
       say(this.status, error instanceof Refused ? error.message : String(error));
     }

@@ -31,12 +31,15 @@ const names = h("div", { class: "names" });
 let lab: Description;
 /** The samples that are laid out; a model that was asked for others is not drawn. */
 let layout = 0;
+/** Whether the valve file's model, which all others are held against, is known for the samples that are laid out. */
+let is_laid_out = false;
 let busy = false;
 let waiting: { since: number } | null = null;
 let since: number | null = null;
 
 /** Simulates the sliders' model; while one is under way, only the newest of those that follow is kept. */
 async function simulate(): Promise<void> {
+  if (!is_laid_out) return;
   const asked = { since: since ?? performance.now() };
   since = null;
   if (busy) {
@@ -83,6 +86,7 @@ async function lay_out(): Promise<void> {
     const [measured, before] = await Promise.all([api.measured(show), before_at(show)]);
     if (wanted !== layout || measured.version !== lab.version) return;
     strokes.lay_out(measured.runs, before);
+    is_laid_out = true;
     void simulate();
   } catch (error) {
     refused(error, (message) => physics.refuse(message));

@@ -76,9 +76,13 @@ await page.getByRole("button", { name: "as in the file" }).click();
 await page.getByRole("tab", { name: "Explain" }).click();
 const since = Date.now();
 await page.locator("#explain-go").click();
-await until("progress", async () => Number((await page.locator(".explain").getAttribute("data-tried")) ?? 0) > 0, 20);
-console.log(`the search showed its first set after ${Date.now() - since} ms`);
-await until("the other tab knows of it", async () => Number((await second.locator(".explain").getAttribute("data-tried")) ?? 0) > 0, 20);
+const news = (on) => on.locator(".latest").textContent();
+await until("progress", async () => (await page.locator(".explain-status").textContent()).startsWith("searching") && (await news(page)) !== "", 20);
+console.log(`the search's progress was on the screen after ${Date.now() - since} ms`);
+const tried = async (on) => Number((await on.locator(".explain").getAttribute("data-tried")) ?? 0);
+await until("sets that were tried", async () => (await tried(page)) > 0, 120);
+console.log(`its first set after ${Date.now() - since} ms`);
+await until("the other tab knows of it", async () => (await tried(second)) > 0 || (await second.locator("[data-verdict]").count()) > 0, 20);
 await until("an answer", async () => (await page.locator("[data-verdict]").count()) > 0, 240);
 check((await page.locator("[data-verdict]").textContent()).includes("friction"), await page.locator("[data-verdict]").textContent());
 
