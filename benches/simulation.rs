@@ -13,7 +13,8 @@ use rayon::prelude::*;
 use reference_valve::plain::Plain;
 use reference_valve::{CYCLE, base_valve, leaking, spread, table_model, testbed, testbed_file, typical, with_effect};
 use valve_model::cycle::{cycle_commands, cycles};
-use valve_model::dispatch::{InstructionSet, LANES};
+use valve_model::dispatch::InstructionSet;
+use valve_model::real::LANES;
 use valve_model::simulate::{DEFAULT_STEP_S, simulate_scalar, simulate_with};
 use valve_model::{Conditions, EffectKind, ParameterId, Prepared, Run, Start, Valve, simulate};
 
@@ -95,7 +96,7 @@ fn step(criterion: &mut Criterion) {
     }
 }
 
-fn keep(nodes: &valve_model::Nodes) {
+fn keep(nodes: &valve_model::Trajectory) {
     black_box(nodes.position_m.last());
 }
 

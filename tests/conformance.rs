@@ -11,7 +11,7 @@ use valve_model::params::Switches;
 use valve_model::simulate::{DEFAULT_STEP_S, simulate_scalar, simulate_with};
 use valve_model::state::State;
 use valve_model::stroke::strokes;
-use valve_model::{CommandEdge, Conditions, Effect, EffectKind, Nodes, Prepared, Run, Start, Valve, simulate};
+use valve_model::{CommandEdge, Conditions, Effect, EffectKind, Prepared, Run, Start, Trajectory, Valve, simulate};
 
 /// Halving the step changes no stroke time by more, with any effect, s.
 const STEP_S: f64 = 0.1e-3;
@@ -48,7 +48,7 @@ fn runs(valve: &Valve) -> Vec<Prepared> {
 }
 
 /// Every number of a run, as bits.
-fn bits(nodes: &Nodes, end: &State<f64>) -> Vec<u64> {
+fn bits(nodes: &Trajectory, end: &State<f64>) -> Vec<u64> {
     let channels = [
         &nodes.time_s,
         &nodes.position_m,
@@ -148,7 +148,7 @@ fn every_stroke_time_is_that_of_the_scalar_path_within_a_nanosecond() {
     for (name, valve) in valves_for_every_loop() {
         let runs = runs(&valve);
         let commands = commands();
-        let times = |index: usize, nodes: &Nodes| strokes(&valve, &commands[index], nodes);
+        let times = |index: usize, nodes: &Trajectory| strokes(&valve, &commands[index], nodes);
         let mut scalar = vec![Vec::new(); runs.len()];
         simulate_scalar(&runs, false, |index, nodes, _| scalar[index] = times(index, nodes));
         assert!(scalar.iter().flatten().filter(|stroke| stroke.time_s.is_some()).count() >= 10, "{name}: strokes");

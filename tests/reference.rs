@@ -7,7 +7,7 @@ use reference_valve::plain::{Plain, TIGHT_BLEND};
 use reference_valve::{CYCLE, base_valve, first_cycle, leaking, periodic, spread, testbed};
 use valve_model::cycle::CycleTimes;
 use valve_model::simulate::DEFAULT_STEP_S;
-use valve_model::stroke::pressures;
+use valve_model::trajectory::pressures;
 use valve_model::{CommandEdge, Conditions, Prepared, Run, Schedule, Start, simulate};
 
 /// Largest error of a stroke time, s.

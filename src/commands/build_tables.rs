@@ -53,9 +53,15 @@ pub fn run(args: &BuildTablesArgs) -> anyhow::Result<Answer> {
         Format::Json => output::print_json(&document(&built.bundle, built.simulated))?,
     }
     if let Some(plot) = plot {
-        let figures = Fault::ALL.map(|fault| tables::figure(&built.bundle, fault));
-        let title = format!("{}: stroke times over the leak area", file.name());
-        plot.write(&TableFigure::side_by_side(title, "dashed: limits, and the area at which life ends", &figures))?;
+        let figures = tables::figures(&built.bundle);
+        let title = format!("{}: {}", file.name(), tables::title(&built.bundle).replacen('S', "s", 1));
+        let is_area = figures.iter().all(|figure| figure.quantity == figures[0].quantity);
+        let what = if is_area { "area" } else { "severity" };
+        plot.write(&TableFigure::side_by_side(
+            title,
+            format!("dashed: limits, and the {what} at which life ends"),
+            &figures,
+        ))?;
     }
     Ok(Answer::Fine)
 }
@@ -76,8 +82,8 @@ fn wears(names: &[String]) -> anyhow::Result<Vec<Wear>> {
             anyhow::bail!("--wear: found {name:?}, expected all, leaks or some of {}", ids.join(", "));
         }
     }
-    let is_leak = |wear: &Wear| Fault::ALL.into_iter().any(|fault| fault.name() == wear.degradation.id);
-    let is_named = |wear: &Wear| names.iter().any(|name| name == "all" || *name == wear.degradation.id);
+    let is_leak = |wear: &Wear| Fault::ALL.into_iter().any(|fault| wear.degradation.id == fault.name());
+    let is_named = |wear: &Wear| names.iter().any(|name| *name == "all" || wear.degradation.id == **name);
     Ok(all.into_iter().filter(|wear| is_leak(wear) || is_named(wear)).collect())
 }
 

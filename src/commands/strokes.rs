@@ -1,9 +1,9 @@
 //! Cycles simulated as one run, with what happened on the way.
 
 use model_lab::forward::Predicted;
-use valve_model::simulate::{Nodes, Prepared, Run, simulate};
 use valve_model::stroke::strokes;
 use valve_model::{CommandEdge, Conditions, Schedule, Start, Valve};
+use valve_model::{Prepared, Run, Trajectory, simulate};
 
 /// Cycles one after the other and their path.
 #[derive(Debug)]
@@ -13,7 +13,7 @@ pub struct Cycles {
     /// Closing and opening time of each cycle, s.
     pub times_s: Vec<[Option<f64>; 2]>,
     /// State after every step.
-    pub nodes: Nodes,
+    pub nodes: Trajectory,
 }
 
 impl Cycles {
@@ -30,7 +30,7 @@ impl Cycles {
             .collect();
         let end_s = f64::from(cycles) * schedule.end_s;
         let run = Run { conditions, commands: commands.clone(), end_s, driven: None, start: Start::Rest };
-        let mut path = Nodes::default();
+        let mut path = Trajectory::default();
         simulate(&[Prepared::new(valve, &run, step_s)], true, |_, nodes, _| path = nodes.clone());
         // An opening counts until its cycle ends, a closing until the command to open.
         let times_s = strokes(valve, &commands, &path)

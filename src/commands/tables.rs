@@ -2,9 +2,9 @@
 
 use std::sync::Mutex;
 
-use leak_table::{BundleEntry, Fault, Stroke, TableBundle, TimeAt, mm2_from_m2};
+use leak_table::{BundleEntry, Degradation, Fault, Severity, Stroke, TableBundle, TimeAt};
 use lut_builder::{BuildError, Built, Options, Progress, Request, TableModel, build_request};
-use report::figures::{TableFigure, TablePoint};
+use report::figures::{Quantity, TableFigure, TablePoint};
 use valve_file::ValveFile;
 
 use crate::output::ProgressLine;
@@ -52,35 +52,52 @@ pub fn failing_stroke(entry: &BundleEntry<'_>) -> Option<Stroke> {
     Stroke::ALL.into_iter().find(|stroke| entry.info.stroke(*stroke).limit_severity == limit)
 }
 
+/// What the severity of a degradation is counted in.
+pub fn quantity(degradation: &Degradation) -> Quantity {
+    let Severity { quantity, unit, .. } = &degradation.severity;
+    Quantity::new(quantity.clone(), unit.replace("mm2", "mm²"))
+}
+
+/// What all pictures of a bundle's tables stand over.
+pub fn title(bundle: &TableBundle) -> &'static str {
+    let only_leaks = bundle.entries().all(|entry| entry.degradation.severity == Fault::Supply.degradation().severity);
+    if only_leaks { "Stroke times over the leak area" } else { "Stroke times over what wears" }
+}
+
+/// The pictures of all tables.
+pub fn figures(bundle: &TableBundle) -> Vec<TableFigure> {
+    bundle.entries().map(|entry| figure(bundle, &entry)).collect()
+}
+
 /// The picture of a table.
-pub fn figure(bundle: &TableBundle, fault: Fault) -> TableFigure {
-    let limits = bundle.manifest().limits;
-    let info = bundle.manifest().fault(fault);
-    let limit = |stroke: Stroke| info.stroke(stroke).limit_severity.map(|_| limits.within_s(stroke));
-    let points = bundle.table(fault).points().iter().map(|point| TablePoint {
-        leak_area_mm2: mm2_from_m2(point.severity),
+fn figure(bundle: &TableBundle, entry: &BundleEntry<'_>) -> TableFigure {
+    let (limits, table, severity) = (bundle.manifest().limits, entry.table, &entry.degradation.severity);
+    let limit = |stroke: Stroke| entry.info.stroke(stroke).limit_severity.map(|_| limits.within_s(stroke));
+    let points = table.points().iter().map(|point| TablePoint {
+        severity: severity.file_from_si(point.severity),
         close_time_s: point.close_time_s,
         open_time_s: point.open_time_s,
     });
-    let (first_m2, last_m2) = bundle.table(fault).range();
-    let time = |stroke: Stroke, area_m2: f64| match bundle.table(fault).curve(stroke).time_at(area_m2) {
+    let (first, last) = table.range();
+    let time = |stroke: Stroke, at: f64| match table.curve(stroke).time_at(at) {
         TimeAt::Within(time_s) => Some(time_s),
         _ => None,
     };
     let interpolated = (0..=LINE_POINTS).map(|index| {
-        let area_m2 = first_m2 + (last_m2 - first_m2) * f64::from(index) / f64::from(LINE_POINTS);
+        let at = first + (last - first) * f64::from(index) / f64::from(LINE_POINTS);
         TablePoint {
-            leak_area_mm2: mm2_from_m2(area_m2),
-            close_time_s: time(Stroke::Close, area_m2),
-            open_time_s: time(Stroke::Open, area_m2),
+            severity: severity.file_from_si(at),
+            close_time_s: time(Stroke::Close, at),
+            open_time_s: time(Stroke::Open, at),
         }
     });
     TableFigure {
         interpolated: interpolated.collect(),
-        fault: fault_name(fault).to_owned(),
+        fault: entry.degradation.name.to_string(),
+        quantity: quantity(entry.degradation),
         points: points.collect(),
         close_limit_s: limit(Stroke::Close),
         open_limit_s: limit(Stroke::Open),
-        area_at_limit_mm2: info.limit_severity().map(mm2_from_m2),
+        severity_at_limit: entry.info.limit_severity().map(|limit| severity.file_from_si(limit)),
     }
 }

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use valve_file::ValveFile;
-use valve_model::{CommandEdge, Conditions, Nodes, ParameterId, Prepared, Run, Start, Valve, simulate};
+use valve_model::{CommandEdge, Conditions, ParameterId, Prepared, Run, Start, Trajectory, Valve, simulate};
 
 use crate::support::Sandbox;
 
@@ -80,7 +80,7 @@ impl Recording {
         let commands =
             vec![CommandEdge { time_s: closes_s, close: true }, CommandEdge { time_s: opens_s, close: false }];
         let run = Run { conditions, commands, end_s: 6.5, driven: None, start: Start::Rest };
-        let mut nodes = Nodes::default();
+        let mut nodes = Trajectory::default();
         let stroke = stroke.expect("a possible valve");
         simulate(&[Prepared::new(&stroke, &run, 5e-4)], false, |_, path, _| nodes = path.clone());
         let times: Vec<f64> = (0..=3250).map(|row| f64::from(row) * SPACING_S).collect();

@@ -81,6 +81,7 @@ fn json(sandbox: &Sandbox, arguments: &[&str]) -> Value {
 }
 
 #[test]
+#[cfg_attr(debug_assertions, ignore = "slow: runs with --release")]
 fn a_hidden_effect_is_found_adopted_and_reverted() {
     let sandbox = Sandbox::new();
     hide_vent_restriction(&sandbox);
@@ -113,6 +114,7 @@ fn a_hidden_effect_is_found_adopted_and_reverted() {
 }
 
 #[test]
+#[cfg_attr(debug_assertions, ignore = "slow: runs with --release")]
 fn an_adopted_effect_reaches_the_remaining_life() {
     let sandbox = Sandbox::new();
     hide_vent_restriction(&sandbox);
@@ -129,6 +131,7 @@ fn an_adopted_effect_reaches_the_remaining_life() {
 }
 
 #[test]
+#[cfg_attr(debug_assertions, ignore = "slow: runs with --release")]
 fn pictures_are_drawn_of_what_there_is_to_show() {
     let sandbox = Sandbox::new();
     hide_vent_restriction(&sandbox);
@@ -165,6 +168,7 @@ fn an_unknown_effect_is_refused_with_the_nearest_name() {
 }
 
 #[test]
+#[cfg_attr(debug_assertions, ignore = "slow: runs with --release")]
 fn an_effect_is_found_though_strokes_differ_and_none_was_repeated() {
     let sandbox = Sandbox::new();
     let rubs = valve_with(EffectKind::DRY_FRICTION, &[Some(45.0), Some(45.0), None]);

@@ -10,9 +10,10 @@ use crate::conditions::{Condition, ConditionRange, Conditions};
 use crate::csv_file;
 use crate::degradation::Degradation;
 use crate::error::TableError;
-use crate::fault::{Fault, Stroke};
+use crate::fault::Fault;
 use crate::manifest::{ConditionFile, CycleSchedule, FaultInfo, FileInfo, Limits, Manifest, ManifestEntry};
 use crate::manifest_file::{self, MANIFEST_FILE};
+use crate::stroke::Stroke;
 use crate::table::SeverityTable;
 
 /// What a builder knows about its tables besides their rows.

@@ -11,10 +11,10 @@ use crate::conditions::{Condition, ConditionRange, Conditions, ConditionsError};
 use crate::curve::limited;
 use crate::degradation::Degradation;
 use crate::error::RowError;
-use crate::fault::{Direction, Stroke};
 use crate::lagrange::{Nodes, Weights};
 use crate::manifest::{ConditionInfo, Limits};
 use crate::stencil::Stencil;
+use crate::stroke::{Direction, Stroke};
 use crate::timing::{SeverityAt, TimingCurve};
 
 /// The most severities at one node.

@@ -5,8 +5,8 @@ use std::path::Path;
 use crate::condition_table::{ConditionTable, NodeTimes};
 use crate::degradation::Degradation;
 use crate::error::{RowError, TableError};
-use crate::fault::Stroke;
 use crate::manifest::ConditionInfo;
+use crate::stroke::Stroke;
 use crate::table::{SeverityPoint, SeverityTable};
 
 /// Decimals of a severity in its file's unit and of a time in s: a square nanometre and a nanosecond are

@@ -3,7 +3,8 @@
 use std::borrow::Cow;
 
 use crate::error::TableError;
-use crate::fault::{Direction, Stroke};
+use crate::id::DegradationId;
+use crate::stroke::{Direction, Stroke};
 
 /// One way in which a valve degrades: a leak, friction, a spring that weakens.
 ///
@@ -13,9 +14,11 @@ use crate::fault::{Direction, Stroke};
 #[derive(Clone, Debug, PartialEq)]
 pub struct Degradation {
     /// The name in files and output: "friction".
-    pub id: Cow<'static, str>,
+    pub id: DegradationId,
     /// In words: "friction of piston and rod".
     pub name: Cow<'static, str>,
+    /// In as few words as will do, for a line of text: "friction".
+    pub short: Cow<'static, str>,
     /// What it is measured by.
     pub severity: Severity,
     /// Which stroke times it moves, and in which direction.
@@ -93,7 +96,7 @@ impl Degradation {
             let letter = |byte: u8| byte.is_ascii_lowercase() || byte.is_ascii_digit() || b"-_".contains(&byte);
             !text.is_empty() && text.bytes().all(letter)
         };
-        for text in [&self.id, &self.severity.column] {
+        for text in [&*self.id, &*self.severity.column] {
             if !plain(text) {
                 return refuse(format!("the name \"{text}\""), "lower-case letters, digits, - and _");
             }

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use thiserror::Error;
 
 use crate::conditions::ConditionsError;
-use crate::fault::Stroke;
+use crate::stroke::Stroke;
 
 /// Why rows are not a table. Rows count from 0, the header left out.
 #[derive(Clone, Debug, PartialEq, Error)]

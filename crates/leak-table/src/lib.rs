@@ -24,10 +24,12 @@ mod degradation;
 mod degradations;
 mod error;
 mod fault;
+mod id;
 mod lagrange;
 mod manifest;
 mod manifest_file;
 mod stencil;
+mod stroke;
 mod table;
 mod timing;
 
@@ -37,12 +39,14 @@ pub use conditions::{Condition, ConditionRange, Conditions, ConditionsError};
 pub use curve::{CurveError, MonotoneCubic};
 pub use degradation::{Degradation, Moves, Severity};
 pub use error::{RowError, TableError};
-pub use fault::{Direction, Fault, Stroke};
+pub use fault::Fault;
+pub use id::DegradationId;
 pub use manifest::{
     ConditionFile, ConditionInfo, CycleSchedule, FaultInfo, FileInfo, InterpolationError, Limits, Manifest,
     ManifestEntry, StrokeInfo,
 };
 pub use manifest_file::{FORMAT_VERSION, MANIFEST_FILE};
+pub use stroke::{Direction, Stroke};
 pub use table::{SeverityPoint, SeverityTable};
 pub use timing::{SeverityAt, TimeAt, TimingCurve};
 

@@ -2,7 +2,8 @@
 
 use crate::conditions::{ConditionRange, Conditions};
 use crate::degradation::Degradation;
-use crate::fault::{Fault, Stroke};
+use crate::fault::Fault;
+use crate::stroke::Stroke;
 use crate::table::SeverityTable;
 use crate::timing::SeverityAt;
 

@@ -13,11 +13,13 @@ use crate::conditions::{ConditionRange, Conditions};
 use crate::csv_file::rounded;
 use crate::degradation::{Degradation, Moves, Severity};
 use crate::error::TableError;
-use crate::fault::{Direction, Fault};
+use crate::fault::Fault;
+use crate::id::DegradationId;
 use crate::manifest::{
     ConditionFile, ConditionInfo, CycleSchedule, FaultInfo, FileInfo, InterpolationError, Limits, Manifest,
     ManifestEntry, StrokeInfo,
 };
+use crate::stroke::Direction;
 
 /// The newest version of the manifest and of the tables' CSV.
 pub const FORMAT_VERSION: u32 = 2;
@@ -400,7 +402,9 @@ fn wear_entry(raw: RawWear) -> ManifestEntry {
             interpolation_error: error_info(&raw.interpolation_error),
         },
         degradation: Degradation {
-            id: Cow::Owned(raw.id),
+            id: DegradationId::read(&raw.id),
+            short: Degradation::from_id(&raw.id)
+                .map_or_else(|| Cow::Owned(raw.name.clone()), |known| known.short.clone()),
             name: Cow::Owned(raw.name),
             severity: Severity {
                 quantity: Cow::Owned(raw.severity.quantity),

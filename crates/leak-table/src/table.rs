@@ -3,7 +3,7 @@
 use crate::curve::CurveError;
 use crate::degradation::Degradation;
 use crate::error::RowError;
-use crate::fault::Stroke;
+use crate::stroke::Stroke;
 use crate::timing::TimingCurve;
 
 /// The stroke times at one severity.
@@ -126,7 +126,8 @@ fn column(degradation: &Degradation, points: &[SeverityPoint], stroke: Stroke) -
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fault::{Direction, Fault};
+    use crate::fault::Fault;
+    use crate::stroke::Direction;
     use crate::timing::{SeverityAt, TimeAt};
 
     fn point(area_mm2: f64, close: Option<f64>, open: Option<f64>) -> SeverityPoint {

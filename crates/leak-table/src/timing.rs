@@ -1,7 +1,7 @@
 //! One stroke's time over the severity of a degradation.
 
 use crate::curve::{CurveError, MonotoneCubic};
-use crate::fault::Direction;
+use crate::stroke::Direction;
 
 /// The time of a stroke at some severity.
 #[derive(Clone, Copy, Debug, PartialEq)]

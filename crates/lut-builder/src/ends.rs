@@ -5,8 +5,8 @@
 
 use leak_table::{Condition, ConditionRange, Conditions, SeverityPoint, SeverityTable, Stroke};
 
+use crate::chebyshev::extrema;
 use crate::error::BuildError;
-use crate::over_conditions::chebyshev;
 use crate::simulation::Simulation;
 use crate::ticks::{self, Ticks};
 
@@ -75,7 +75,7 @@ pub(crate) fn find(
     range: &ConditionRange,
 ) -> Result<End, BuildError> {
     let nodes =
-        Condition::ALL.map(|condition| chebyshev(range.get(condition), if range.varies(condition) { 3 } else { 1 }));
+        Condition::ALL.map(|condition| extrema(range.get(condition), if range.varies(condition) { 3 } else { 1 }));
     let mut end = End { nodes, logarithms: Vec::new(), simulated: 0, left: 1.0 };
     let [pressures, temperatures] = end.nodes.clone();
     for &supply_pressure_pa in &pressures {

@@ -16,6 +16,7 @@
 //! Units: inside this crate severities are whole numbers of 1e-9 of their file's unit (1e-9 mm2 for a
 //! leak), the last digit of a table's file; at its edges they are SI. Times are s.
 
+mod chebyshev;
 mod ends;
 mod error;
 mod levelled;

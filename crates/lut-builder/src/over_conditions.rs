@@ -13,6 +13,7 @@ use leak_table::{
 };
 use valve_model::Conditions as ModelConditions;
 
+use crate::chebyshev::{between, extrema};
 use crate::ends::{self, End};
 use crate::error::BuildError;
 use crate::levelled::levelled;
@@ -76,7 +77,7 @@ pub(crate) fn build(
     table: &SeverityTable,
     range: &ConditionRange,
 ) -> Result<OverConditions, BuildError> {
-    let nodes = Condition::ALL.map(|condition| chebyshev(range.get(condition), first_nodes(range, condition)));
+    let nodes = Condition::ALL.map(|condition| extrema(range.get(condition), first_nodes(range, condition)));
     let end = ends::find(simulation, table, range)?;
     let mut grid =
         Grid { simulation, nodes, range: *range, end, shares: shares(table), samples: BTreeMap::new(), retreats: 0 };
@@ -306,7 +307,7 @@ impl Grid<'_> {
         if count > MOST_NODES[condition as usize] {
             return Err(BuildError::NotSmooth { fault: self.simulation.id() });
         }
-        self.nodes[condition as usize] = chebyshev(self.range.get(condition), count);
+        self.nodes[condition as usize] = extrema(self.range.get(condition), count);
         Ok(())
     }
 
@@ -413,33 +414,6 @@ fn first_nodes(range: &ConditionRange, condition: Condition) -> usize {
     if range.varies(condition) { FIRST_NODES[condition as usize] } else { 1 }
 }
 
-/// The extrema of a Chebyshev polynomial over a range, its ends among them; the middle for one node.
-pub(crate) fn chebyshev((from, to): (f64, f64), count: usize) -> Vec<f64> {
-    at_angles(from, to, count, |j| j)
-}
-
-/// The places half-way between them, in angle.
-fn between(range: (f64, f64), count: usize) -> Vec<f64> {
-    let (from, to) = range;
-    let mut places = at_angles(from, to, count, |j| j + 0.5);
-    places.truncate(count - 1);
-    places
-}
-
-fn at_angles(from: f64, to: f64, count: usize, place: impl Fn(f64) -> f64) -> Vec<f64> {
-    if count == 1 {
-        return vec![from];
-    }
-    let cosine = |j: usize| (std::f64::consts::PI * place(j as f64) / (count - 1) as f64).cos();
-    let mut at: Vec<f64> = (0..count).map(|j| f64::midpoint(from, to) - 0.5 * (to - from) * cosine(j)).collect();
-    // Rounding must not move the ends.
-    if place(0.0) == 0.0 {
-        at[0] = from;
-        at[count - 1] = to;
-    }
-    at
-}
-
 /// Places all over the range and the severities (Halton's sequence).
 fn places(range: &ConditionRange) -> impl Iterator<Item = Place> {
     let within = |(from, to): (f64, f64), part: f64| from + part * (to - from);
@@ -469,13 +443,13 @@ mod tests {
 
     #[test]
     fn nodes_double_into_nodes_and_the_places_between() {
-        let (coarse, fine) = (chebyshev((2.0, 6.0), 5), chebyshev((2.0, 6.0), 9));
+        let (coarse, fine) = (extrema((2.0, 6.0), 5), extrema((2.0, 6.0), 9));
         let middles = between((2.0, 6.0), 5);
         for (j, node) in fine.iter().enumerate() {
             let expected = if j % 2 == 0 { coarse[j / 2] } else { middles[j / 2] };
             assert!((node - expected).abs() < 1e-12);
         }
-        assert_eq!((coarse[0], coarse[4], chebyshev((3.0, 3.0), 1)[0]), (2.0, 6.0, 3.0));
+        assert_eq!((coarse[0], coarse[4], extrema((3.0, 3.0), 1)[0]), (2.0, 6.0, 3.0));
         assert!(between((3.0, 3.0), 1).is_empty());
     }
 

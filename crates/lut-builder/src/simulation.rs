@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use leak_table::{Degradation, Limits, SeverityPoint, Stroke};
 use rayon::prelude::*;
 use valve_model::cycle::{CycleTimes, cycles};
-use valve_model::dispatch::LANES;
+use valve_model::real::LANES;
 use valve_model::{Conditions, Valve};
 
 use crate::error::BuildError;

@@ -64,6 +64,7 @@ fn sound(file: &ValveFile) -> Built {
 }
 
 #[test]
+#[cfg_attr(debug_assertions, ignore = "slow: runs with --release")]
 fn valves_of_other_sizes_and_physics() {
     let small = [("\"31.17 cm2\"", "\"8 cm2\""), ("\"16 kN/m\"", "\"4 kN/m\""), ("\"0.5 mm2\"", "\"0.1 mm2\"")];
     sound(&changed(&small));
@@ -123,6 +124,7 @@ fn impossible_options_are_refused() {
 }
 
 #[test]
+#[cfg_attr(debug_assertions, ignore = "slow: runs with --release")]
 fn a_tighter_tolerance_is_met_with_more_points() {
     let file = changed(&[]);
     let text = file.canonical_model();

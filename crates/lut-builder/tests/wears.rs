@@ -3,8 +3,8 @@
 use std::borrow::Cow;
 
 use leak_table::{
-    BundleEntry, ConditionRange, Conditions as Cycle, Degradation, Direction, Moves, Severity, SeverityAt, Stroke,
-    TableBundle, TimeAt,
+    BundleEntry, ConditionRange, Conditions as Cycle, Degradation, DegradationId, Direction, Moves, Severity,
+    SeverityAt, Stroke, TableBundle, TimeAt,
 };
 use lut_builder::{BuildError, Built, Notice, Options, Request, TableModel, Wear, Worn, build_request};
 use valve_file::ValveFile;
@@ -120,6 +120,7 @@ fn worst_over_conditions(file: &ValveFile, bundle: &TableBundle, id: &str, seed:
 }
 
 #[test]
+#[cfg_attr(debug_assertions, ignore = "slow: runs with --release")]
 fn everything_that_wears_has_a_table() {
     let file = testbed();
     let wears = Wear::catalogue();
@@ -162,6 +163,7 @@ fn tables_of_leaks_are_the_same_whatever_else_is_built() {
 }
 
 #[test]
+#[cfg_attr(debug_assertions, ignore = "slow: runs with --release")]
 fn tables_over_pressure_agree_with_the_simulation() {
     let file = testbed();
     let t = file.valve().parameters().temperature_k;
@@ -186,6 +188,7 @@ fn tables_over_pressure_agree_with_the_simulation() {
 }
 
 #[test]
+#[cfg_attr(debug_assertions, ignore = "slow: runs with --release")]
 fn a_fresh_valve_over_pressure_and_temperature() {
     // Drawn once: other sizes, another spring, another gas, and a vent that is restricted from the start.
     let drawn = [
@@ -214,8 +217,9 @@ fn a_fresh_valve_over_pressure_and_temperature() {
 #[test]
 fn a_wear_of_ones_own_goes_through() {
     let degradation = Degradation {
-        id: Cow::Borrowed("guide-drag"),
+        id: DegradationId::new("guide-drag"),
         name: Cow::Borrowed("drag of the guides"),
+        short: Cow::Borrowed("drag of the guides"),
         severity: Severity {
             quantity: Cow::Borrowed("added viscous friction"),
             unit: Cow::Borrowed("kN s/m"),
@@ -249,7 +253,7 @@ fn a_wear_of_ones_own_goes_through() {
 #[test]
 fn what_can_have_no_table_is_left_out_and_told() {
     let nothing = Wear {
-        degradation: Degradation { id: Cow::Borrowed("nothing"), ..Wear::leaks()[0].degradation.clone() },
+        degradation: Degradation { id: DegradationId::new("nothing"), ..Wear::leaks()[0].degradation.clone() },
         reach: |_| vec![1e-6],
         apply: |_, _| Ok(()),
     };

@@ -2,9 +2,9 @@
 
 use rayon::prelude::*;
 use valve_model::cycle::{CycleTimes, cycles, cycles_with};
-use valve_model::dispatch::LANES;
+use valve_model::real::LANES;
 use valve_model::simulate::DEFAULT_STEP_S;
-use valve_model::{Nodes, Outcome, Prepared, Run, Valve, simulate};
+use valve_model::{Outcome, Prepared, Run, Trajectory, Valve, simulate};
 
 use crate::data::{Channel, ChannelData, Dataset, Fineness, RunData};
 
@@ -30,7 +30,7 @@ pub fn channel_of(record: &Predicted, channel: Channel) -> &[f64] {
 }
 
 /// The record of a simulated run as the sensors of the valve would give it.
-pub fn record(valve: &Valve, nodes: &Nodes, times_s: &[f64], into: &mut Predicted) {
+pub fn record(valve: &Valve, nodes: &Trajectory, times_s: &[f64], into: &mut Predicted) {
     valve.measurement().record(nodes, times_s, into);
 }
 

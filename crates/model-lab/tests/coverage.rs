@@ -15,6 +15,7 @@ use valve_model::Conditions;
 const CAMPAIGNS: u64 = 120;
 
 #[test]
+#[cfg_attr(debug_assertions, ignore = "slow: runs with --release")]
 fn ninety_percent_intervals_hold_the_truth_in_nine_cases_of_ten() {
     let text = include_str!("../../../models/testbed.toml");
     let file = ValveFile::parse(text, "testbed.toml").expect("a valid valve");

@@ -83,6 +83,7 @@ fn campaign_of(valve: &Valve) -> Campaign {
 }
 
 #[test]
+#[cfg_attr(debug_assertions, ignore = "slow: runs with --release")]
 fn a_search_finds_an_effect_that_a_program_brings_along() {
     let file = ValveFile::parse(include_str!("../../../models/testbed.toml"), "testbed.toml").expect("a valid valve");
     let hidden = Effect::new(OWN, &[Some(0.8)]).expect("possible");

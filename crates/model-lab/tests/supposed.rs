@@ -59,6 +59,7 @@ fn strokes(valve: &Valve, count: usize, scatter: f64, noise: &mut Noise) -> Data
 }
 
 #[test]
+#[cfg_attr(debug_assertions, ignore = "slow: runs with --release")]
 fn intervals_hold_however_much_strokes_differ() {
     let file = testbed();
     for (count, scatter) in [(7, 0.0), (7, 0.1), (7, 1.0), (3, 0.1)] {
@@ -89,6 +90,7 @@ fn intervals_hold_however_much_strokes_differ() {
 }
 
 #[test]
+#[cfg_attr(debug_assertions, ignore = "slow: runs with --release")]
 fn the_size_of_supposed_scatter_is_near_its_own() {
     let file = testbed();
     let mut noise = Noise(3);
@@ -105,6 +107,7 @@ fn the_size_of_supposed_scatter_is_near_its_own() {
 }
 
 #[test]
+#[cfg_attr(debug_assertions, ignore = "slow: runs with --release")]
 fn missing_physics_is_not_called_scatter() {
     let file = testbed();
     let rubbing = Effect::new(EffectKind::DRY_FRICTION, &[Some(35.0), Some(60.0), None]).expect("a possible effect");

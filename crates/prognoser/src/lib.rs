@@ -15,6 +15,7 @@
 
 pub mod bayes;
 mod calendar;
+mod fault_call;
 mod learn;
 mod log;
 mod notice;
@@ -26,10 +27,11 @@ mod record;
 mod status;
 pub mod study;
 
+pub use fault_call::FaultCall;
 pub use learn::{Learned, Learner, PRIOR_VERSION};
 pub use log::{FollowFailure, FollowedFile, LogError, LogErrorKind, LogRow, TimingLog};
 pub use notice::Notice;
 pub use ols::{OlsEstimate, OlsEstimator};
 pub use prognoser::{Method, Prognoser, ValveState};
 pub use reading::Reading;
-pub use record::{FaultCall, Prognosis, Status};
+pub use record::{Prognosis, Status};

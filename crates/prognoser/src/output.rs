@@ -3,10 +3,11 @@
 use leak_table::{Condition, Stroke, TableBundle, mm2_from_m2};
 
 use crate::bayes::{BayesConfig, BayesEstimate, Change};
+use crate::fault_call::FaultCall;
 use crate::notice::Notice;
 use crate::ols::OlsEstimate;
 use crate::reading::Reading;
-use crate::record::{FaultCall, Prognosis, Status};
+use crate::record::{Prognosis, Status};
 
 /// Probability of being a proper reading below which a timing is called a
 /// glitch.

@@ -1,89 +1,10 @@
 //! The line that goes out for every line that comes in.
 
-use leak_table::Fault;
 use serde::{Deserialize, Serialize};
 
 use crate::bayes::FaultProbability;
+use crate::fault_call::FaultCall;
 use crate::notice::Notice;
-
-/// The fault named for a valve.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum FaultCall {
-    /// A leak to atmosphere.
-    Atmosphere,
-    /// A leak from the supply.
-    Supply,
-    /// Friction.
-    Friction,
-    /// A weak spring.
-    Spring,
-    /// A clogged exhaust.
-    Exhaust,
-    /// A clogged supply line.
-    SupplyLine,
-    /// Leaks of both kinds at once.
-    BothLeaks,
-    /// Times drift as no table has it.
-    Other,
-    /// The valve does not degrade.
-    None,
-    /// The data do not decide.
-    Undecided,
-}
-
-impl FaultCall {
-    /// All that can be named, kinds of wear in the order of their tables first.
-    pub const FAULTS: [Self; 8] = [
-        Self::Atmosphere,
-        Self::Supply,
-        Self::Friction,
-        Self::Spring,
-        Self::Exhaust,
-        Self::SupplyLine,
-        Self::BothLeaks,
-        Self::Other,
-    ];
-
-    /// The name used in output.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Atmosphere => "atmosphere",
-            Self::Supply => "supply",
-            Self::Friction => "friction",
-            Self::Spring => "spring",
-            Self::Exhaust => "exhaust",
-            Self::SupplyLine => "supply-line",
-            Self::BothLeaks => "both-leaks",
-            Self::Other => "other",
-            Self::None => "none",
-            Self::Undecided => "undecided",
-        }
-    }
-
-    /// Whether something is named that wears.
-    pub const fn wears(self) -> bool {
-        !matches!(self, Self::None | Self::Undecided)
-    }
-
-    /// The kind of leak, if a single one is named.
-    pub const fn fault(self) -> Option<Fault> {
-        match self {
-            Self::Atmosphere => Some(Fault::Atmosphere),
-            Self::Supply => Some(Fault::Supply),
-            _ => None,
-        }
-    }
-}
-
-impl From<Fault> for FaultCall {
-    fn from(fault: Fault) -> Self {
-        match fault {
-            Fault::Atmosphere => Self::Atmosphere,
-            Fault::Supply => Self::Supply,
-        }
-    }
-}
 
 /// How a valve stands, from good to bad.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]

@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::record::{FaultCall, Prognosis, Status};
+use crate::fault_call::FaultCall;
+use crate::record::{Prognosis, Status};
 
 /// Cycles before `replace_by_cycle` at which a replacement should be planned.
 const PLAN_CYCLES: u64 = 10;

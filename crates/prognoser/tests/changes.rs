@@ -163,7 +163,7 @@ fn a_stroke_that_does_not_finish_pulls_the_end_closer() {
     let prognoses = run(Method::default(), &readings);
     let last = &prognoses[20];
     assert!(notices(&prognoses).contains(&(20, "not-finished")));
-    assert_eq!(last.fault, FaultCall::Atmosphere);
+    assert_eq!(last.fault, FaultCall::from(Fault::Atmosphere));
     assert!((end(last) - 17.0).abs() < 0.5, "{last:?}");
 }
 

@@ -21,6 +21,7 @@ fn of(method: &str) -> impl Iterator<Item = &'static StudyResult> {
 }
 
 #[test]
+#[cfg_attr(debug_assertions, ignore = "slow: runs with --release")]
 fn relative_accuracy_and_convergence_reach_their_marks() {
     for result in of("bayes") {
         let (median, mark) = match result.noise_variance_s2 {
@@ -38,6 +39,7 @@ fn relative_accuracy_and_convergence_reach_their_marks() {
 }
 
 #[test]
+#[cfg_attr(debug_assertions, ignore = "slow: runs with --release")]
 fn least_squares_are_where_the_paper_would_have_them() {
     for result in of("ols") {
         let mark = match (result.fault, result.noise_variance_s2) {
@@ -55,6 +57,7 @@ fn least_squares_are_where_the_paper_would_have_them() {
 }
 
 #[test]
+#[cfg_attr(debug_assertions, ignore = "slow: runs with --release")]
 fn the_error_of_the_end_is_close_to_its_bound_from_half_of_life_on() {
     // The bound knows that growth is steady and the tables are exact; the estimate does not.
     for result in of("bayes").filter(|r| r.noise_variance_s2 > 0.0) {
@@ -66,6 +69,7 @@ fn the_error_of_the_end_is_close_to_its_bound_from_half_of_life_on() {
 }
 
 #[test]
+#[cfg_attr(debug_assertions, ignore = "slow: runs with --release")]
 fn the_intervals_hold_the_truth_as_often_as_they_say() {
     let noisy: Vec<_> = of("bayes").filter(|r| r.noise_variance_s2 > 0.0).collect();
     let pooled = noisy.iter().filter_map(|r| r.coverage_90).sum::<f64>() / noisy.len() as f64;
@@ -78,6 +82,7 @@ fn the_intervals_hold_the_truth_as_often_as_they_say() {
 }
 
 #[test]
+#[cfg_attr(debug_assertions, ignore = "slow: runs with --release")]
 fn the_fault_is_isolated_early() {
     for result in of("bayes").filter(|r| r.noise_variance_s2 <= 1e-3) {
         let mark = if result.noise_variance_s2 < 1e-3 { 5.0 } else { 8.0 };
@@ -86,6 +91,7 @@ fn the_fault_is_isolated_early() {
 }
 
 #[test]
+#[cfg_attr(debug_assertions, ignore = "slow: runs with --release")]
 fn a_healthy_valve_is_hardly_ever_called_faulty() {
     let config = StudyConfig { seeds: 300, noise_variances_s2: vec![1e-4, 1e-3, 1e-2], ..StudyConfig::default() };
     let shares = config.false_alarms(&tables(), &Method::default(), 1000);
@@ -93,6 +99,7 @@ fn a_healthy_valve_is_hardly_ever_called_faulty() {
 }
 
 #[test]
+#[cfg_attr(debug_assertions, ignore = "slow: runs with --release")]
 fn outliers_cost_less_than_three_points() {
     let config = StudyConfig {
         noise_variances_s2: vec![1e-3],
@@ -111,6 +118,7 @@ fn outliers_cost_less_than_three_points() {
 }
 
 #[test]
+#[cfg_attr(debug_assertions, ignore = "slow: runs with --release")]
 fn an_unknown_start_is_near_its_own_bound_late_in_life() {
     let config = BayesConfig { start: StartPrior::Unknown, ..BayesConfig::default() };
     let study = StudyConfig {

@@ -1,6 +1,6 @@
 //! The units from which all others are built.
 
-use crate::unit::Reference;
+use crate::reference::Reference;
 
 /// Powers of kilogram, metre, second and kelvin.
 pub(crate) type Exponents = [i32; 4];

@@ -16,6 +16,7 @@ mod dimension;
 mod error;
 mod format;
 mod parse;
+mod reference;
 pub mod suggest;
 mod unit;
 
@@ -25,4 +26,5 @@ pub use format::{format_number, format_si, format_si_like};
 pub use parse::{
     Quantity, absolute_pressure_pa, pressure_difference_pa, pressure_pa, si_value, temperature_difference_k,
 };
-pub use unit::{Reference, Unit};
+pub use reference::Reference;
+pub use unit::Unit;

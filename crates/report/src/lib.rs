@@ -5,18 +5,19 @@
 //! valves files, models or logs, reads no file and writes none.
 //!
 //! ```
-//! use report::figures::{TableFigure, TablePoint};
+//! use report::figures::{Quantity, TableFigure, TablePoint};
 //!
 //! let figure = TableFigure {
 //!     fault: "leak to atmosphere".to_owned(),
+//!     quantity: Quantity::new("leak area", "mm²"),
 //!     points: vec![
-//!         TablePoint { leak_area_mm2: 0.0, close_time_s: Some(1.04), open_time_s: Some(2.13) },
-//!         TablePoint { leak_area_mm2: 0.3, close_time_s: Some(1.60), open_time_s: Some(1.30) },
+//!         TablePoint { severity: 0.0, close_time_s: Some(1.04), open_time_s: Some(2.13) },
+//!         TablePoint { severity: 0.3, close_time_s: Some(1.60), open_time_s: Some(1.30) },
 //!     ],
 //!     interpolated: Vec::new(),
 //!     close_limit_s: None,
 //!     open_limit_s: None,
-//!     area_at_limit_mm2: None,
+//!     severity_at_limit: None,
 //! }
 //! .figure();
 //! assert!(figure.to_svg().starts_with("<svg"));

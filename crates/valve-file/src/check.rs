@@ -1,5 +1,7 @@
 //! From the text's tables to checked values.
 
+use std::path::Path;
+
 use checked_toml::{Document, QuantityKind, Section, TomlFileError};
 use valve_model::simulate::DEFAULT_STEP_S;
 use valve_model::stability;
@@ -26,7 +28,19 @@ const ROOT_KEYS: [&str; 12] = [
     "history",
 ];
 
-pub(crate) fn check(document: Document) -> Result<ValveFile, ValveFileError> {
+impl ValveFile {
+    /// Reads and checks a text; `file_name` is what messages call it.
+    pub fn parse(text: &str, file_name: &str) -> Result<Self, ValveFileError> {
+        check(Document::parse(text, file_name)?)
+    }
+
+    /// Reads and checks a file.
+    pub fn read(path: &Path) -> Result<Self, ValveFileError> {
+        Self::parse(&checked_toml::read_text(path)?, &path.display().to_string())
+    }
+}
+
+fn check(document: Document) -> Result<ValveFile, ValveFileError> {
     let root = document.root();
     root.allow_only(&ROOT_KEYS)?;
     let name = root.text("name", "a text")?.ok_or_else(|| root.missing("name", "the name of the valve, a text"))?;

@@ -1,11 +1,9 @@
 //! The checked valve file.
 
-use std::path::Path;
-
 use checked_toml::Document;
 use valve_model::{Limits, ParameterId, Schedule, Valve};
 
-use crate::{Change, HistoryEntry, ValveFileError, check};
+use crate::{Change, HistoryEntry};
 
 /// How well a parameter is known beforehand; such a parameter may be calibrated.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,16 +30,6 @@ pub struct ValveFile {
 }
 
 impl ValveFile {
-    /// Reads and checks a text; `file_name` is what messages call it.
-    pub fn parse(text: &str, file_name: &str) -> Result<Self, ValveFileError> {
-        check::check(Document::parse(text, file_name)?)
-    }
-
-    /// Reads and checks a file.
-    pub fn read(path: &Path) -> Result<Self, ValveFileError> {
-        Self::parse(&checked_toml::read_text(path)?, &path.display().to_string())
-    }
-
     /// The whole text, as it would be written.
     #[must_use]
     pub fn text(&self) -> &str {

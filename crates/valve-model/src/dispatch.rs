@@ -6,11 +6,8 @@
 //! (see [`crate::real`]).
 
 use crate::integrator::{LaneRun, Recorder, Take, integrate};
-use crate::real::{Lanes, Real};
+use crate::real::{LANES, Lanes, Real};
 use crate::terms::groups;
-
-/// How many runs advance together.
-pub const LANES: usize = 8;
 
 /// Instructions that the lanes may be compiled for, the widest last.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

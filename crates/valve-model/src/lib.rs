@@ -34,6 +34,7 @@ pub mod start;
 pub mod state;
 pub mod stroke;
 pub mod terms;
+pub mod trajectory;
 pub mod valve;
 
 pub use command::CommandEdge;
@@ -41,6 +42,7 @@ pub use conditions::Conditions;
 pub use effects::{Effect, EffectKind};
 pub use measurement::Measurement;
 pub use params::{Limits, Orientation, ParameterError, ParameterId, Parameters, Schedule, Switches};
-pub use simulate::{Nodes, Outcome, Prepared, Run, RunError, simulate};
+pub use simulate::{Prepared, Run, RunError, simulate};
 pub use start::Start;
+pub use trajectory::{Outcome, Trajectory};
 pub use valve::Valve;

@@ -1,7 +1,6 @@
 //! What the instruments write down of a run: a slow, late, scaled and shifted position, and pressures.
 
-use crate::simulate::Nodes;
-use crate::stroke::{Place, pressures};
+use crate::trajectory::{InterpolationPoint, Trajectory, pressures};
 
 /// How the recorded position differs from the true one: y = zero + gain z, with tau z' = x - z, written down
 /// `offset` later than it was.
@@ -34,12 +33,12 @@ pub struct Record {
     /// Pipe pressure, Pa; empty if the run has no such channel.
     pub pipe_pressure_pa: Vec<f64>,
     /// The sample times among the nodes of the run.
-    places: Vec<Place>,
+    places: Vec<InterpolationPoint>,
 }
 
 impl Measurement {
     /// The record of a simulated run at rising sample times. Pressures are as simulated.
-    pub fn record(&self, nodes: &Nodes, times_s: &[f64], into: &mut Record) {
+    pub fn record(&self, nodes: &Trajectory, times_s: &[f64], into: &mut Record) {
         nodes.places_at(times_s, &mut into.places);
         if self.lag_s == 0.0 && self.offset_s == 0.0 {
             nodes.positions(&into.places, &mut into.position_m);
@@ -77,8 +76,8 @@ const LAG_IS_OVER: f64 = 40.0;
 
 /// The motion as a first-order lag shows it, exact for straight lines between nodes. While the valve rests,
 /// the sensor still comes after it; nodes are added there.
-fn lagged(nodes: &Nodes, lag: f64) -> Nodes {
-    let mut shown = Nodes::default();
+fn lagged(nodes: &Trajectory, lag: f64) -> Trajectory {
+    let mut shown = Trajectory::default();
     let mut add = |time: f64, x: f64, y: f64| {
         shown.time_s.push(time);
         shown.position_m.push(y);
@@ -122,7 +121,7 @@ mod tests {
         let time_s: Vec<f64> = (0..=10).map(step).chain([2.01]).collect();
         let position_m: Vec<f64> = (0..=10).map(|i| 2.0 * step(i)).chain([0.02]).collect();
         let velocity_m_per_s = [vec![2.0; 10], vec![0.0; 2]].concat();
-        let nodes = Nodes { time_s, position_m, velocity_m_per_s, ..Nodes::default() };
+        let nodes = Trajectory { time_s, position_m, velocity_m_per_s, ..Trajectory::default() };
         let lag: f64 = 0.09;
         let behind = 2.0 * lag * (1.0 - (-0.01 / lag).exp());
         let times: Vec<f64> = (0..400).map(|i| 0.01 + f64::from(i) * 5e-3).collect();
@@ -136,11 +135,11 @@ mod tests {
 
     #[test]
     fn gain_and_zero_act_on_what_the_sensor_shows() {
-        let nodes = Nodes {
+        let nodes = Trajectory {
             time_s: vec![0.0, 1.0],
             position_m: vec![0.0, 0.02],
             velocity_m_per_s: vec![0.02; 2],
-            ..Nodes::default()
+            ..Trajectory::default()
         };
         let (mut plain, mut scaled) = (Record::default(), Record::default());
         let late = Measurement { lag_s: 0.1, offset_s: 0.05, ..Measurement::default() };

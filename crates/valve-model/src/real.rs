@@ -7,6 +7,9 @@
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
+/// How many runs advance together.
+pub const LANES: usize = 8;
+
 /// A number, or a pack of numbers that advance together.
 pub trait Real:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>

@@ -14,6 +14,7 @@ use crate::params::ParameterError;
 use crate::rest::vented_rest;
 use crate::start::Start;
 use crate::state::{Inputs, State};
+use crate::trajectory::Trajectory;
 use crate::valve::Valve;
 
 /// The step of the integrator unless said otherwise, s.
@@ -96,7 +97,7 @@ impl Prepared {
         Self { equations, segments, initial, pace, driven: run.driven.clone(), refused }
     }
 
-    /// Whether it can be begun, and why not. One that cannot ends at once with [`Outcome::Refused`].
+    /// Whether it can be begun, and why not. One that cannot ends at once with [`crate::Outcome::Refused`].
     pub fn check(&self) -> Result<(), &RunError> {
         self.refused.as_ref().map_or(Ok(()), Err)
     }
@@ -172,44 +173,13 @@ fn refusal(equations: &Equations, run: &Run, step_s: f64) -> Result<(), RunError
     run.start.fault(equations).map_or(Ok(()), |fault| Err(RunError::Start(fault)))
 }
 
-/// How a run ended.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub enum Outcome {
-    /// It went to its end.
-    #[default]
-    Complete,
-    /// It was not begun: [`Prepared::check`] says why. Its only node is a state of rest.
-    Refused,
-    /// It stopped because a state was no longer a possible one, such as a mass of gas that is not above 0 or no
-    /// number: the valve is beyond what the method can follow. The nodes go as far as they are numbers.
-    Diverged {
-        /// When that was noticed, a few steps later than it happened, s.
-        time_s: f64,
-        /// What of the valve it was noticed in.
-        what: &'static str,
-    },
-}
-
-/// The nodes of one run: its state at the start and after every step.
-#[derive(Debug, Clone, Default)]
-pub struct Nodes {
-    /// Time, s, not falling.
-    pub time_s: Vec<f64>,
-    /// Position, m.
-    pub position_m: Vec<f64>,
-    /// Velocity, m/s.
-    pub velocity_m_per_s: Vec<f64>,
-    /// Chamber pressure, Pa; empty unless asked for.
-    pub chamber_pressure_pa: Vec<f64>,
-    /// Pipe pressure, Pa; empty unless asked for.
-    pub pipe_pressure_pa: Vec<f64>,
-    /// How the run ended.
-    pub outcome: Outcome,
-}
-
 /// Simulates runs side by side and hands the nodes and the final state of each to `consume` with its index,
 /// in the order in which they end. Runs with the same groups of terms share the lanes.
-pub fn simulate<P: Borrow<Prepared>>(runs: &[P], pressures: bool, consume: impl FnMut(usize, &Nodes, &State<f64>)) {
+pub fn simulate<P: Borrow<Prepared>>(
+    runs: &[P],
+    pressures: bool,
+    consume: impl FnMut(usize, &Trajectory, &State<f64>),
+) {
     simulate_with(InstructionSet::widest(), runs, pressures, consume);
 }
 
@@ -218,7 +188,7 @@ pub fn simulate_with<P: Borrow<Prepared>>(
     set: InstructionSet,
     runs: &[P],
     pressures: bool,
-    mut consume: impl FnMut(usize, &Nodes, &State<f64>),
+    mut consume: impl FnMut(usize, &Trajectory, &State<f64>),
 ) {
     let mut recorder = SPARE.take().unwrap_or_else(Recorder::new);
     let mut waiting: Vec<usize> = (0..runs.len()).collect();
@@ -226,7 +196,7 @@ pub fn simulate_with<P: Borrow<Prepared>>(
         let (mates, others): (Vec<usize>, Vec<usize>) =
             waiting.into_iter().partition(|index| runs[*index].borrow().fits_beside(first));
         let batch: Vec<LaneRun<'_>> = mates.iter().map(|index| runs[*index].borrow().lane_run()).collect();
-        let mut take = |mate: usize, nodes: &Nodes, state: &State<f64>| consume(mates[mate], nodes, state);
+        let mut take = |mate: usize, nodes: &Trajectory, state: &State<f64>| consume(mates[mate], nodes, state);
         recorder.clear(pressures);
         integrate_with(set, &batch, &mut recorder, &mut take);
         waiting = others;
@@ -247,10 +217,10 @@ thread_local! {
 
 /// Simulates runs one at a time with plain numbers, no product fused with a sum; what the lanes must meet, the
 /// baseline to the bit and fused ones to 1e-9 s in every stroke time.
-pub fn simulate_scalar(runs: &[Prepared], pressures: bool, mut consume: impl FnMut(usize, &Nodes, &State<f64>)) {
+pub fn simulate_scalar(runs: &[Prepared], pressures: bool, mut consume: impl FnMut(usize, &Trajectory, &State<f64>)) {
     let mut recorder = Recorder::new();
     for (index, run) in runs.iter().enumerate() {
-        let mut take = |_: usize, nodes: &Nodes, state: &State<f64>| consume(index, nodes, state);
+        let mut take = |_: usize, nodes: &Trajectory, state: &State<f64>| consume(index, nodes, state);
         recorder.clear(pressures);
         integrate_scalar(&[run.lane_run()], &mut recorder, &mut take);
     }

@@ -4,13 +4,13 @@ mod common;
 
 use common::{at, close_at, effect, nodes_of, open_at, run_of, testbed, valve_of};
 use valve_model::stroke::strokes;
-use valve_model::{Conditions, EffectKind, Nodes, Outcome, Prepared, Run, RunError, Start, Valve};
+use valve_model::{Conditions, EffectKind, Outcome, Prepared, Run, RunError, Start, Trajectory, Valve};
 
 /// A run of a part of another follows it within this, m.
 const SAME_PATH_M: f64 = 20e-6;
 
 /// A whole cycle, and a time at which its piston closes.
-fn cycle(valve: &Valve) -> (Run, Nodes) {
+fn cycle(valve: &Valve) -> (Run, Trajectory) {
     let run = run_of(valve, vec![close_at(0.0), open_at(4.0)], 12.0);
     let nodes = nodes_of(valve, &run);
     (run, nodes)
@@ -26,7 +26,7 @@ fn rest_of(run: &Run, from_s: f64, start: Start) -> Run {
 }
 
 /// Where the piston is at a time and how fast, with the pressures that are asked for.
-fn moving(nodes: &Nodes, time_s: f64, pressures: [bool; 2]) -> Start {
+fn moving(nodes: &Trajectory, time_s: f64, pressures: [bool; 2]) -> Start {
     // Substeps add up to a step but for rounding.
     let node = nodes.time_s.partition_point(|time| *time < time_s - 1e-9);
     Start::Moving {
@@ -38,7 +38,7 @@ fn moving(nodes: &Nodes, time_s: f64, pressures: [bool; 2]) -> Start {
 }
 
 /// How far two paths are apart, the second starting `from_s` after the first, m.
-fn apart(whole: &Nodes, rest: &Nodes, from_s: f64, until_s: f64) -> f64 {
+fn apart(whole: &Trajectory, rest: &Trajectory, from_s: f64, until_s: f64) -> f64 {
     let times = (0..200).map(|i| f64::from(i) / 199.0 * (until_s - from_s));
     times.map(|time| (at(whole, from_s + time)[0] - at(rest, time)[0]).abs()).fold(0.0, f64::max)
 }
@@ -131,7 +131,8 @@ fn closed_and_filled_is_where_a_long_closing_ends() {
             }
             assert!((at(&filled, 0.4)[0] - at(&filled, 0.0)[0]).abs() < 1e-9, "it stays there");
             assert!(apart(&whole, &filled, 29.5, 35.0) < SAME_PATH_M);
-            let opened = |nodes: &Nodes, run: &Run| strokes(&valve, &run.commands, nodes).last().and_then(|s| s.time_s);
+            let opened =
+                |nodes: &Trajectory, run: &Run| strokes(&valve, &run.commands, nodes).last().and_then(|s| s.time_s);
             let (a, b) = (opened(&whole, &long).expect("opens"), opened(&filled, &rest).expect("opens"));
             assert!((a - b).abs() < 0.1e-3, "opens in {a} s and {b} s");
         }

@@ -5,19 +5,19 @@ mod common;
 use common::{close_at, effect, nodes_of, open_at, run_of, testbed, valve_of};
 use valve_model::simulate::DEFAULT_STEP_S;
 use valve_model::stroke::strokes;
-use valve_model::{EffectKind, Nodes, Outcome, Parameters, Prepared, Valve, simulate};
+use valve_model::{EffectKind, Outcome, Parameters, Prepared, Trajectory, Valve, simulate};
 
 fn damped(damping: f64) -> Valve {
     // A light piston without friction hits its stops hard.
     valve_of(Parameters { viscous_friction_n_s_per_m: 20.0, stop_damping_n_s_per_m: damping, ..testbed() }, vec![])
 }
 
-fn cycle(valve: &Valve) -> Nodes {
+fn cycle(valve: &Valve) -> Trajectory {
     nodes_of(valve, &run_of(valve, vec![close_at(0.0), open_at(4.0)], 12.0))
 }
 
 /// How often the piston leaves the closed stop again after it first met it, and how far, m.
-fn bounces(nodes: &Nodes) -> (usize, f64) {
+fn bounces(nodes: &Trajectory) -> (usize, f64) {
     let until = nodes.time_s.partition_point(|time| *time < 3.9);
     let met = nodes.position_m.iter().position(|x| *x <= 0.0).expect("closes");
     let after = &nodes.position_m[met..until];
@@ -42,7 +42,7 @@ fn the_stroke_up_to_the_stop_and_where_it_rests_do_not_change() {
         let off = a.time_s.zip(b.time_s).map(|(a, b)| (a - b).abs());
         assert!(off.is_some_and(|off| off < 0.1e-3), "{a:?} {b:?}");
     }
-    let end = |nodes: &Nodes| *nodes.position_m.last().expect("nodes");
+    let end = |nodes: &Trajectory| *nodes.position_m.last().expect("nodes");
     assert!((end(&a) - end(&b)).abs() < 1e-9);
 }
 

@@ -2,6 +2,7 @@
 
 use std::io::Write;
 
+use leak_table::Fault;
 use prognoser::{FaultCall, Prognosis};
 
 use super::Ends;
@@ -57,12 +58,17 @@ impl<W: Write> Writer<W> {
                 "{:<12} {:>7}  {:<11} {:>11} {:>10} {:>10}  {:>19}  status",
                 "valve", "cycle", "fault", "probability", "leak (mm²)", "RUL", "5 to 95 %"
             )?,
-            StreamFormat::Csv => writeln!(
-                out,
-                "valve,cycle,fault,p_none,p_atmosphere,p_supply,leak_area_mm2,leak_rate_mm2_per_cycle,\
-                 eol_cycle,rul_cycles,rul_p05,rul_p50,rul_p95,status,p_friction,p_spring,p_exhaust,p_supply_line,\
-                 p_both_leaks,p_other,severity,replace_by_cycle,eol_time,replace_by,fault_group,caveat"
-            )?,
+            StreamFormat::Csv => {
+                let others: Vec<String> =
+                    others().map(|fault| format!("p_{}", fault.name().replace('-', "_"))).collect();
+                writeln!(
+                    out,
+                    "valve,cycle,fault,p_none,p_atmosphere,p_supply,leak_area_mm2,leak_rate_mm2_per_cycle,\
+                     eol_cycle,rul_cycles,rul_p05,rul_p50,rul_p95,status,{},severity,replace_by_cycle,eol_time,\
+                     replace_by,fault_group,caveat",
+                    others.join(",")
+                )?;
+            }
             StreamFormat::Json => write!(out, "[")?,
             StreamFormat::Jsonl | StreamFormat::Text => {}
         }
@@ -133,6 +139,11 @@ fn text(out: &mut Vec<u8>, one: &Prognosis) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// The faults of the catalogue beside the leaks, whose columns came later.
+fn others() -> impl Iterator<Item = FaultCall> {
+    FaultCall::catalogue().filter(|fault| fault.fault().is_none())
+}
+
 fn csv(out: &mut Vec<u8>, one: &Prognosis) {
     field(out, &one.valve);
     out.push(b',');
@@ -147,7 +158,7 @@ fn csv(out: &mut Vec<u8>, one: &Prognosis) {
         }
     };
     let share = |fault: FaultCall| one.fault_probability.as_ref().map(|all| all.of(fault));
-    for fault in [FaultCall::None, FaultCall::Atmosphere, FaultCall::Supply] {
+    for fault in [FaultCall::None, Fault::Atmosphere.into(), Fault::Supply.into()] {
         number(out, share(fault), PROBABILITY_DECIMALS);
     }
     for area in [one.leak_area_mm2, one.leak_rate_mm2_per_cycle] {
@@ -158,8 +169,8 @@ fn csv(out: &mut Vec<u8>, one: &Prognosis) {
     }
     out.push(b',');
     out.extend_from_slice(one.status.name().as_bytes());
-    for fault in &FaultCall::FAULTS[2..] {
-        number(out, share(*fault), PROBABILITY_DECIMALS);
+    for fault in others() {
+        number(out, share(fault), PROBABILITY_DECIMALS);
     }
     number(out, one.severity, SEVERITY_DECIMALS);
     out.push(b',');

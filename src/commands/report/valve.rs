@@ -1,6 +1,6 @@
 //! Sections about the valve file and its tables.
 
-use leak_table::{Fault, TableBundle};
+use leak_table::TableBundle;
 use report::figures::TableFigure;
 use report::html::{Block, Section, Table};
 use valve_file::ValveFile;
@@ -30,13 +30,12 @@ pub fn strokes(file: &ValveFile) -> Section {
     Section { title: "Strokes".to_owned(), blocks: vec![Block::Text(sentence), Block::Figure(Box::new(figure))] }
 }
 
-/// The tables of both kinds of leak.
+/// The tables of all that wears.
 pub fn tables(bundle: &TableBundle) -> Section {
     let table =
         Table { columns: build_tables::summary_columns(bundle).into(), rows: build_tables::summary_rows(bundle) };
-    let figures = Fault::ALL.map(|fault| pictures::figure(bundle, fault));
-    let figure =
-        TableFigure::side_by_side("Stroke times over the leak area", "periodic cycles, as simulated", &figures);
+    let figures = pictures::figures(bundle);
+    let figure = TableFigure::side_by_side(pictures::title(bundle), "periodic cycles, as simulated", &figures);
     Section { title: "Leaks".to_owned(), blocks: vec![Block::Table(table), Block::Figure(Box::new(figure))] }
 }
 

@@ -7,6 +7,9 @@ use crate::rig::Conditions;
 use crate::truth::{Channels, Truth};
 use crate::valve::{TEMPERATURE_K, Valve, tidy};
 
+/// One sigma of recorded pressures.
+pub const PRESSURE_NOISE_PA: f64 = 500.0;
+
 /// A recorded run as its user gets it, noise and resolution included.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Run {
@@ -70,7 +73,7 @@ impl Campaign {
         if self.timings.is_empty() {
             let _ = writeln!(text, "position_noise = \"{} mm\"", tidy(self.truth.position_noise_m * 1e3));
             if self.truth.channels == Channels::PositionAndPressures {
-                let _ = writeln!(text, "pressure_noise = \"{} kPa\"", tidy(crate::measure::PRESSURE_NOISE_PA / 1e3));
+                let _ = writeln!(text, "pressure_noise = \"{} kPa\"", tidy(PRESSURE_NOISE_PA / 1e3));
             }
         } else {
             let _ = writeln!(text, "timing_noise = \"{} ms\"", tidy(self.truth.timing_noise_s * 1e3));

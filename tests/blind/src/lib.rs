@@ -24,8 +24,8 @@ pub mod truth;
 pub mod valve;
 pub mod world;
 
-pub use campaign::Campaign;
+pub use campaign::{Campaign, PRESSURE_NOISE_PA};
 pub use draw::{DrawSpec, draw};
-pub use measure::{INTERVAL_S, PRESSURE_NOISE_PA};
+pub use measure::INTERVAL_S;
 pub use rig::{Conditions, STEP_S};
 pub use spool::Edge;

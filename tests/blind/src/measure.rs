@@ -3,7 +3,7 @@
 use rand::rngs::StdRng;
 use rand_distr::{Distribution, Normal};
 
-use crate::campaign::{Campaign, Run, TimingRow};
+use crate::campaign::{Campaign, PRESSURE_NOISE_PA, Run, TimingRow};
 use crate::conditions::Plan;
 use crate::hidden::Hidden;
 use crate::record::{Trace, record, stroke_times};
@@ -12,8 +12,6 @@ use crate::spool::Edge;
 use crate::truth::{Channels, Scatter, Truth};
 use crate::valve::Valve;
 
-/// One sigma of recorded pressures.
-pub const PRESSURE_NOISE_PA: f64 = 500.0;
 /// Time between rows of a trace.
 pub const INTERVAL_S: f64 = 1e-3;
 /// One sigma of stroke times taken from limit switches.

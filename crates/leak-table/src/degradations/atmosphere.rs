@@ -4,11 +4,13 @@ use std::borrow::Cow;
 
 use super::LEAK_AREA;
 use crate::degradation::{Degradation, Moves};
-use crate::fault::Direction;
+use crate::id::DegradationId;
+use crate::stroke::Direction;
 
 pub(super) const INFO: Degradation = Degradation {
-    id: Cow::Borrowed("atmosphere"),
+    id: DegradationId::new("atmosphere"),
     name: Cow::Borrowed("leak to atmosphere"),
+    short: Cow::Borrowed("leak to atmosphere"),
     severity: LEAK_AREA,
     moves: Moves { close: Some(Direction::Rising), open: Some(Direction::Falling) },
     prior: 1.0,

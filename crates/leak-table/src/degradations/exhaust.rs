@@ -4,11 +4,13 @@ use std::borrow::Cow;
 
 use super::share;
 use crate::degradation::{Degradation, Moves};
-use crate::fault::Direction;
+use crate::id::DegradationId;
+use crate::stroke::Direction;
 
 pub(super) const INFO: Degradation = Degradation {
-    id: Cow::Borrowed("exhaust"),
+    id: DegradationId::new("exhaust"),
     name: Cow::Borrowed("clogged exhaust"),
+    short: Cow::Borrowed("clogged exhaust"),
     severity: share("clogged share of the vent area", "exhaust_blockage"),
     moves: Moves { close: None, open: Some(Direction::Rising) },
     prior: 1.0,

@@ -3,11 +3,13 @@
 use std::borrow::Cow;
 
 use crate::degradation::{Degradation, Moves, Severity};
-use crate::fault::Direction;
+use crate::id::DegradationId;
+use crate::stroke::Direction;
 
 pub(super) const INFO: Degradation = Degradation {
-    id: Cow::Borrowed("friction"),
+    id: DegradationId::new("friction"),
     name: Cow::Borrowed("friction of piston and rod"),
+    short: Cow::Borrowed("friction"),
     severity: Severity {
         quantity: Cow::Borrowed("added dry friction"),
         unit: Cow::Borrowed("N"),

@@ -4,11 +4,13 @@ use std::borrow::Cow;
 
 use super::share;
 use crate::degradation::{Degradation, Moves};
-use crate::fault::Direction;
+use crate::id::DegradationId;
+use crate::stroke::Direction;
 
 pub(super) const INFO: Degradation = Degradation {
-    id: Cow::Borrowed("spring"),
+    id: DegradationId::new("spring"),
     name: Cow::Borrowed("weakened spring"),
+    short: Cow::Borrowed("weak spring"),
     severity: share("lost share of the spring force", "spring_loss"),
     moves: Moves { close: Some(Direction::Falling), open: Some(Direction::Rising) },
     prior: 1.0,

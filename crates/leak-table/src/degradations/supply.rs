@@ -4,11 +4,13 @@ use std::borrow::Cow;
 
 use super::LEAK_AREA;
 use crate::degradation::{Degradation, Moves};
-use crate::fault::Direction;
+use crate::id::DegradationId;
+use crate::stroke::Direction;
 
 pub(super) const INFO: Degradation = Degradation {
-    id: Cow::Borrowed("supply"),
+    id: DegradationId::new("supply"),
     name: Cow::Borrowed("leak from the supply"),
+    short: Cow::Borrowed("leak from the supply"),
     severity: LEAK_AREA,
     moves: Moves { close: Some(Direction::Falling), open: Some(Direction::Rising) },
     prior: 1.0,

@@ -4,11 +4,13 @@ use std::borrow::Cow;
 
 use super::share;
 use crate::degradation::{Degradation, Moves};
-use crate::fault::Direction;
+use crate::id::DegradationId;
+use crate::stroke::Direction;
 
 pub(super) const INFO: Degradation = Degradation {
-    id: Cow::Borrowed("supply-line"),
+    id: DegradationId::new("supply-line"),
     name: Cow::Borrowed("clogged supply line"),
+    short: Cow::Borrowed("clogged supply line"),
     severity: share("clogged share of the fill area", "supply_blockage"),
     moves: Moves { close: Some(Direction::Rising), open: None },
     prior: 1.0,

@@ -5,9 +5,9 @@ use std::sync::Arc;
 use identify::{Coordinate, Linear, Problem, Record, Request, Scope, Stop};
 use rayon::prelude::*;
 use valve_model::cycle::{CycleTimes, cycles_with};
-use valve_model::dispatch::LANES;
 use valve_model::driven::Driven;
-use valve_model::{Nodes, ParameterId, Prepared, Run, Start, Valve, simulate};
+use valve_model::real::LANES;
+use valve_model::{ParameterId, Prepared, Run, Start, Trajectory, Valve, simulate};
 
 use super::nuisance::{Entry, Nuisance};
 use super::setup::{Kind, Setup, Trace, Unit};
@@ -136,7 +136,15 @@ impl<'a> ValveProblem<'a> {
     }
 
     /// What a recorder writes down of a simulated run, row by row; `shift_s` moves its clock.
-    fn rows(&self, u: &[f64], index: usize, trace: &Trace, valve: &Valve, nodes: &Nodes, shift_s: f64) -> Vec<f64> {
+    fn rows(
+        &self,
+        u: &[f64],
+        index: usize,
+        trace: &Trace,
+        valve: &Valve,
+        nodes: &Trajectory,
+        shift_s: f64,
+    ) -> Vec<f64> {
         let clock = self.nuisance(u, Nuisance::Clock) + shift_s;
         let origin_s = self.setup.units[index].origin_s;
         let mut values = Vec::new();
@@ -188,7 +196,7 @@ impl<'a> ValveProblem<'a> {
         &self,
         points: &[Vec<f64>],
         requests: &[Request],
-        of_trace: impl Fn(Request, &Trace, &Valve, &Nodes) -> T + Sync,
+        of_trace: impl Fn(Request, &Trace, &Valve, &Trajectory) -> T + Sync,
         of_times: impl Fn(Request, Option<&CycleTimes>) -> T + Sync,
     ) -> Vec<Option<T>> {
         let (step_s, most_substeps) = self.setup.step();

@@ -1,11 +1,13 @@
 //! What the estimator says after a cycle.
 
-use serde::Serialize;
+use leak_table::{Degradation, DegradationId};
+use serde::ser::SerializeMap;
+use serde::{Serialize, Serializer};
 
 use super::ending::Quantiles;
 use super::part::Cause;
-use super::plant::Plant;
-use crate::record::FaultCall;
+use super::plant::{MOST_WEARS, Plant};
+use crate::fault_call::FaultCall;
 
 /// What has changed at a cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,85 +19,106 @@ pub enum Change {
 }
 
 /// Probability of each hypothesis.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FaultProbability {
     /// Nothing wears.
     pub none: f64,
-    /// A growing leak to atmosphere.
-    pub atmosphere: f64,
-    /// A growing leak from the supply.
-    pub supply: f64,
-    /// Friction that rises.
-    pub friction: f64,
-    /// A spring that weakens.
-    pub spring: f64,
-    /// An exhaust that clogs.
-    pub exhaust: f64,
-    /// A supply line that clogs.
-    #[serde(rename = "supply-line")]
-    pub supply_line: f64,
+    /// Each kind of wear that there is a table for.
+    wears: [(DegradationId, f64); MOST_WEARS],
+    count: usize,
     /// Leaks of both kinds.
-    #[serde(rename = "both-leaks")]
     pub both_leaks: f64,
     /// A drift that no table has.
     pub other: f64,
 }
 
 impl FaultProbability {
-    /// The probability of one fault; of "undecided", nothing.
+    /// Nothing for anything, with these kinds of wear.
+    pub(crate) fn new(plant: &Plant) -> Self {
+        let mut wears = [(DegradationId::new(""), 0.0); MOST_WEARS];
+        for wear in 0..plant.wears() {
+            wears[usize::from(wear)].0 = plant.id(wear);
+        }
+        Self { none: 0.0, wears, count: usize::from(plant.wears()), both_leaks: 0.0, other: 0.0 }
+    }
+
+    /// Each kind of wear that there is a table for.
+    pub fn wears(&self) -> &[(DegradationId, f64)] {
+        &self.wears[..self.count]
+    }
+
+    /// The probability of one fault; of "undecided", and of what has no table, nothing.
     pub fn of(&self, fault: FaultCall) -> f64 {
         match fault {
             FaultCall::None => self.none,
-            FaultCall::Atmosphere => self.atmosphere,
-            FaultCall::Supply => self.supply,
-            FaultCall::Friction => self.friction,
-            FaultCall::Spring => self.spring,
-            FaultCall::Exhaust => self.exhaust,
-            FaultCall::SupplyLine => self.supply_line,
+            FaultCall::Wears(id) => self.wears().iter().find(|(wear, _)| *wear == id).map_or(0.0, |(_, share)| *share),
             FaultCall::BothLeaks => self.both_leaks,
             FaultCall::Other => self.other,
             FaultCall::Undecided => 0.0,
         }
     }
 
-    pub(crate) fn add(&mut self, fault: FaultCall, share: f64) {
-        let slot = match fault {
-            FaultCall::None | FaultCall::Undecided => &mut self.none,
-            FaultCall::Atmosphere => &mut self.atmosphere,
-            FaultCall::Supply => &mut self.supply,
-            FaultCall::Friction => &mut self.friction,
-            FaultCall::Spring => &mut self.spring,
-            FaultCall::Exhaust => &mut self.exhaust,
-            FaultCall::SupplyLine => &mut self.supply_line,
-            FaultCall::BothLeaks => &mut self.both_leaks,
-            FaultCall::Other => &mut self.other,
+    pub(crate) fn add(&mut self, cause: Cause, share: f64) {
+        let slot = match cause {
+            Cause::None => &mut self.none,
+            Cause::Wear(wear) => &mut self.wears[usize::from(wear)].1,
+            Cause::Both => &mut self.both_leaks,
+            Cause::Other => &mut self.other,
         };
         *slot += share;
     }
 
     /// The same with something done to each.
     pub(crate) fn map(mut self, change: impl Fn(f64) -> f64) -> Self {
-        for value in [
-            &mut self.none,
-            &mut self.atmosphere,
-            &mut self.supply,
-            &mut self.friction,
-            &mut self.spring,
-            &mut self.exhaust,
-            &mut self.supply_line,
-            &mut self.both_leaks,
-            &mut self.other,
-        ] {
+        for (_, value) in &mut self.wears {
+            *value = change(*value);
+        }
+        for value in [&mut self.none, &mut self.both_leaks, &mut self.other] {
             *value = change(*value);
         }
         self
     }
 
-    /// All faults, likeliest first.
-    pub(crate) fn ranked(&self) -> [(FaultCall, f64); 8] {
-        let mut all = FaultCall::FAULTS.map(|fault| (fault, self.of(fault)));
+    /// The likeliest fault; of equal ones, the first of the tables.
+    pub(crate) fn leading(&self) -> (FaultCall, f64) {
+        let mut best = (FaultCall::Other, f64::NEG_INFINITY);
+        for (fault, share) in self.faults() {
+            if share > best.1 {
+                best = (fault, share);
+            }
+        }
+        best
+    }
+
+    fn faults(&self) -> impl Iterator<Item = (FaultCall, f64)> {
+        let wears = self.wears().iter().map(|(id, share)| (FaultCall::Wears(*id), *share));
+        wears.chain([(FaultCall::BothLeaks, self.both_leaks), (FaultCall::Other, self.other)])
+    }
+
+    /// All faults, likeliest first; of equal ones, in the order of the tables.
+    pub(crate) fn ranked(&self) -> Vec<(FaultCall, f64)> {
+        let mut all: Vec<_> = self.faults().collect();
         all.sort_by(|a, b| b.1.total_cmp(&a.1));
         all
+    }
+}
+
+/// Every fault of the catalogue, with or without a table, and the tables' own.
+impl Serialize for FaultProbability {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let catalogue = Degradation::catalogue();
+        let is_own = |id: DegradationId| catalogue.iter().all(|known| known.id != id);
+        let mut map = serializer.serialize_map(None)?;
+        map.serialize_entry("none", &self.none)?;
+        for known in catalogue {
+            map.serialize_entry(known.id.name(), &self.of(FaultCall::Wears(known.id)))?;
+        }
+        for (id, share) in self.wears().iter().filter(|(id, _)| is_own(*id)) {
+            map.serialize_entry(id.name(), share)?;
+        }
+        map.serialize_entry(FaultCall::BothLeaks.name(), &self.both_leaks)?;
+        map.serialize_entry(FaultCall::Other.name(), &self.other)?;
+        map.end()
     }
 }
 
@@ -103,7 +126,7 @@ impl FaultProbability {
 pub(crate) fn fault_call(cause: Cause, plant: &Plant) -> FaultCall {
     match cause {
         Cause::None => FaultCall::None,
-        Cause::Wear(wear) => plant.fault_call(wear),
+        Cause::Wear(wear) => FaultCall::Wears(plant.id(wear)),
         Cause::Both => FaultCall::BothLeaks,
         Cause::Other => FaultCall::Other,
     }

@@ -131,12 +131,12 @@ impl BayesEstimator {
             *weight = (*weight - top).exp();
         }
         let total: f64 = weights.iter().sum();
-        let mut probability = FaultProbability::default();
+        let mut probability = FaultProbability::new(plant);
         for (part, weight) in parts.iter().zip(&mut weights) {
             *weight /= total;
-            probability.add(fault_call(part.cause, plant), *weight);
+            probability.add(part.cause, *weight);
         }
-        let (leading, share) = probability.ranked()[0];
+        let (leading, share) = probability.leading();
         let mine = |part: &Part| fault_call(part.cause, plant) == leading;
         let heaviest = parts.iter().zip(&weights).max_by(|a, b| a.1.total_cmp(b.1)).map(|(part, _)| part);
         let heaviest = heaviest.copied().unwrap_or_else(|| parts[0]);

@@ -1,12 +1,10 @@
 //! The tables as the estimator sees them: severity 1 is the limit under the
 //! reference conditions.
 
-use leak_table::{Conditions, SeverityAt, Stroke, TableBundle};
-
-use crate::record::FaultCall;
+use leak_table::{Conditions, DegradationId, SeverityAt, Stroke, TableBundle};
 
 /// Most kinds of wear with a table that are looked at.
-pub(crate) const MOST_WEARS: usize = 6;
+pub(crate) const MOST_WEARS: usize = 8;
 
 /// The conditions of one cycle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -46,9 +44,8 @@ impl<'t> Plant<'t> {
     }
 
     /// The name of a kind of wear.
-    pub(crate) fn fault_call(&self, wear: u8) -> FaultCall {
-        let id = &self.bundle.entry(usize::from(wear)).degradation.id;
-        FaultCall::FAULTS.into_iter().find(|fault| fault.name() == id).unwrap_or(FaultCall::Other)
+    pub(crate) fn id(&self, wear: u8) -> DegradationId {
+        self.bundle.entry(usize::from(wear)).degradation.id
     }
 
     /// Times in s of both strokes, each with its derivative by the severity.

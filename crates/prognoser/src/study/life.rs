@@ -6,10 +6,10 @@ use super::bound::cycles_below;
 use super::noise::NoiseSource;
 use super::run::TruthTimes;
 use crate::bayes::BayesEstimator;
+use crate::fault_call::FaultCall;
 use crate::ols::OlsEstimator;
 use crate::prognoser::Method;
 use crate::reading::Reading;
-use crate::record::FaultCall;
 
 /// Glitches added to the timings of a study.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -108,7 +108,7 @@ impl Estimator {
                 let estimate = estimator.update(tables, reading);
                 let p = estimate.probability;
                 let wrong =
-                    FaultCall::FAULTS.into_iter().filter(|fault| fault.fault() != truth.fault || truth.fault.is_none());
+                    FaultCall::catalogue().filter(|fault| fault.fault() != truth.fault || truth.fault.is_none());
                 let end = estimate.end;
                 Prediction {
                     cycle,

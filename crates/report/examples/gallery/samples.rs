@@ -3,9 +3,9 @@
 use report::Figure;
 use report::figures::{
     Candidate, EffectFigure, ExperimentFigure, LeaderboardFigure, MissingFigure, MissingPoint, OverlayFigure,
-    OverlayRun, ParameterShift, ParametersFigure, Prediction, PrognosisFigure, PrognosisPoint, SignatureFigure,
-    StaircaseFigure, StaircaseStep, StripRow, StripsFigure, StudyFigure, StudyPoint, StudySeries, TableFigure,
-    TablePoint, TraceFigure, TwinBracket, TwinsFigure, UnexplainedFigure,
+    OverlayRun, ParameterShift, ParametersFigure, Prediction, PrognosisFigure, PrognosisPoint, Quantity,
+    SignatureFigure, StaircaseFigure, StaircaseStep, StripRow, StripsFigure, StudyFigure, StudyPoint, StudySeries,
+    TableFigure, TablePoint, TraceFigure, TwinBracket, TwinsFigure, UnexplainedFigure,
 };
 
 /// Every figure with its name.
@@ -73,7 +73,7 @@ fn table() -> Figure {
         .map(|index| {
             let area = f64::from(index) * 0.018;
             TablePoint {
-                leak_area_mm2: area,
+                severity: area,
                 close_time_s: Some(1.04 + 2.3 * area + 3.0 * area.powi(4)),
                 open_time_s: (area < 0.68).then(|| 2.13 / (1.0 + 3.0 * area)),
             }
@@ -81,11 +81,12 @@ fn table() -> Figure {
         .collect();
     TableFigure {
         fault: "leak to atmosphere".to_owned(),
+        quantity: Quantity::new("leak area", "mm²"),
         points,
         interpolated: Vec::new(),
         close_limit_s: Some(2.6),
         open_limit_s: None,
-        area_at_limit_mm2: Some(0.587),
+        severity_at_limit: Some(0.587),
     }
     .figure()
 }
@@ -99,16 +100,16 @@ fn prognosis() -> Figure {
             let leak = 0.0235 * cycle + 0.01 * wobble(index as usize + 90);
             PrognosisPoint {
                 cycle,
-                leak_readings_mm2: [0, 50].map(|shift| Some(leak + 0.02 * wobble(index as usize + shift))),
-                leak_area_mm2: Some(leak),
-                leak_bounds_mm2: Some([leak - 0.018, leak + 0.018]),
+                readings: [0, 50].map(|shift| Some(leak + 0.02 * wobble(index as usize + shift))),
+                severity: Some(leak),
+                severity_bounds: Some([leak - 0.018, leak + 0.018]),
                 rul_cycles: (index > 1).then_some(25.0 - cycle + error),
                 rul_bounds_cycles: (index > 1)
                     .then_some([25.0 - cycle + error - spread, 25.0 - cycle + error + 1.3 * spread]),
-                fault_probability: Some({
+                fault_probability: {
                     let known = 1.0 - (-cycle / 1.2).exp();
-                    [1.0 - known, 0.98 * known, 0.02 * known]
-                }),
+                    vec![1.0 - known, 0.98 * known, 0.02 * known]
+                },
             }
         })
         .collect();
@@ -116,7 +117,10 @@ fn prognosis() -> Figure {
         title: "Valve DV-1: leak to atmosphere, 1 cycle left".to_owned(),
         subtitle: "Bayesian estimate, timing noise 32 ms".to_owned(),
         points,
-        area_at_limit_mm2: Some(0.587),
+        quantity: Quantity::new("leak area", "mm²"),
+        estimated: "estimated leak".to_owned(),
+        severity_at_limit: Some(0.587),
+        faults: ["none", "leak to atmosphere", "leak from the supply"].map(str::to_owned).into(),
         true_eol_cycle: Some(25.0),
         alpha: 0.1,
     }

@@ -1,26 +1,27 @@
-//! What a timing log tells: leak, remaining useful life and fault over cycles.
+//! What a timing log tells: severity, remaining useful life and fault over cycles.
 
-use crate::chart::theme::{BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION};
+use super::Quantity;
+use crate::chart::theme::{BLUE, GREEN, GREY, INK, ORANGE, PURPLE, SKY, VERMILLION};
 use crate::chart::{Axis, Direction, Figure, Layer, Marker, Panel, Swatch};
 
 /// The estimate after one cycle.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct PrognosisPoint {
     /// Cycle of the log.
     pub cycle: f64,
-    /// Leak areas that the closing and the opening time of this cycle alone would
-    /// give, mm2.
-    pub leak_readings_mm2: [Option<f64>; 2],
-    /// Estimated leak area, mm2.
-    pub leak_area_mm2: Option<f64>,
-    /// 5 and 95 % bounds of the leak area, mm2.
-    pub leak_bounds_mm2: Option<[f64; 2]>,
+    /// Severities that the closing and the opening time of this cycle alone would give, in the unit of
+    /// [`PrognosisFigure::quantity`].
+    pub readings: [Option<f64>; 2],
+    /// Estimated severity.
+    pub severity: Option<f64>,
+    /// 5 and 95 % bounds of the severity.
+    pub severity_bounds: Option<[f64; 2]>,
     /// Estimated remaining useful life, cycles.
     pub rul_cycles: Option<f64>,
     /// 5 and 95 % bounds of the remaining useful life, cycles.
     pub rul_bounds_cycles: Option<[f64; 2]>,
-    /// Probability of no fault, leak to atmosphere, leak from the supply.
-    pub fault_probability: Option<[f64; 3]>,
+    /// Probability of each of [`PrognosisFigure::faults`]; empty where it is not known.
+    pub fault_probability: Vec<f64>,
 }
 
 /// The history of one valve.
@@ -32,8 +33,14 @@ pub struct PrognosisFigure {
     pub subtitle: String,
     /// The estimates in order.
     pub points: Vec<PrognosisPoint>,
-    /// Leak area at which life ends, mm2.
-    pub area_at_limit_mm2: Option<f64>,
+    /// What the severity counts.
+    pub quantity: Quantity,
+    /// What its estimate is called in the legend: "estimated leak".
+    pub estimated: String,
+    /// Severity at which life ends.
+    pub severity_at_limit: Option<f64>,
+    /// The hypotheses, "none" first.
+    pub faults: Vec<String>,
     /// End of life if known afterwards, cycle.
     pub true_eol_cycle: Option<f64>,
     /// Width of the alpha cone, a fraction.
@@ -45,13 +52,13 @@ impl PrognosisFigure {
     pub fn figure(&self) -> Figure {
         let mut figure = Figure::new(&self.title, &self.subtitle);
         let known = |pick: fn(&PrognosisPoint) -> bool| self.points.iter().any(pick);
-        if known(|point| point.leak_area_mm2.is_some()) {
-            figure.panels.push(self.leak());
+        if known(|point| point.severity.is_some()) {
+            figure.panels.push(self.severity());
         }
         if known(|point| point.rul_cycles.is_some()) {
             figure.panels.push(self.rul());
         }
-        if known(|point| point.fault_probability.is_some()) {
+        if known(|point| !point.fault_probability.is_empty()) {
             figure.panels.push(self.faults());
         }
         if let Some(last) = figure.panels.last_mut() {
@@ -68,19 +75,19 @@ impl PrognosisFigure {
         Axis::linear("").over(first - 0.3, if end > first { end + 0.3 } else { first + 1.0 }).bare()
     }
 
-    fn leak(&self) -> Panel {
-        let value = |point: &PrognosisPoint| [point.cycle, point.leak_area_mm2.unwrap_or(f64::NAN)];
+    fn severity(&self) -> Panel {
+        let value = |point: &PrognosisPoint| [point.cycle, point.severity.unwrap_or(f64::NAN)];
         let edges = |point: &PrognosisPoint| {
-            let [low, high] = point.leak_bounds_mm2.unwrap_or([f64::NAN; 2]);
+            let [low, high] = point.severity_bounds.unwrap_or([f64::NAN; 2]);
             [point.cycle, low, high]
         };
         let points: Vec<[f64; 2]> = self.points.iter().map(value).collect();
         let top = points.iter().map(|point| point[1]).fold(0.0, f64::max);
-        let top = 1.25 * top.max(self.area_at_limit_mm2.unwrap_or(0.0));
+        let top = 1.25 * top.max(self.severity_at_limit.unwrap_or(0.0));
         let low = points.iter().map(|point| point[1]).fold(0.0, f64::min);
         let range = [low - 0.03 * top, if top > 0.0 { top } else { 1.0 }];
-        let mut panel = Panel::new(self.cycles(), Axis::linear("leak area (mm²)").over(range[0], range[1]), 180.0);
-        if self.points.iter().any(|point| point.leak_bounds_mm2.is_some()) {
+        let mut panel = Panel::new(self.cycles(), Axis::linear(self.quantity.label()).over(range[0], range[1]), 180.0);
+        if self.points.iter().any(|point| point.severity_bounds.is_some()) {
             panel = panel
                 .with(Layer::band(self.points.iter().map(edges).collect(), BLUE))
                 .keyed(Swatch::Band(BLUE), "5 to 95 %");
@@ -89,26 +96,26 @@ impl PrognosisFigure {
             [("from the closing time", ORANGE), ("from the opening time", PURPLE)].into_iter().enumerate()
         {
             let readings: Vec<[f64; 2]> =
-                self.points.iter().filter_map(|point| Some([point.cycle, point.leak_readings_mm2[index]?])).collect();
+                self.points.iter().filter_map(|point| Some([point.cycle, point.readings[index]?])).collect();
             if !readings.is_empty() {
                 panel = panel
                     .with(Layer::Points { points: readings, colour, radius: 3.2, marker: Marker::Ring })
                     .keyed(Swatch::Ring(colour), name);
             }
         }
-        if let Some(limit) = self.area_at_limit_mm2 {
+        if let Some(limit) = self.severity_at_limit {
             panel = panel.with(Layer::Level {
                 at: limit,
                 direction: Direction::Horizontal,
                 colour: VERMILLION,
                 dashed: true,
-                text: format!("end of life at {limit:.3} mm²"),
+                text: format!("end of life at {}", self.quantity.text(limit, 3)),
             });
         }
         panel
             .with(Layer::line(points.clone(), BLUE))
             .with(Layer::Points { points, colour: BLUE, radius: 2.6, marker: Marker::Dot })
-            .keyed(Swatch::Dot(BLUE), "estimated leak")
+            .keyed(Swatch::Dot(BLUE), &self.estimated)
     }
 
     fn rul(&self) -> Panel {
@@ -154,12 +161,12 @@ impl PrognosisFigure {
     fn faults(&self) -> Panel {
         let y = Axis::linear("probability").over(-0.03, 1.03);
         let mut panel = Panel::new(self.cycles(), y, 90.0);
-        let names = ["none", "leak to atmosphere", "leak from the supply"];
-        for (index, (name, colour)) in names.into_iter().zip([GREY, BLUE, ORANGE]).enumerate() {
+        let colours = [GREY, BLUE, ORANGE, GREEN, VERMILLION, PURPLE, SKY, INK];
+        for (index, (name, colour)) in self.faults.iter().zip(colours.into_iter().cycle()).enumerate() {
             let points = self
                 .points
                 .iter()
-                .map(|point| [point.cycle, point.fault_probability.map_or(f64::NAN, |all| all[index])])
+                .map(|point| [point.cycle, point.fault_probability.get(index).copied().unwrap_or(f64::NAN)])
                 .collect();
             panel = panel.with(Layer::line(points, colour)).keyed(Swatch::Line(colour), name);
         }

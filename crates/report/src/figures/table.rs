@@ -1,13 +1,14 @@
-//! Stroke times over the leak area: what a table of a fault holds.
+//! Stroke times over the severity of a fault: what its table holds.
 
+use super::Quantity;
 use crate::chart::theme::{BLUE, GREEN, VERMILLION};
 use crate::chart::{Axis, Direction, Figure, Layer, Marker, Panel, Swatch};
 
 /// A row of the table.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TablePoint {
-    /// Leak area, mm2.
-    pub leak_area_mm2: f64,
+    /// How far the fault has come, in the unit of [`TableFigure::quantity`].
+    pub severity: f64,
     /// Closing time, s; none where the valve does not close.
     pub close_time_s: Option<f64>,
     /// Opening time, s; none where the valve does not open.
@@ -19,7 +20,9 @@ pub struct TablePoint {
 pub struct TableFigure {
     /// Name of the fault.
     pub fault: String,
-    /// The rows, by area.
+    /// What its severity counts.
+    pub quantity: Quantity,
+    /// The rows, by severity.
     pub points: Vec<TablePoint>,
     /// The interpolation between them, close enough to be drawn as a line; where it
     /// is empty, the rows are joined.
@@ -28,37 +31,43 @@ pub struct TableFigure {
     pub close_limit_s: Option<f64>,
     /// Longest opening time allowed, s, where this fault can pass it.
     pub open_limit_s: Option<f64>,
-    /// Area at which the first limit is passed, mm2.
-    pub area_at_limit_mm2: Option<f64>,
+    /// Severity at which the first limit is passed.
+    pub severity_at_limit: Option<f64>,
 }
+
+/// Faults that stand beside each other.
+const SIDE_BY_SIDE: usize = 2;
 
 impl TableFigure {
     /// The picture.
     pub fn figure(&self) -> Figure {
-        let title = format!("Stroke times over the leak area: {}", self.fault);
+        let title = format!("Stroke times over the {}: {}", self.quantity.name, self.fault);
         let [close, open] = self.panels();
         Figure::new(title, self.summary()).with(close).with(open)
     }
 
-    /// The pictures of several faults side by side.
+    /// The pictures of several faults, two side by side.
     pub fn side_by_side(title: impl Into<String>, subtitle: impl Into<String>, faults: &[Self]) -> Figure {
         let mut figure = Figure::new(title, subtitle);
-        figure.columns = faults.len().max(1);
+        figure.columns = faults.len().clamp(1, SIDE_BY_SIDE);
         figure.width = 460.0 * figure.columns as f64;
-        let (closing, opening): (Vec<Panel>, Vec<Panel>) = faults
-            .iter()
-            .map(|fault| {
-                let [close, open] = fault.panels();
-                (close.titled(&fault.fault), open)
-            })
-            .unzip();
-        figure.panels = closing.into_iter().chain(opening).collect();
+        for row in faults.chunks(SIDE_BY_SIDE) {
+            let (closing, opening): (Vec<Panel>, Vec<Panel>) = row
+                .iter()
+                .map(|fault| {
+                    let [close, open] = fault.panels();
+                    (close.titled(&fault.fault), open)
+                })
+                .unzip();
+            figure.panels.extend(closing);
+            figure.panels.extend(opening);
+        }
         figure
     }
 
     fn summary(&self) -> String {
-        match self.area_at_limit_mm2 {
-            Some(area) => format!("end of life at {area:.4} mm²; {} points", self.points.len()),
+        match self.severity_at_limit {
+            Some(limit) => format!("end of life at {}; {} points", self.quantity.text(limit, 4), self.points.len()),
             None => format!("no limit is reached in this range; {} points", self.points.len()),
         }
     }
@@ -78,21 +87,21 @@ impl TableFigure {
         last: bool,
     ) -> Panel {
         let path = |rows: &[TablePoint]| -> Vec<[f64; 2]> {
-            rows.iter().filter_map(|row| Some([row.leak_area_mm2, time_s(row)?])).collect()
+            rows.iter().filter_map(|row| Some([row.severity, time_s(row)?])).collect()
         };
         let points = path(&self.points);
         let line = if self.interpolated.is_empty() { points.clone() } else { path(&self.interpolated) };
-        let end = self.points.iter().map(|point| point.leak_area_mm2).fold(0.0, f64::max);
-        let x = Axis::linear("leak area (mm²)").over(0.0, if end > 0.0 { 1.01 * end } else { 1.0 });
+        let end = self.points.iter().map(|point| point.severity).fold(0.0, f64::max);
+        let x = Axis::linear(self.quantity.label()).over(0.0, if end > 0.0 { 1.01 * end } else { 1.0 });
         let x = if last { x } else { Axis { label: String::new(), ..x.bare() } };
         let mut panel = Panel::new(x, Axis::linear(label), 200.0);
-        if let Some(area) = self.area_at_limit_mm2 {
+        if let Some(limit) = self.severity_at_limit {
             panel = panel.with(Layer::Level {
-                at: area,
+                at: limit,
                 direction: Direction::Vertical,
                 colour: GREEN,
                 dashed: true,
-                text: if last { String::new() } else { format!("limit at {area:.3} mm²") },
+                text: if last { String::new() } else { format!("limit at {}", self.quantity.text(limit, 3)) },
             });
         }
         if let Some(limit) = limit_s {

@@ -7,19 +7,21 @@
 
 mod clock;
 mod recorder;
+mod step_control;
 
+pub(crate) use clock::Clock;
 use clock::Held;
-pub(crate) use clock::{Clock, MOST_SUBSTEPS, Pace};
 pub(crate) use recorder::Recorder;
+pub(crate) use step_control::{MOST_SUBSTEPS, Pace};
 
 use crate::command::Segment;
 use crate::driven::Driven;
 use crate::equations::Equations;
 use crate::real::Real;
 use crate::rhs::System;
-use crate::simulate::{Nodes, Outcome};
 use crate::state::{Inputs, State};
 use crate::terms::groups;
+use crate::trajectory::{Outcome, Trajectory};
 
 /// One run as the integrator takes it.
 pub(crate) struct LaneRun<'a> {
@@ -45,7 +47,7 @@ pub(super) struct Front<R> {
 }
 
 /// What takes a run that is over: its index, its nodes and its final state.
-pub(crate) type Take<'a> = dyn FnMut(usize, &Nodes, &State<f64>) + 'a;
+pub(crate) type Take<'a> = dyn FnMut(usize, &Trajectory, &State<f64>) + 'a;
 
 /// Integrates runs with the same groups of terms, as many at a time as there are lanes: a lane whose run is
 /// over takes the next one. Hands each to `take` when it is over.

@@ -1,11 +1,10 @@
 //! What is kept of a run: the state at every node, lane by lane.
 
 use super::Front;
-use crate::dispatch::LANES;
-use crate::real::Real;
+use crate::real::{LANES, Real};
 use crate::rhs::System;
-use crate::simulate::{Nodes, Outcome};
 use crate::state::Inputs;
+use crate::trajectory::{Outcome, Trajectory};
 
 /// Steps that are kept side by side before each lane takes its own; all of them stay in the cache.
 const STAGED: usize = 64;
@@ -36,7 +35,7 @@ struct Pack([f64; LANES]);
 /// The run in one lane.
 #[derive(Default)]
 struct Lane {
-    nodes: Nodes,
+    nodes: Trajectory,
     /// The first staged step that belongs to it; nothing while the lane is idle.
     from: Option<usize>,
 }
@@ -124,7 +123,7 @@ impl Recorder {
     }
 
     /// Ends the run in a lane, which is then idle; its nodes.
-    pub(super) fn end(&mut self, lane: usize, outcome: Outcome) -> &Nodes {
+    pub(super) fn end(&mut self, lane: usize, outcome: Outcome) -> &Trajectory {
         self.hand_over();
         let Lane { nodes, from } = &mut self.lanes[lane];
         *from = None;
@@ -154,35 +153,5 @@ impl Recorder {
             *from = 0;
         }
         *count = 0;
-    }
-}
-
-impl Nodes {
-    /// Leaves out the nodes from the first that is no number on, but for the first of all.
-    #[cold]
-    fn keep_finite(&mut self) {
-        let channels = [
-            &mut self.time_s,
-            &mut self.position_m,
-            &mut self.velocity_m_per_s,
-            &mut self.chamber_pressure_pa,
-            &mut self.pipe_pressure_pa,
-        ];
-        let sane = |channel: &&mut Vec<f64>| {
-            let first = channel.iter().position(|value| !value.is_finite()).unwrap_or(channel.len());
-            if channel.is_empty() { usize::MAX } else { first }
-        };
-        let count = channels.iter().map(sane).min().unwrap_or(0).max(1);
-        for channel in channels {
-            channel.truncate(count);
-        }
-    }
-
-    fn clear(&mut self) {
-        self.time_s.clear();
-        self.position_m.clear();
-        self.velocity_m_per_s.clear();
-        self.chamber_pressure_pa.clear();
-        self.pipe_pressure_pa.clear();
     }
 }

@@ -2,10 +2,10 @@
 #![allow(dead_code, reason = "each test target uses a part of it")]
 
 use valve_model::simulate::DEFAULT_STEP_S;
-use valve_model::stroke::pressures;
+use valve_model::trajectory::pressures;
 use valve_model::{
-    CommandEdge, Conditions, Effect, EffectKind, Nodes, Orientation, Parameters, Prepared, Run, Start, Switches, Valve,
-    simulate,
+    CommandEdge, Conditions, Effect, EffectKind, Orientation, Parameters, Prepared, Run, Start, Switches, Trajectory,
+    Valve, simulate,
 };
 
 /// The test bed's parameters (Kulkarni et al. 2014).
@@ -58,14 +58,14 @@ pub fn run_of(valve: &Valve, commands: Vec<CommandEdge>, end_s: f64) -> Run {
 }
 
 /// The nodes of a run with its pressures.
-pub fn nodes_of(valve: &Valve, run: &Run) -> Nodes {
-    let mut found = Nodes::default();
+pub fn nodes_of(valve: &Valve, run: &Run) -> Trajectory {
+    let mut found = Trajectory::default();
     simulate(&[Prepared::new(valve, run, DEFAULT_STEP_S)], true, |_, nodes, _| found = nodes.clone());
     found
 }
 
 /// Position, m, chamber and pipe pressure, Pa, at a time.
-pub fn at(nodes: &Nodes, time_s: f64) -> [f64; 3] {
+pub fn at(nodes: &Trajectory, time_s: f64) -> [f64; 3] {
     let (mut places, mut position, mut chamber, mut pipe) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     nodes.places_at(&[time_s], &mut places);
     nodes.positions(&places, &mut position);

@@ -4,7 +4,8 @@ use serde::Serialize;
 
 use super::life::Life;
 use super::world::Wear;
-use crate::record::{FaultCall, Prognosis, Status};
+use crate::fault_call::FaultCall;
+use crate::record::{Prognosis, Status};
 
 /// Severity from which on it is wrong to call a valve healthy.
 pub const SEVERE: f64 = 0.2;
