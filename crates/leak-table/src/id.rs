@@ -4,6 +4,8 @@ use std::fmt;
 use std::ops::Deref;
 use std::sync::Mutex;
 
+use serde::{Serialize, Serializer};
+
 /// The name of a degradation in files and output, such as "friction"; as cheap to copy as a number.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct DegradationId(&'static str);
@@ -56,6 +58,12 @@ impl PartialEq<str> for DegradationId {
 impl PartialEq<&str> for DegradationId {
     fn eq(&self, other: &&str) -> bool {
         self.0 == *other
+    }
+}
+
+impl Serialize for DegradationId {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.0)
     }
 }
 
