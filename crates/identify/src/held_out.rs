@@ -68,14 +68,18 @@ fn left_out<P: Problem + ?Sized>(problem: &P, fit: &Fit, fold: &[usize]) -> Opti
         let at_mean = predicted(problem, &without, &[record])?.remove(0);
         // Shared coordinates stay: they are pinned where the others left them.
         let mut pinned = problem.coordinates().to_vec();
-        for (coordinate, u) in pinned.iter_mut().zip(&without) {
+        let mut start = without.clone();
+        for (coordinate, (u, fitted)) in pinned.iter_mut().zip(start.iter_mut().zip(&fit.u)) {
             if coordinate.scope == Scope::Shared {
                 (coordinate.mean, coordinate.sigma) = (*u, PINNED);
                 (coordinate.lower, coordinate.upper) = (coordinate.lower.min(*u), coordinate.upper.max(*u));
+            } else {
+                // Close to where it belongs, which is where the derivatives were taken.
+                *u = *fitted;
             }
         }
         let whitened = Whitened::of(problem, &fit.linear, &fit.noise, &[record]);
-        let own = optimum(problem, &whitened, &[record], &pinned, &without, false)?;
+        let own = optimum(problem, &whitened, &[record], &pinned, &start, false)?;
         let own = predicted(problem, &own, &[record])?.remove(0);
         found.push((record, at_mean, own));
     }

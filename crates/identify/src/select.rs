@@ -94,7 +94,8 @@ pub struct SelectOptions {
     pub accept: f64,
     /// And when the error on what was held out falls by this share without noise.
     pub held_out_fall: f64,
-    /// A companion of other effects must take at least this share of the calibrated model's error that was held out.
+    /// A companion of other effects must take at least this share of the calibrated model's error that was held out, or
+    /// else leave nothing to be explained: what takes a little of what is left may imitate what is really there.
     pub companion: f64,
     /// Effects at most.
     pub most: usize,
@@ -111,7 +112,8 @@ pub struct SelectOptions {
     /// What is left counts as nothing where its evidence is below this, nats.
     pub nothing_left: f64,
     /// A model error larger than this is more than instruments and small laws explain (in the units of the rows'
-    /// activity): the fit may have ended in a false valley, or something else is missing.
+    /// activity): the fit may have ended in a false valley, or something else is missing. Common position sensors are
+    /// linear to half a percent of their span.
     pub large: f64,
     /// What is left is given up once the error that was held out is below this (in the units of the rows' noise);
     /// zero for never.
@@ -131,7 +133,7 @@ impl Default for SelectOptions {
             hopeless: 60.0,
             followed: 5,
             nothing_left: 3.0,
-            large: 0.01,
+            large: 0.005,
             good_enough: 0.0,
         }
     }
@@ -426,15 +428,18 @@ impl<F: Family> Search<'_, F> {
             if !is_large || family.stop().is_asked() {
                 return runner;
             }
-            let problem = &runner.problem;
-            let fits = family.cold(problem).into_par_iter().filter_map(|start| fit(problem, &start, &family.options()));
-            let best = fits.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence));
-            if let Some(best) = best.filter(|best| best.log_evidence > runner.fit.log_evidence) {
-                runner.fit = best;
-            }
+            runner.fit = self.best_of(&runner.problem, family.cold(&runner.problem), runner.fit);
             runner
         };
         runners.into_par_iter().map(again).collect()
+    }
+
+    /// The best of a fit and those from other starts.
+    fn best_of(&self, problem: &F::Member, starts: Vec<Vec<f64>>, known: Fit) -> Fit {
+        let options = self.family.options();
+        let fits = starts.into_par_iter().filter_map(|start| fit(problem, &start, &options));
+        let best = fits.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence));
+        best.filter(|best| best.log_evidence > known.log_evidence).unwrap_or(known)
     }
 
     /// Fits sets as exactly as they are reported, from where their cheap fits ended.
@@ -442,15 +447,21 @@ impl<F: Family> Search<'_, F> {
         let wanted: Vec<&Set> =
             sets.iter().filter(|set| !self.models.contains_key(&((*set).clone(), Level::High))).collect();
         let of = wanted.len();
+        let options = self.family.options();
         let fits: Vec<(Set, F::Member, Fit)> = wanted
             .into_par_iter()
             .filter_map(|set| {
                 let low = self.models.get(&(set.clone(), Level::Low))?;
                 let problem = self.family.member(set, Level::High)?;
                 let start = self.family.carried(&low.problem, &low.fit.u, &problem);
-                let fit = fit(&problem, &start, &self.family.options())?;
-                self.family.tell(fitted_news(set, &problem, &fit, of));
-                Some((set.clone(), problem, fit))
+                let mut best = fit(&problem, &start, &options)?;
+                // What only this level can move may have held the way there in a false valley.
+                let is_wider = problem.coordinates().len() > low.problem.coordinates().len();
+                if is_wider && left_nats(&problem, &best, &options) > self.options.accept {
+                    best = self.best_of(&problem, self.family.cold(&problem), best);
+                }
+                self.family.tell(fitted_news(set, &problem, &best, of));
+                Some((set.clone(), problem, best))
             })
             .collect();
         for (set, problem, fit) in fits {
@@ -515,14 +526,16 @@ impl<F: Family> Search<'_, F> {
             let Some(model) = self.models.get(&(set.clone(), Level::High)) else { return set };
             let (all, noise) = (model.fit.log_evidence, &model.fit.noise);
             let (base, error) = (self.held_out(&[], noise), self.held_out(&set, noise));
+            let is_whole = left_nats(&model.problem, &model.fit, &self.family.options()) < self.options.accept;
             let is_needless = |smaller: &Set| -> Option<f64> {
                 let gain = all - self.evidence(smaller, Level::High)?;
                 let falls = match (error, self.held_out(smaller, noise)) {
                     (Some(error), Some(without)) => (0..2).any(|kind| {
-                        let fall = without[kind] - error[kind];
+                        let fall = excess(without[kind]) - excess(error[kind]);
                         let companion = set.len() < 2
-                            || base.is_none_or(|base| fall >= self.options.companion * (base[kind] - 1.0).max(0.0));
-                        fall >= self.options.held_out_fall * without[kind] && companion
+                            || is_whole
+                            || base.is_none_or(|base| fall >= self.options.companion * excess(base[kind]));
+                        fall > 0.0 && fall >= self.options.held_out_fall * excess(without[kind]) && companion
                     }),
                     _ => true,
                 };
@@ -605,6 +618,11 @@ fn left_to_explain<P: Problem>(problem: &P, fit: &Fit, options: &FitOptions) -> 
 fn fitted_news<'a, P: Problem>(set: &'a [usize], problem: &P, fit: &Fit, of: usize) -> News<'a> {
     let rms = rms_in_noise(problem, &fit.noise, &fit.linear.residual);
     News::Fitted { set, log_evidence: fit.log_evidence, rms, of }
+}
+
+/// What an error in units of the noise is beyond that noise.
+pub fn excess(error: f64) -> f64 {
+    (error * error - 1.0).max(0.0).sqrt()
 }
 
 /// Root mean square of residuals in units of the rows' noise with its multiplier.

@@ -1,6 +1,6 @@
 //! The answer, put together from what a search found.
 
-use identify::select::{Level, Model, Selection, left_nats};
+use identify::select::{Level, Model, Selection, excess, left_nats, rms_in_noise};
 use identify::{FitOptions, Problem, Scope, Smoothness, fit};
 use rayon::prelude::*;
 use valve_model::EffectKind;
@@ -25,6 +25,10 @@ const JUDGED_AT_MOST: usize = 4;
 
 /// Stroke times that need more than this many times their noise are not explained.
 const LARGEST_MULTIPLIER: f64 = 2.0;
+
+/// Effects that leave more than this share of the calibrated model's error on what was held out, noise aside, explain a
+/// part of it.
+const LARGEST_SHARE: f64 = 0.3;
 
 /// A nuisance is told where it is this many of its prior standard deviations off.
 const TOLD: f64 = 1.0;
@@ -54,7 +58,8 @@ pub(super) fn assemble<'a>(
     } else {
         best.fit.noise.groups[2].multiplier > LARGEST_MULTIPLIER
     };
-    let something_is_left = is_large && remainder.nats > options.select.accept && !is_good_enough;
+    let is_half_way = share_left(found, best).is_some_and(|share| share > LARGEST_SHARE);
+    let something_is_left = (is_large || is_half_way) && remainder.nats > options.select.accept && !is_good_enough;
     let mut found_outside = None;
     if something_is_left && !stop.is_asked() {
         tell(Progress::Doing("forces and flows without a law"));
@@ -91,6 +96,17 @@ pub(super) fn assemble<'a>(
         notes,
         interrupted,
     }
+}
+
+/// The share of the calibrated model's error on what was held out that the accepted effects leave, noise aside; nothing
+/// without effects, or where nothing was held out.
+fn share_left(found: &Selection<ValveProblem<'_>>, best: &Fitted<'_>) -> Option<f64> {
+    let base = found.model(&[]).filter(|_| !best.set.is_empty())?;
+    let error = |model: &Fitted<'_>| {
+        let held = model.held_out.as_ref()?;
+        Some(excess(rms_in_noise(&model.problem, &best.fit.noise, &held.own)))
+    };
+    Some(error(best)? / error(base)?.max(f64::MIN_POSITIVE))
 }
 
 /// The accepted effects, the one first without which most evidence is lost.

@@ -51,7 +51,7 @@ pub(crate) struct Secret {
 /// Effects that an answer may name without being wrong, for a realism that looks like them.
 const LOOKS_LIKE: [(&str, f64, &[&str]); 9] = [
     ("late-command", 5e-3, &["clock-offset", "solenoid-lag"]),
-    ("perry", 0.3, &["orifice-law", "outside"]),
+    ("perry", 0.0, &["orifice-law", "outside"]),
     ("silencer", 0.0, &["vent-restriction", "back-pressure", "outside"]),
     ("damped-stops", 0.0, &["closing-cushion", "opening-cushion", "outside"]),
     ("friction-asymmetry", 0.1, &["seat-adhesion", "seal-friction", "process-force", "outside"]),
