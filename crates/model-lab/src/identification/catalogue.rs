@@ -11,7 +11,7 @@ use valve_model::{EffectKind, ParameterId};
 
 use super::nuisance::{Entry, Nuisance, NuisanceSizes, nuisances};
 use super::problem::{DEFAULT_TOLERANCES, ValveProblem};
-use super::setup::{Fidelity, Setup};
+use super::setup::{Fidelity, LEAD_S, Setup};
 use super::start::Beginning;
 use crate::data::Dataset;
 use crate::space::{Space, Target};
@@ -35,11 +35,20 @@ pub struct Subject {
 /// Sizes of an effect that a fit may start from, in typical sizes.
 const SIZES: [f64; 4] = [0.1, 0.4, 1.0, 3.0];
 
-/// How long before a record its first command may have been given, in travel times: the steps, and how many.
-const UNSEEN: (f64, usize) = (0.04, 45);
+/// How long before a record its first command may have been given, in travel times: a step where that is short, a share
+/// of it where it is long, and the longest; a small pipe that feeds a large chamber takes many travel times to fill it.
+const UNSEEN: (f64, f64, f64) = (0.04, 0.08, 8.0);
 
-/// An unseen edge is one where it takes away this share of a record's error.
-const UNSEEN_SHARE: f64 = 0.5;
+/// Two unseen edges are as good where their errors differ by less than this share: a valve that was filled long ago does
+/// not show when.
+const SAME: f64 = 1e-3;
+
+/// A delay shifts what follows and nothing else where it moves what comes after the next command by no more than this many
+/// standard deviations of a row.
+const UNREST: f64 = 0.3;
+
+/// How far an unseen edge may lie from the best one at the values of the valve file, in travel times.
+const UNSEEN_SIGMA: f64 = 0.3;
 
 impl Subject {
     /// Makes a campaign ready.
@@ -64,6 +73,7 @@ impl Subject {
             tolerances_are_assumed,
         };
         subject.find_unseen_edges(&campaign.uncertainty, sizes);
+        subject.find_unrest();
         subject.choose_screen();
         subject
     }
@@ -101,13 +111,53 @@ impl Subject {
             };
             if let Some(nuisance) = own {
                 let coordinate = Coordinate { scope: nuisance.scope(), ..entry.coordinate.clone() };
-                self.screen_nuisances.push(Entry { nuisance, size: entry.size, coordinate });
+                self.screen_nuisances.push(Entry { nuisance, coordinate, ..entry.clone() });
                 self.places.push(place);
             }
         }
     }
 
-    /// Records that begin with the command on and the valve still open: whether it was given before, and about when.
+    /// Which delays only a simulation tells: those of records in which a command finds the valve still filling, emptying or
+    /// moving. Where it rests, a delay shifts what follows, up to the next command, and nothing else.
+    fn find_unrest(&mut self) {
+        let is_moving = self.low.units.iter().any(|unit| unit.beginning.is_moving());
+        let problem = self.problem(self.space.clone(), Level::Low, Stop::never());
+        let own = self.space.coordinates.len();
+        let delayed = |which: fn(usize) -> Nuisance| {
+            let mut u = problem.start();
+            for (place, entry) in self.nuisances.iter().enumerate() {
+                if matches!(entry.nuisance.scope(), Scope::Record(record) if entry.nuisance == which(record)) {
+                    u[own + place] = 1.0;
+                }
+            }
+            u
+        };
+        let points = [problem.start(), delayed(Nuisance::CloseDelay), delayed(Nuisance::OpenDelay)];
+        let predicted = predict_all(&problem, &points);
+        let unrest: Vec<bool> = (0..self.low.units.len())
+            .map(|unit| {
+                let [Some(start), Some(closing), Some(opening)] = &predicted[..] else { return true };
+                [(true, closing), (false, opening)].iter().any(|(closes, delayed)| {
+                    let record = &problem.records()[unit];
+                    let after = self.low.units[unit].followed_by_another(*closes, record);
+                    let moved = delayed[unit].iter().zip(&start[unit]).zip(record.rows()).zip(after);
+                    let moved = moved.filter(|(_, after)| *after);
+                    let moved = moved.map(|(((to, from), row), _)| ((to - from) / row.sigma).abs());
+                    moved.fold(0.0, f64::max) > UNREST
+                })
+            })
+            .collect();
+        for entry in &mut self.nuisances {
+            entry.is_simulated |= match entry.nuisance {
+                Nuisance::CloseDelay(record) | Nuisance::OpenDelay(record) => unrest[record],
+                Nuisance::Clock => is_moving,
+                _ => false,
+            };
+        }
+    }
+
+    /// Records that begin with the command on and the valve still open: about when it was given; in the
+    /// first row, long before, or between.
     fn find_unseen_edges(&mut self, stated: &Uncertainty, sizes: &NuisanceSizes) {
         let is_bore_tolerated =
             self.space.coordinates.iter().any(|c| c.target == Target::Base(ParameterId::PistonArea));
@@ -117,51 +167,59 @@ impl Subject {
         if filling.is_empty() {
             return;
         }
+        let shares: Vec<f64> = std::iter::successors(Some(0.0), |share: &f64| {
+            Some(share + UNSEEN.0.max(UNSEEN.1 * share)).filter(|next| *next <= UNSEEN.2)
+        })
+        .collect();
         let travel_s = self.low.travel_s;
+        for unit in &filling {
+            self.low.begin_earlier(*unit, (UNSEEN.2 + 1.0) * travel_s);
+        }
         let first = self.nuisances.len();
         self.nuisances.extend(filling.iter().map(|unit| Entry::new(Nuisance::UnseenEdge(*unit), travel_s)));
         let problem = self.problem(self.space.clone(), Level::Low, Stop::never());
-        let share = |step: usize| UNSEEN.0 * step as f64;
-        let points: Vec<Vec<f64>> = (0..UNSEEN.1)
-            .map(|step| {
+        let own = self.space.coordinates.len() + first;
+        let points: Vec<Vec<f64>> = shares
+            .iter()
+            .map(|share| {
                 let mut u = problem.start();
-                let own = self.space.coordinates.len() + first;
-                u[own..].fill(share(step));
+                u[own..].fill(*share);
                 u
             })
             .collect();
         let predicted = predict_all(&problem, &points);
-        let errors: Vec<Vec<f64>> = predicted
+        let error = |point: usize, unit: usize| -> f64 {
+            let Some(records) = &predicted[point] else { return f64::INFINITY };
+            let rows = problem.records()[unit].rows().zip(&records[unit]);
+            rows.map(|(row, value)| ((row.observed - value) / row.activity).powi(2)).sum()
+        };
+        let best: Vec<f64> = filling
             .iter()
-            .map(|records| {
-                let error = |unit: &usize| {
-                    let record = &problem.records()[*unit];
-                    let rows = records.as_ref().map(|records| &records[*unit]);
-                    rows.map_or(f64::INFINITY, |rows| {
-                        record
-                            .rows()
-                            .zip(rows)
-                            .map(|(row, value)| ((row.observed - value) / row.activity).powi(2))
-                            .sum()
-                    })
-                };
-                filling.iter().map(error).collect()
+            .map(|unit| {
+                let least = (0..shares.len()).map(|point| error(point, *unit)).fold(f64::INFINITY, f64::min);
+                let as_good = (0..shares.len()).rev().find(|point| error(*point, *unit) <= (1.0 + SAME) * least);
+                as_good.map_or(0.0, |point| shares[point])
             })
             .collect();
-        for (place, unit) in filling.iter().enumerate().rev() {
-            let best = (0..UNSEEN.1).min_by(|a, b| errors[*a][place].total_cmp(&errors[*b][place])).unwrap_or(0);
-            if errors[best][place] < UNSEEN_SHARE * UNSEEN_SHARE * errors[0][place] {
-                let coordinate = &mut self.nuisances[first + place].coordinate;
-                coordinate.mean = share(best);
-                coordinate.sigma = 0.3;
-                coordinate.lower = 0.0;
-                coordinate.upper = 1.9;
-                coordinate.step = 0.01;
-            } else {
-                self.nuisances.remove(first + place);
-                self.low.begin_at_rest(*unit);
-                self.high.begin_at_rest(*unit);
+        let longest = shares.last().copied().unwrap_or(0.0);
+        let entries = self.nuisances.split_off(first);
+        for ((unit, best), mut entry) in filling.into_iter().zip(best).zip(entries) {
+            if best >= longest || best <= 0.0 {
+                for setup in [&mut self.low, &mut self.high] {
+                    if best > 0.0 { setup.begin_closed(unit) } else { setup.begin_open(unit) }
+                }
+                continue;
             }
+            let coordinate = &mut entry.coordinate;
+            coordinate.mean = best;
+            coordinate.sigma = UNSEEN_SIGMA * f64::max(best, 1.0);
+            coordinate.lower = 0.0;
+            coordinate.upper = best + 3.0 * coordinate.sigma;
+            coordinate.step = 0.01;
+            for setup in [&mut self.low, &mut self.high] {
+                setup.begin_earlier(unit, coordinate.upper * travel_s + LEAD_S);
+            }
+            self.nuisances.push(entry);
         }
     }
 }

@@ -151,8 +151,8 @@ impl Nuisance {
         }
     }
 
-    /// Whether the model has to be simulated anew when it moves.
-    pub fn is_simulated(self) -> bool {
+    /// Whether the model has always to be simulated anew when it moves.
+    fn is_simulated(self) -> bool {
         matches!(
             self,
             Self::Supply(_)
@@ -177,6 +177,8 @@ pub struct Entry {
     pub size: f64,
     /// Its coordinate, in standard deviations.
     pub coordinate: Coordinate,
+    /// Whether the model has to be simulated anew when it moves.
+    pub is_simulated: bool,
 }
 
 impl Entry {
@@ -187,7 +189,7 @@ impl Entry {
         if nuisance == Nuisance::StopDamping {
             coordinate.lower = 0.0;
         }
-        Self { nuisance, size, coordinate }
+        Self { nuisance, size, coordinate, is_simulated: nuisance.is_simulated() }
     }
 }
 

@@ -37,6 +37,8 @@ pub struct ValveProblem<'a> {
     /// The nuisances; their coordinates follow those of the space.
     pub nuisances: &'a [Entry],
     coordinates: Vec<Coordinate>,
+    /// How much later than the last row the recorder's clock may see a motion, s.
+    latest_s: f64,
     stop: &'a Stop,
 }
 
@@ -60,7 +62,9 @@ impl<'a> ValveProblem<'a> {
             })
             .collect();
         coordinates.extend(nuisances.iter().map(|entry| entry.coordinate.clone()));
-        Self { setup, space, nuisances, coordinates, stop }
+        let clock = nuisances.iter().find(|entry| entry.nuisance == Nuisance::Clock);
+        let latest_s = clock.map_or(0.0, |entry| entry.size * -entry.coordinate.lower);
+        Self { setup, space, nuisances, coordinates, latest_s, stop }
     }
 
     /// The point with every coordinate at its prior mean, effects at where their fits start.
@@ -110,10 +114,13 @@ impl<'a> ValveProblem<'a> {
                 supply_pressure_pa: mapped(&driven.supply_pressure_pa, &|value| ambient + factor * (value - ambient)),
             }));
         }
+        // The state in which a record begins in motion belongs to the recorder's clock; only the commands do not.
+        let by_clock = if unit.beginning.is_moving() { self.nuisance(u, Nuisance::Clock) } else { 0.0 };
         for edge in &mut run.commands {
             let which = if edge.close { Nuisance::CloseDelay(index) } else { Nuisance::OpenDelay(index) };
-            edge.time_s = (edge.time_s + self.nuisance(u, which)).max(0.0);
+            edge.time_s = (edge.time_s + self.nuisance(u, which) + by_clock).max(0.0);
         }
+        run.end_s += self.latest_s + TIME_STEP_S;
         if unit.beginning == Beginning::Filling
             && let Some(first) = run.commands.first_mut()
         {
@@ -145,8 +152,9 @@ impl<'a> ValveProblem<'a> {
         nodes: &Trajectory,
         shift_s: f64,
     ) -> Vec<f64> {
-        let clock = self.nuisance(u, Nuisance::Clock) + shift_s;
-        let origin_s = self.setup.units[index].origin_s;
+        let unit = &self.setup.units[index];
+        let clock = if unit.beginning.is_moving() { 0.0 } else { self.nuisance(u, Nuisance::Clock) };
+        let (clock, origin_s) = (clock + shift_s, unit.origin_s);
         let mut values = Vec::new();
         let mut recorded = Predicted::default();
         for channel in &trace.channels {
@@ -185,8 +193,7 @@ impl<'a> ValveProblem<'a> {
         let close = close.unwrap_or(BEYOND * (schedule.open_at_s - schedule.close_at_s));
         let open = cycle.and_then(|cycle| cycle.open_time_s);
         let open = open.unwrap_or(BEYOND * (schedule.end_s - schedule.open_at_s));
-        let close = close + clock + self.nuisance(u, Nuisance::CloseDelay(index));
-        let open = open + clock + self.nuisance(u, Nuisance::OpenDelay(index));
+        let (close, open) = (close + clock, open + clock);
         times.closing.iter().map(|closing| if *closing { close } else { open }).collect()
     }
 
@@ -255,19 +262,14 @@ impl<'a> ValveProblem<'a> {
         let unit = &self.setup.units[index];
         let mut columns = Vec::new();
         for (place, entry) in self.nuisances.iter().enumerate() {
-            if entry.nuisance.is_simulated() || !entry.coordinate.moves(index) {
+            if entry.is_simulated || !entry.coordinate.moves(index) {
                 continue;
             }
             let column = match &unit.kind {
                 Kind::Trace(trace) => self.trace_column(u, index, trace, entry.nuisance, at, by_time),
                 Kind::Times(times) => {
-                    let moves = |closing: bool| match entry.nuisance {
-                        Nuisance::Clock => 1.0,
-                        Nuisance::CloseDelay(_) => f64::from(u8::from(closing)),
-                        Nuisance::OpenDelay(_) => f64::from(u8::from(!closing)),
-                        _ => 0.0,
-                    };
-                    times.closing.iter().map(|closing| moves(*closing)).collect()
+                    let by = if entry.nuisance == Nuisance::Clock { 1.0 } else { 0.0 };
+                    vec![by; times.closing.len()]
                 }
             };
             columns.push((first + place, column.into_iter().map(|value| value * entry.size).collect()));
@@ -336,9 +338,8 @@ impl Problem for ValveProblem<'_> {
 
     fn linearise(&self, u: &[f64], steps: &[f64]) -> Option<Vec<Linear>> {
         let first = self.space.coordinates.len();
-        let is_simulated = |index: &usize| {
-            index.checked_sub(first).is_none_or(|nuisance| self.nuisances[nuisance].nuisance.is_simulated())
-        };
+        let is_simulated =
+            |index: &usize| index.checked_sub(first).is_none_or(|nuisance| self.nuisances[nuisance].is_simulated);
         let simulated: Vec<usize> = (0..u.len()).filter(is_simulated).collect();
         let mut linear = self.differences(u, steps, &simulated)?;
         // How every row moves with time, from the same motion seen by a clock that is a little off.

@@ -114,10 +114,7 @@ pub struct Setup {
 }
 
 /// How much a simulation begins before a record that begins at rest, so that a command may come early, s.
-const LEAD_S: f64 = 0.1;
-
-/// A simulation of a record that begins while the valve fills begins this many travel times before it.
-const FILLING_LEAD: f64 = 2.0;
+pub(super) const LEAD_S: f64 = 0.1;
 
 /// The step of the integrator, s: a millisecond, longer where a stroke takes very long, shorter where it is over at once.
 fn step_s(travel_s: f64) -> f64 {
@@ -179,12 +176,11 @@ impl Setup {
         }
     }
 
-    /// Takes a record that begins with the command on for one whose command was given at its first row.
-    pub(super) fn begin_at_rest(&mut self, unit: usize) {
+    /// Lets the simulation of a record begin at rest so long before its first row.
+    pub(super) fn begin_earlier(&mut self, unit: usize, lead_s: f64) {
         let unit = &mut self.units[unit];
-        let by = -LEAD_S - unit.origin_s;
-        unit.origin_s = -LEAD_S;
-        unit.beginning = Beginning::Open;
+        let by = -lead_s - unit.origin_s;
+        unit.origin_s = -lead_s;
         unit.run.end_s -= by;
         for edge in &mut unit.run.commands {
             edge.time_s -= by;
@@ -193,6 +189,21 @@ impl Setup {
             let time_s = driven.time_s.iter().map(|time| time - by).collect();
             unit.run.driven = Some(Arc::new(Driven { time_s, ..Driven::clone(driven) }));
         }
+    }
+
+    /// Lets the simulation of a record begin open and vented, its first command in its first row.
+    pub(super) fn begin_open(&mut self, unit: usize) {
+        self.begin_earlier(unit, LEAD_S);
+        self.units[unit].beginning = Beginning::Open;
+    }
+
+    /// Lets the simulation of a record begin closed and filled.
+    pub(super) fn begin_closed(&mut self, unit: usize) {
+        self.begin_earlier(unit, LEAD_S);
+        let unit = &mut self.units[unit];
+        unit.beginning = Beginning::Closed;
+        unit.run.start = Start::ClosedRest;
+        unit.run.commands.retain(|edge| !edge.close || edge.time_s > LEAD_S);
     }
 
     /// The step of the integrator, s, and its substeps at most.
@@ -245,6 +256,18 @@ fn stroke_s(data: &Dataset, travel_s: f64) -> f64 {
 }
 
 impl Unit {
+    /// For each row of the record: whether its last command is another than one to close (or to open), and such a one came
+    /// before it.
+    pub(super) fn followed_by_another(&self, closes: bool, record: &Record) -> Vec<bool> {
+        let edges = || self.run.commands.iter().rev();
+        let of_row = |row: &Row| {
+            let time = row.time_s - self.origin_s;
+            let mut before = edges().filter(|edge| edge.time_s <= time);
+            before.next().is_some_and(|last| last.close != closes) && before.any(|edge| edge.close == closes)
+        };
+        record.rows().map(of_row).collect()
+    }
+
     /// Whether pressures were recorded that judge the model.
     pub fn has_pressures(&self) -> bool {
         matches!(&self.kind, Kind::Trace(trace) if trace.channels.len() > 1)
@@ -340,8 +363,7 @@ impl Part {
 /// simulation of a later one begins with the cycle before it, which leaves some gas behind.
 fn parts(data: &RunData, start: Beginning, stroke_m: f64, travel_s: f64) -> Vec<Part> {
     let origin_s = match start {
-        Beginning::Open | Beginning::Closed => -LEAD_S,
-        Beginning::Filling => -LEAD_S.max(FILLING_LEAD * travel_s),
+        Beginning::Open | Beginning::Closed | Beginning::Filling => -LEAD_S,
         Beginning::Moving { .. } => 0.0,
     };
     let rests = |time: f64| {

@@ -8,7 +8,7 @@ use valve_model::Parameters;
 pub enum Beginning {
     /// At rest, open and vented.
     Open,
-    /// At rest, open, with the command on since some time before the record.
+    /// Open, closing or closed, with the command on since some time before the record.
     Filling,
     /// At rest, closed and filled.
     Closed,
@@ -21,6 +21,13 @@ pub enum Beginning {
         /// One standard deviation of the speed, m/s.
         velocity_sigma_m_per_s: f64,
     },
+}
+
+impl Beginning {
+    /// Whether the simulation begins with the state that the record begins with.
+    pub fn is_moving(self) -> bool {
+        matches!(self, Self::Moving { .. })
+    }
 }
 
 /// The beginning of a record is judged over this time at least, s, and over this share of a stroke's travel.
@@ -73,13 +80,13 @@ pub fn beginning(
     let is_energised = commands.first().is_some_and(|edge| edge.close && edge.time_s <= 0.0);
     let opens_first = commands.first().is_some_and(|edge| !edge.close);
     // A valve whose command was on before the record is one whose past can be simulated.
-    if is_energised && (velocity < 0.0 || position > (1.0 - ON_STOP) * stroke_m) && position > ON_STOP * stroke_m {
+    if is_energised && !(moves && velocity > 0.0) {
         return Beginning::Filling;
     }
     if !moves && position > (1.0 - ON_STOP) * stroke_m {
         return Beginning::Open;
     }
-    if !moves && position < ON_STOP * stroke_m && (is_energised || opens_first) {
+    if !moves && position < ON_STOP * stroke_m && opens_first {
         return Beginning::Closed;
     }
     Beginning::Moving {
@@ -137,6 +144,8 @@ mod tests {
         let on = [CommandEdge { time_s: 0.0, close: true }];
         assert_eq!(beginning(&times, &open, 6e-5, &on, 0.0254, 1.0), Beginning::Filling);
         let (times, closed) = record(|_| 0.0);
-        assert_eq!(beginning(&times, &closed, 6e-5, &on, 0.0254, 1.0), Beginning::Closed);
+        assert_eq!(beginning(&times, &closed, 6e-5, &on, 0.0254, 1.0), Beginning::Filling);
+        let off = [CommandEdge { time_s: 0.1, close: false }];
+        assert_eq!(beginning(&times, &closed, 6e-5, &off, 0.0254, 1.0), Beginning::Closed);
     }
 }

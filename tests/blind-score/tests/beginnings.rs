@@ -1,0 +1,33 @@
+//! Records that begin or end where a recorder happened to be switched: nothing is missing in them.
+
+use blind_benchmark::world::{Class, Realisms, World, WorldSpec, draw_world};
+use blind_score::{Scored, score_recording};
+
+/// A laboratory's campaign in which nothing is hidden, with one imperfection.
+fn nothing_hidden(realism: &'static str, class: Class, seed: u64) -> Scored {
+    let spec = WorldSpec {
+        weights: [1.0, 0.0, 0.0, 0.0],
+        class: Some(class),
+        realisms: Some(Realisms::only(realism, 1.0)),
+        ..WorldSpec::of(World::Laboratory)
+    };
+    let folder = tempfile::tempdir().unwrap();
+    score_recording(&draw_world(seed, 0, &spec), folder.path()).unwrap()
+}
+
+#[test]
+fn wherever_a_record_begins_the_model_explains_it_to_the_noise() {
+    let cases = [
+        ("begins-filling", Class::Needle, 31),
+        ("begins-filling", Class::Common, 32),
+        ("begins-moving", Class::Common, 33),
+        ("begins-moving", Class::Needle, 34),
+        ("begins-before-rest", Class::Common, 35),
+    ];
+    for (realism, class, seed) in cases {
+        let scored = nothing_hidden(realism, class, seed);
+        assert_eq!(scored.answer.verdict, "adequate", "{realism}: {scored:?}");
+        let share = scored.answer.held_out.unwrap();
+        assert!(share < 2.0, "{realism}: {share} of the noise on strokes that were held out");
+    }
+}
