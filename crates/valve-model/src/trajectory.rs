@@ -6,7 +6,7 @@ pub enum Outcome {
     /// It went to its end.
     #[default]
     Complete,
-    /// It was not begun: [`Prepared::check`] says why. Its only node is a state of rest.
+    /// It was not begun: [`crate::Prepared::check`] says why. Its only node is a state of rest.
     Refused,
     /// It stopped because a state was no longer a possible one, such as a mass of gas that is not above 0 or no
     /// number: the valve is beyond what the method can follow. The nodes go as far as they are numbers.

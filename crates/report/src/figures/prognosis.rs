@@ -20,7 +20,7 @@ pub struct PrognosisPoint {
     pub rul_cycles: Option<f64>,
     /// 5 and 95 % bounds of the remaining useful life, cycles.
     pub rul_bounds_cycles: Option<[f64; 2]>,
-    /// Probability of each of [`PrognosisFigure::faults`]; empty where it is not known.
+    /// Probability of each of `PrognosisFigure::faults`; empty where it is not known.
     pub fault_probability: Vec<f64>,
 }
 
