@@ -35,7 +35,7 @@ pub fn run(args: &BuildTablesArgs) -> anyhow::Result<Answer> {
     dir.write(&built.bundle)?;
     match args.format {
         Format::Text => {
-            let mut text = summary(&built.bundle);
+            let mut text = summary(&built.bundle).render();
             if let Some(range) = built.bundle.condition_range() {
                 text = format!("{text}\n{}\n{}", over(&range), summary_over_conditions(&built.bundle));
             }
@@ -164,45 +164,31 @@ impl Drop for TableDir {
     }
 }
 
-/// What was built, in a table.
-pub fn summary(bundle: &TableBundle) -> String {
-    let heads = summary_columns(bundle);
-    let aligned = [Align::Left, Align::Right, Align::Right, Align::Right, Align::Left, Align::Right, Align::Right];
-    let columns: Vec<(&str, Align)> = heads.iter().map(String::as_str).zip(aligned).collect();
-    let mut table = TextTable::new(&columns);
-    for row in summary_rows(bundle) {
-        table.row(row);
-    }
-    table.render()
-}
-
-/// Heads of the columns of [`summary_rows`].
-pub fn summary_columns(bundle: &TableBundle) -> [String; 7] {
-    let (largest, limit) =
-        if leaks_only(bundle) { ("largest leak (mm²)", "life ends at (mm²)") } else { ("largest", "life ends at") };
-    [
-        if leaks_only(bundle) { "fault" } else { "wear" },
-        "points",
-        largest,
-        limit,
-        "by the stroke",
-        "error to there (ms)",
-        "beyond (ms)",
-    ]
-    .map(str::to_owned)
-}
-
-/// A row for each degradation.
-pub fn summary_rows(bundle: &TableBundle) -> Vec<Vec<String>> {
+/// What was built: a row for each degradation.
+pub fn summary(bundle: &TableBundle) -> TextTable {
     let leaks_only = leaks_only(bundle);
-    let row = |entry: BundleEntry<'_>| {
+    let (wear, largest, limit) = if leaks_only {
+        ("fault", "largest leak (mm²)", "life ends at (mm²)")
+    } else {
+        ("wear", "largest", "life ends at")
+    };
+    let mut table = TextTable::new(&[
+        (wear, Align::Left),
+        ("points", Align::Right),
+        (largest, Align::Right),
+        (limit, Align::Right),
+        ("by the stroke", Align::Left),
+        ("error to there (ms)", Align::Right),
+        ("beyond (ms)", Align::Right),
+    ]);
+    for entry in bundle.entries() {
         let info = entry.info;
         let severity = &entry.degradation.severity;
         let number = |si: f64, decimals: usize| {
             let number = format!("{:.decimals$}", severity.file_from_si(si));
             if leaks_only { number } else { format!("{number} {}", shown_unit(severity)).trim_end().to_owned() }
         };
-        vec![
+        table.row(vec![
             entry.degradation.name.to_string(),
             entry.table.points().len().to_string(),
             number(entry.table.range().1, 4),
@@ -210,9 +196,9 @@ pub fn summary_rows(bundle: &TableBundle) -> Vec<Vec<String>> {
             tables::failing_stroke(&entry).map_or_else(String::new, |stroke| stroke.to_string()),
             milliseconds(info.interpolation_error.up_to_limit_s),
             milliseconds(info.interpolation_error.beyond_limit_s),
-        ]
-    };
-    bundle.entries().map(row).collect()
+        ]);
+    }
+    table
 }
 
 /// How accurate the tables over conditions are.

@@ -42,7 +42,7 @@ pub fn run(args: &DemoArgs) -> anyhow::Result<Answer> {
     let limits = file.limits();
     let tell = |text: &str| if args.format == Format::Text { output::print_text(text) } else { Ok(()) };
     tell(&format!(
-        "1. The valve file describes {:?}. Simulated healthy, it closes {} and opens {};\n   \
+        "1. The valve file describes {:?}. Simulated healthy, it closes {} and opens {}; \
          its life ends where a closing takes more than {} s or an opening more than {} s.\n\n",
         file.name(),
         text(healthy[0]),
@@ -54,18 +54,18 @@ pub fn run(args: &DemoArgs) -> anyhow::Result<Answer> {
     let built = tables::build(&file)?;
     let bundle = Arc::new(built.bundle);
     tell(&format!(
-        "2. Tables from leak area to stroke times, for a pipe that leaks to the atmosphere and one\n   \
+        "2. Tables from leak area to stroke times, for a pipe that leaks to the atmosphere and one \
          that leaks from the supply ({} cycles simulated until periodic):\n\n{}\n",
         built.simulated,
-        indented(&build_tables::summary(&bundle))
+        indented(&build_tables::summary(&bundle).render_beside(INDENT))
     ))?;
 
     let limit_mm2 = leak_table::mm2_from_m2(bundle.limit_area_m2(leak_table::Fault::Atmosphere));
     let true_eol_cycle = limit_mm2 / TRUE_GROWTH_MM2;
     let Chain { table, last, figure, prognoses } = prognose(&bundle, true_eol_cycle)?;
     tell(&format!(
-        "3. A timing log of 25 cycles, with a missing cycle and a mistyped time, read through the tables.\n   \
-         Its leak was made to grow to the limit at cycle {true_eol_cycle:.1}; what was said on the way:\n\n{}\n   {last}\n\n",
+        "3. A timing log of 25 cycles, with a missing cycle and a mistyped time, read through the tables. \
+         Its leak was made to grow to the limit at cycle {true_eol_cycle:.1}; what was said on the way:\n\n{}\n{last}\n\n",
         indented(&table)
     ))?;
     tell(&format!("Done in {:.2} s. The same with your own files:\n{NEXT}", start.elapsed().as_secs_f64()))?;
@@ -118,8 +118,11 @@ const NEXT: &str = "
 `valve demo --files DIR` leaves these files in DIR; `valve help` lists all verbs.
 ";
 
+/// Columns before a table.
+const INDENT: usize = 3;
+
 fn indented(text: &str) -> String {
-    let lines: Vec<String> = text.lines().map(|line| format!("   {line}")).collect();
+    let lines: Vec<String> = text.lines().map(|line| format!("{:INDENT$}{line}", "")).collect();
     lines.join("\n") + "\n"
 }
 
@@ -158,7 +161,7 @@ fn prognose(tables: &Arc<TableBundle>, true_eol_cycle: f64) -> anyhow::Result<Ch
     let ends = Ends::of(prognoser.lasts().cloned());
     let last = ends.iter().map(super::prognose::End::sentence).collect::<Vec<_>>().join("\n");
     let figure = history.figure(tables, method.name(), Some(true_eol_cycle));
-    Ok(Chain { table: table.render(), last, figure, prognoses })
+    Ok(Chain { table: table.render_beside(INDENT), last, figure, prognoses })
 }
 
 fn cells(one: &Prognosis, true_eol_cycle: f64) -> Vec<String> {

@@ -19,8 +19,11 @@ pub fn next_step(why: &str, arguments: &[&str]) -> String {
 pub fn command(arguments: &[&str]) -> String {
     let mut text = String::from("    valve");
     let mut column = text.len();
-    for argument in arguments {
-        let word = quoted(argument);
+    let mut rest = arguments.iter().peekable();
+    while let Some(argument) = rest.next() {
+        // An option and what belongs to it stay together.
+        let value = rest.next_if(|next| argument.starts_with("--") && !next.starts_with("--"));
+        let word = [Some(argument), value].into_iter().flatten().map(|word| quoted(word)).collect::<Vec<_>>().join(" ");
         let width = word.chars().count();
         if column + 1 + width > COMMAND_COLUMNS && column > 8 {
             text.push_str(" \\\n       ");
@@ -73,6 +76,8 @@ mod tests {
         let long = "a".repeat(40);
         let lines = command(&["adopt", &long, &long, "--out", "better.toml"]);
         assert_eq!(lines, format!("    valve adopt {long} \\\n        {long} --out better.toml\n"));
+        let lines = command(&["adopt", &"a".repeat(52), "--out", "better.toml"]);
+        assert!(lines.ends_with(" \\\n        --out better.toml\n"), "{lines}");
     }
 
     #[test]

@@ -8,6 +8,7 @@ mod cli;
 mod compare;
 mod docs;
 mod explain;
+mod fleet;
 mod init;
 mod lab;
 mod next;

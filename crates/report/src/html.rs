@@ -4,13 +4,74 @@ use std::fmt::Write;
 
 use crate::Figure;
 
+/// What a text is coloured for; its words say the same.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Tone {
+    /// Stands out.
+    Strong,
+    /// Needs somebody now.
+    Bad,
+    /// Will need somebody.
+    Caution,
+    /// Worth a look.
+    Note,
+    /// As it should be.
+    Good,
+    /// Not known.
+    Faint,
+}
+
+impl Tone {
+    /// The class of the page's style.
+    const fn class(self) -> &'static str {
+        match self {
+            Self::Strong => "strong",
+            Self::Bad => "bad",
+            Self::Caution => "caution",
+            Self::Note => "note",
+            Self::Good => "good",
+            Self::Faint => "faint",
+        }
+    }
+}
+
+/// One cell of a table.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Cell {
+    /// What is read.
+    pub text: String,
+    /// What it is coloured for.
+    pub tone: Option<Tone>,
+}
+
+impl Cell {
+    /// A cell with a tone.
+    pub fn toned(text: impl Into<String>, tone: Tone) -> Self {
+        Self { text: text.into(), tone: Some(tone) }
+    }
+}
+
+impl From<String> for Cell {
+    fn from(text: String) -> Self {
+        Self { text, tone: None }
+    }
+}
+
 /// A table of the report: what people read, already formatted.
 #[derive(Debug, Clone, Default)]
 pub struct Table {
     /// Heads of the columns.
     pub columns: Vec<String>,
     /// The rows.
-    pub rows: Vec<Vec<String>>,
+    pub rows: Vec<Vec<Cell>>,
+}
+
+impl Table {
+    /// A table of plain texts.
+    pub fn of_texts<const N: usize>(columns: [&str; N], rows: Vec<Vec<String>>) -> Self {
+        let cells = |row: Vec<String>| row.into_iter().map(Cell::from).collect();
+        Self { columns: columns.map(str::to_owned).into(), rows: rows.into_iter().map(cells).collect() }
+    }
 }
 
 /// One block of a section.
@@ -60,6 +121,8 @@ border-bottom:1px solid #ddd;padding-bottom:.2em}\
 table{border-collapse:collapse;font-size:.92em;margin:1em 0}\
 th,td{padding:.25em .9em;text-align:right;border-bottom:1px solid #e4e4e4}\
 th:first-child,td:first-child{text-align:left}th{border-bottom:2px solid #8c8c8c}\
+td.strong,td.bad{font-weight:600}td.bad{color:#9c2a00}td.caution{color:#8a5a00}td.note{color:#005a9c}\
+td.good{color:#00664a}td.faint{color:#5a5a5a}\
 pre{background:#f6f6f6;padding:.8em 1em;overflow-x:auto;font-size:.9em}\
 figure{margin:1em 0}figure svg{max-width:100%;height:auto}\
 nav a{margin-right:1.2em}@media print{nav{display:none}}";
@@ -121,7 +184,8 @@ fn write_table(out: &mut String, table: &Table) {
     for row in &table.rows {
         out.push_str("<tr>");
         for cell in row {
-            let _ = write!(out, "<td>{}</td>", escape(cell));
+            let class = cell.tone.map_or_else(String::new, |tone| format!(" class=\"{}\"", tone.class()));
+            let _ = write!(out, "<td{class}>{}</td>", escape(&cell.text));
         }
         out.push_str("</tr>\n");
     }
@@ -138,15 +202,14 @@ mod tests {
 
     #[test]
     fn page_holds_its_parts_and_escapes_them() {
-        let table = Table {
-            columns: vec!["step".to_owned(), "error".to_owned()],
-            rows: vec![vec!["a < b".to_owned(), "1.0".to_owned()]],
-        };
+        let mut table = Table::of_texts(["step", "error"], vec![vec!["a < b".to_owned(), "1.0".to_owned()]]);
+        table.rows[0].push(Cell::toned("act-now", Tone::Bad));
         let section =
             Section { title: "Errors".to_owned(), blocks: vec![Block::Table(table), Block::Text("x & y".to_owned())] };
         let page = Page { title: "DV-1".to_owned(), sections: vec![section], ..Page::default() };
         let html = page.to_html();
         assert!(html.contains("<td>a &lt; b</td>"));
+        assert!(html.contains("<td class=\"bad\">act-now</td>"));
         assert!(html.contains("<p>x &amp; y</p>"));
         assert!(!html.contains("src="), "the page must not need other files");
     }

@@ -1,130 +1,11 @@
-//! What is kept of the stream: the last state of every valve, and the path of the
-//! one that is drawn.
+//! The path of the valve that is drawn.
 
 use leak_table::{BundleEntry, Degradation, Fault, SeverityAt, Stroke, TableBundle};
 use prognoser::bayes::FaultProbability;
-use prognoser::{FaultCall, Prognosis, Reading, Status};
+use prognoser::{FaultCall, Prognosis, Reading};
 use report::figures::{PrognosisFigure, PrognosisPoint};
 
 use crate::commands::tables::quantity;
-use crate::output::{Align, TextTable};
-
-/// How a valve stood after its last row.
-#[derive(Debug, Clone)]
-pub struct End(Prognosis);
-
-/// The last state of every valve, the worst first.
-#[derive(Debug, Default)]
-pub struct Ends(Vec<End>);
-
-impl Ends {
-    /// From the last prognosis of every valve.
-    pub fn of(lasts: impl Iterator<Item = Prognosis>) -> Self {
-        let mut ends: Vec<End> = lasts.map(End).collect();
-        let left = |end: &End| end.0.rul_p05.unwrap_or(f64::INFINITY);
-        ends.sort_by(|a, b| {
-            let worse = b.0.status.cmp(&a.0.status).then(left(a).total_cmp(&left(b)));
-            worse.then_with(|| a.0.valve.cmp(&b.0.valve))
-        });
-        Self(ends)
-    }
-
-    /// All valves.
-    pub fn iter(&self) -> impl Iterator<Item = &End> {
-        self.0.iter()
-    }
-
-    /// Number of valves.
-    pub fn len(&self) -> usize {
-        self.0.len()
-    }
-
-    /// How many valves stand where, the worst first: "2 act-now, 5 healthy".
-    pub fn counts(&self) -> String {
-        let count = |status: Status| self.0.iter().filter(|end| end.0.status == status).count();
-        let words = Status::ALL.into_iter().rev().map(|status| (count(status), status.name()));
-        words
-            .filter(|(count, _)| *count > 0)
-            .map(|(count, name)| format!("{count} {name}"))
-            .collect::<Vec<_>>()
-            .join(", ")
-    }
-
-    /// All valves in a table.
-    pub fn table(&self) -> TextTable {
-        let mut table = TextTable::new(&[
-            ("valve", Align::Left),
-            ("cycle", Align::Right),
-            ("status", Align::Left),
-            ("fault", Align::Left),
-            ("severity", Align::Right),
-            ("cycles left", Align::Right),
-            ("5 to 95 %", Align::Right),
-            ("replace by", Align::Right),
-            ("caveat", Align::Left),
-        ]);
-        for End(one) in &self.0 {
-            let number = |value: Option<f64>, digits: usize| {
-                value.map_or_else(|| "-".to_owned(), |value| format!("{value:.digits$}"))
-            };
-            let named = one.fault.wears();
-            table.row(vec![
-                one.valve.clone(),
-                one.cycle.to_string(),
-                one.status.name().to_owned(),
-                one.fault.name().to_owned(),
-                number(one.severity.filter(|_| named), 2),
-                number(one.rul_cycles.filter(|_| named), 1),
-                bounds(one)
-                    .filter(|_| named)
-                    .map_or_else(|| "-".to_owned(), |[low, high]| format!("{low:.1} to {high:.1}")),
-                one.replace_by
-                    .clone()
-                    .or(one.replace_by_cycle.map(|by| by.to_string()))
-                    .unwrap_or_else(|| "-".to_owned()),
-                one.caveat.clone().unwrap_or_default(),
-            ]);
-        }
-        table
-    }
-}
-
-impl End {
-    /// The last row.
-    pub fn row(&self) -> &Prognosis {
-        &self.0
-    }
-
-    /// The state in a sentence.
-    pub fn sentence(&self) -> String {
-        let one = &self.0;
-        let (name, cycle) = (&one.valve, one.cycle);
-        let mut sentence = if one.fault.wears() {
-            let kind = fault_words(one.fault);
-            let leak = one.leak_area_mm2.map_or_else(String::new, |area| format!(" of {area:.4} mm²"));
-            let life = match (one.status, one.rul_cycles, bounds(one)) {
-                (Status::EolReached, ..) => "end of life is reached".to_owned(),
-                (_, Some(rul), Some([low, high])) => format!("{rul:.1} cycles left (5 to 95 %: {low:.1} to {high:.1})"),
-                (_, Some(rul), None) => format!("{rul:.1} cycles left"),
-                (_, None, _) => "too early to tell the remaining life".to_owned(),
-            };
-            format!("{name}, cycle {cycle}: {kind}{leak}; {life}")
-        } else {
-            let known = match (one.status, one.fault) {
-                (Status::EolReached, _) => "end of life is reached: strokes take too long",
-                (_, FaultCall::None) => "nothing wears",
-                _ => "no fault can be named yet",
-            };
-            format!("{name}, cycle {cycle}: {known}")
-        };
-        if let Some(caveat) = &one.caveat {
-            sentence.push_str(" (");
-            sentence.push_str(caveat);
-            sentence.push(')');
-        }
-        sentence
-    }
-}
 
 /// A fault in words.
 pub fn fault_words(fault: FaultCall) -> &'static str {
@@ -137,7 +18,8 @@ pub fn fault_words(fault: FaultCall) -> &'static str {
     }
 }
 
-fn bounds(prognosis: &Prognosis) -> Option<[f64; 2]> {
+/// The remaining cycles from 5 to 95 %.
+pub fn bounds(prognosis: &Prognosis) -> Option<[f64; 2]> {
     Some([prognosis.rul_p05?, prognosis.rul_p95?])
 }
 

@@ -1,8 +1,10 @@
 //! `valve prognose`: a timing log through the tables to remaining useful life.
 
+mod ends;
 mod history;
 mod settings;
 mod shards;
+mod standing;
 mod writer;
 
 use std::fs::File;
@@ -22,7 +24,8 @@ use crate::cli::{PrognoseArgs, StreamFormat};
 use crate::failure::{Answer, Hinted};
 use crate::output::{self, Outputs, PlotFile, free_name, next_step};
 
-pub use history::{End, Ends, History, probability};
+pub use ends::{End, Ends};
+pub use history::{History, probability};
 
 /// How often a growing log is looked at.
 const POLL: Duration = Duration::from_millis(200);

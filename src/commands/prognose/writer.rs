@@ -8,7 +8,7 @@ use prognoser::{FaultCall, Prognosis};
 use super::Ends;
 use super::history::probability;
 use crate::cli::StreamFormat;
-use crate::output::push_number;
+use crate::output::{manner, paint, push_number};
 
 /// Decimals of cycles, probabilities and areas, which the prognosis itself is
 /// rounded to.
@@ -107,7 +107,9 @@ impl<W: Write> Writer<W> {
                     writeln!(self.out)?;
                 }
                 let valves = if ends.len() == 1 { "1 valve".to_owned() } else { format!("{} valves", ends.len()) };
-                writeln!(self.out, "{valves}: {}\n", ends.counts())?;
+                let coloured = manner().coloured;
+                let counts = ends.counts().into_iter().map(|cell| paint(&cell.text, cell.tone.filter(|_| coloured)));
+                writeln!(self.out, "{valves}: {}\n", counts.collect::<Vec<_>>().join(", "))?;
                 self.out.write_all(ends.table().render().as_bytes())?;
             }
             StreamFormat::Jsonl | StreamFormat::Csv => {}

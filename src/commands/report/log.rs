@@ -1,6 +1,5 @@
 //! The section about a timing log.
 
-use std::collections::HashMap;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
@@ -11,32 +10,21 @@ use leak_table::TableBundle;
 use prognoser::{Method, Prognoser, TimingLog};
 use report::html::{Block, Section, Table};
 
-use crate::commands::prognose::{End, Ends, History};
+use crate::commands::prognose::{Ends, History};
 
 /// Valves that get a picture.
 const PICTURES: usize = 8;
 /// Remarks that are listed.
 const REMARKS: usize = 50;
 
-/// Reads the log and tells how its valves stand.
+/// Reads the log and tells how its valves stand: all in a table, the worst first, and the worst of them in pictures.
 pub fn section(path: &Path, tables: &Arc<TableBundle>) -> anyhow::Result<Section> {
-    let file = File::open(path).with_context(|| format!("{}: cannot be read", path.display()))?;
-    let mut log = TimingLog::new(path.display().to_string(), BufReader::new(file))?;
-    let method = Method::default();
-    let mut prognoser = Prognoser::new(Arc::clone(tables), method);
-    let mut histories: Vec<History> = Vec::new();
-    let mut places: HashMap<String, usize> = HashMap::new();
+    let mut prognoser = Prognoser::new(Arc::clone(tables), Method::default());
     let mut remarks: Vec<Vec<String>> = Vec::new();
     let mut unlisted = 0_usize;
+    let mut log = open(path)?;
     while let Some(row) = log.next_row()? {
-        let (prognosis, reading) = (prognoser.push(&row), row.reading);
-        if !places.contains_key(&prognosis.valve) && histories.len() < PICTURES {
-            places.insert(prognosis.valve.clone(), histories.len());
-            histories.push(History::of(Some(prognosis.valve.clone())));
-        }
-        if let Some(place) = places.get(&prognosis.valve) {
-            histories[*place].add(&reading, &prognosis);
-        }
+        let prognosis = prognoser.push(&row);
         for notice in &prognosis.notices {
             if remarks.len() < REMARKS {
                 remarks.push(vec![prognosis.valve.clone(), prognosis.cycle.to_string(), notice.to_string()]);
@@ -50,14 +38,16 @@ pub fn section(path: &Path, tables: &Arc<TableBundle>) -> anyhow::Result<Section
     if ends.len() <= PICTURES {
         blocks.extend(ends.iter().map(|end| Block::Callout(end.sentence())));
     } else {
-        blocks.push(Block::Table(states(&ends)));
+        let counts: Vec<String> = ends.counts().into_iter().map(|cell| cell.text).collect();
+        blocks.push(Block::Callout(format!("{} valves: {}", ends.len(), counts.join(", "))));
+        blocks.push(Block::Table(ends.table().into()));
+        blocks.push(Block::Text(format!("How the {PICTURES} that stand worst came to this:")));
     }
-    let figures = histories.into_iter().filter_map(|history| history.figure(tables, method.name(), None));
-    blocks.extend(figures.map(|figure| Block::Figure(Box::new(figure.figure()))));
+    let worst: Vec<&str> = ends.iter().take(PICTURES).map(|end| end.row().valve.as_str()).collect();
+    blocks.extend(pictures(path, tables, &worst)?);
     if !remarks.is_empty() {
         blocks.push(Block::Text("What was odd in the log:".to_owned()));
-        let columns = ["valve", "cycle", "remark"].map(str::to_owned).into();
-        blocks.push(Block::Table(Table { columns, rows: remarks }));
+        blocks.push(Block::Table(Table::of_texts(["valve", "cycle", "remark"], remarks)));
     }
     if unlisted > 0 {
         blocks.push(Block::Text(format!("{unlisted} more remarks are not listed; `valve prognose` prints all.")));
@@ -65,22 +55,22 @@ pub fn section(path: &Path, tables: &Arc<TableBundle>) -> anyhow::Result<Section
     Ok(Section { title: "Timing log".to_owned(), blocks })
 }
 
-/// How every valve stands, in a table.
-fn states(ends: &Ends) -> Table {
-    let row = |end: &End| {
-        let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.1}"));
-        let one = end.row();
-        vec![
-            one.valve.clone(),
-            one.cycle.to_string(),
-            one.fault.name().to_owned(),
-            number(one.rul_cycles),
-            number(one.rul_p05),
-            one.status.name().to_owned(),
-        ]
-    };
-    Table {
-        columns: ["valve", "cycle", "fault", "cycles left", "at least (95 %)", "status"].map(str::to_owned).into(),
-        rows: ends.iter().map(row).collect(),
+fn open(path: &Path) -> anyhow::Result<TimingLog<BufReader<File>>> {
+    let file = File::open(path).with_context(|| format!("{}: cannot be read", path.display()))?;
+    Ok(TimingLog::new(path.display().to_string(), BufReader::new(file))?)
+}
+
+/// The paths of these valves. Which they are is only known at the end of the log, so it is read again.
+fn pictures(path: &Path, tables: &Arc<TableBundle>, valves: &[&str]) -> anyhow::Result<Vec<Block>> {
+    let method = Method::default();
+    let mut prognoser = Prognoser::new(Arc::clone(tables), method);
+    let mut histories: Vec<History> = valves.iter().map(|name| History::of(Some((*name).to_owned()))).collect();
+    let mut log = open(path)?;
+    while let Some(row) = log.next_row()? {
+        let Some(place) = valves.iter().position(|name| *name == row.valve) else { continue };
+        let reading = row.reading;
+        histories[place].add(&reading, &prognoser.push(&row));
     }
+    let figures = histories.into_iter().filter_map(|history| history.figure(tables, method.name(), None));
+    Ok(figures.map(|figure| Block::Figure(Box::new(figure.figure()))).collect())
 }

@@ -32,8 +32,7 @@ pub fn strokes(file: &ValveFile) -> Section {
 
 /// The tables of all that wears.
 pub fn tables(bundle: &TableBundle) -> Section {
-    let table =
-        Table { columns: build_tables::summary_columns(bundle).into(), rows: build_tables::summary_rows(bundle) };
+    let table = build_tables::summary(bundle).into();
     let figures = pictures::figures(bundle);
     let figure = TableFigure::side_by_side(pictures::title(bundle), "periodic cycles, as simulated", &figures);
     Section { title: "Leaks".to_owned(), blocks: vec![Block::Table(table), Block::Figure(Box::new(figure))] }
@@ -52,10 +51,8 @@ pub fn model(file: &ValveFile) -> Section {
             ]
         };
         blocks.push(Block::Text("Steps that changed the model; errors in units of the noise:".to_owned()));
-        blocks.push(Block::Table(Table {
-            columns: ["step", "campaign", "error before", "error after"].map(str::to_owned).into(),
-            rows: file.history().iter().map(row).collect(),
-        }));
+        let columns = ["step", "campaign", "error before", "error after"];
+        blocks.push(Block::Table(Table::of_texts(columns, file.history().iter().map(row).collect())));
     }
     blocks.push(Block::Code(file.text().to_owned()));
     Section { title: "Valve file".to_owned(), blocks }

@@ -1,0 +1,123 @@
+//! How all valves stand in the end, the worst first.
+
+use prognoser::{FaultCall, Prognosis, Status};
+use report::html::Cell;
+
+use super::history::{bounds, fault_words};
+use super::standing::Standing;
+use crate::output::{Align, TextTable};
+
+/// How a valve stood after its last row.
+#[derive(Debug, Clone)]
+pub struct End(Prognosis);
+
+/// The last state of every valve, the worst first: by state, then by the cycles that are left almost surely (the 5 %
+/// bound), then by name.
+#[derive(Debug, Default)]
+pub struct Ends(Vec<End>);
+
+impl Ends {
+    /// From the last prognosis of every valve.
+    pub fn of(lasts: impl Iterator<Item = Prognosis>) -> Self {
+        let mut ends: Vec<End> = lasts.map(End).collect();
+        let left = |end: &End| end.0.rul_p05.unwrap_or(f64::INFINITY);
+        ends.sort_by(|a, b| {
+            let worse = b.0.status.cmp(&a.0.status).then(left(a).total_cmp(&left(b)));
+            worse.then_with(|| a.0.valve.cmp(&b.0.valve))
+        });
+        Self(ends)
+    }
+
+    /// All valves.
+    pub fn iter(&self) -> impl Iterator<Item = &End> {
+        self.0.iter()
+    }
+
+    /// Number of valves.
+    pub fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    /// How many valves stand where, the worst first: "▲ 2 act-now", "✓ 5 healthy".
+    pub fn counts(&self) -> Vec<Cell> {
+        let count = |status: Status| self.0.iter().filter(|end| end.0.status == status).count();
+        let shown = Status::ALL.into_iter().rev().map(|status| (count(status), Standing::of(status)));
+        let shown = shown.filter(|(count, _)| *count > 0);
+        shown.map(|(count, standing)| standing.cell(&format!("{count} "))).collect()
+    }
+
+    /// All valves in a table.
+    pub fn table(&self) -> TextTable {
+        let mut table = TextTable::new(&[
+            ("valve", Align::Left),
+            ("cycle", Align::Right),
+            ("status", Align::Left),
+            ("fault", Align::Left),
+            ("severity", Align::Right),
+            ("cycles left", Align::Right),
+            ("5 to 95 %", Align::Right),
+            ("replace by", Align::Right),
+            ("caveat", Align::Left),
+        ]);
+        for End(one) in &self.0 {
+            let missing = || "-".to_owned();
+            let number =
+                |value: Option<f64>, digits: usize| value.map_or_else(missing, |value| format!("{value:.digits$}"));
+            let named = one.fault.wears();
+            let bounds = bounds(one).filter(|_| named);
+            let replace_by = one.replace_by.clone().or(one.replace_by_cycle.map(|by| by.to_string()));
+            let standing = Standing::of(one.status);
+            let cells = [
+                one.cycle.to_string(),
+                one.fault.name().to_owned(),
+                number(one.severity.filter(|_| named), 2),
+                number(one.rul_cycles.filter(|_| named), 1),
+                bounds.map_or_else(missing, |[low, high]| format!("{low:.1} to {high:.1}")),
+                replace_by.unwrap_or_else(missing),
+                one.caveat.clone().unwrap_or_default(),
+            ];
+            let mut row: Vec<Cell> = cells.into_iter().map(Cell::from).collect();
+            row.insert(0, one.valve.clone().into());
+            row.insert(2, standing.cell(""));
+            table.cells(row);
+        }
+        table
+    }
+}
+
+impl End {
+    /// The last row.
+    pub fn row(&self) -> &Prognosis {
+        &self.0
+    }
+
+    /// The state in a sentence.
+    pub fn sentence(&self) -> String {
+        let one = &self.0;
+        let (name, cycle) = (&one.valve, one.cycle);
+        let mut sentence = if one.fault.wears() {
+            let kind = fault_words(one.fault);
+            let leak = one.leak_area_mm2.map_or_else(String::new, |area| format!(" of {area:.4} mm²"));
+            let life = match (one.status, one.rul_cycles, bounds(one)) {
+                (Status::EolReached, ..) => "end of life is reached".to_owned(),
+                (_, Some(rul), Some([low, high])) => format!("{rul:.1} cycles left (5 to 95 %: {low:.1} to {high:.1})"),
+                (_, Some(rul), None) => format!("{rul:.1} cycles left"),
+                (_, None, _) => "too early to tell the remaining life".to_owned(),
+            };
+            format!("{name}, cycle {cycle}: {kind}{leak}; {life}")
+        } else {
+            let known = match (one.status, one.fault) {
+                (Status::EolReached, _) => "end of life is reached: strokes take too long",
+                (_, FaultCall::None) => "nothing wears",
+                _ => "no fault can be named yet",
+            };
+            format!("{name}, cycle {cycle}: {known}")
+        };
+        if let Some(caveat) = &one.caveat {
+            sentence.push_str(" (");
+            sentence.push_str(caveat);
+            sentence.push(')');
+        }
+        sentence
+    }
+}
