@@ -1,8 +1,10 @@
 //! How the program ends: its exit codes and what it says when it cannot go on.
 
 use std::fmt;
-use std::io::{self, Write};
+use std::io::{self, IsTerminal, Write};
 use std::process::ExitCode;
+
+use crate::output;
 
 /// What a command that did its work found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -53,11 +55,16 @@ pub fn report(error: &anyhow::Error) -> ExitCode {
     }
     // Where even stderr is gone, there is nobody left to tell.
     let mut stderr = io::stderr().lock();
-    let _ = writeln!(stderr, "error: {}", whole_story(error));
+    let _ = writeln!(stderr, "{}", told(&format!("error: {}", whole_story(error))));
     if let Some(hint) = error.downcast_ref::<Hinted>() {
-        let _ = writeln!(stderr, "hint: {}", hint.hint);
+        let _ = writeln!(stderr, "{}", told(&format!("hint: {}", hint.hint)));
     }
     ExitCode::from(2)
+}
+
+/// Broken to the columns of a terminal; in a file it stays one line, which is easier to search.
+fn told(text: &str) -> String {
+    if io::stderr().is_terminal() { output::wrapped(text) } else { text.to_owned() }
 }
 
 /// The error and its causes in one line. A cause that its error already tells is

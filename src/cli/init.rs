@@ -66,34 +66,34 @@ pub struct InitValveArgs {
     #[arg(long, value_name = "STIFFNESS")]
     pub spring_stiffness: Option<String>,
     /// Compression of the spring with the valve open, such as "36 mm"
-    #[arg(long, value_name = "LENGTH")]
+    #[arg(long, value_name = "LENGTH", hide_short_help = true)]
     pub spring_preload: Option<String>,
     /// Mass of piston, stem and plug, such as "1.5 kg"
-    #[arg(long, value_name = "MASS")]
+    #[arg(long, value_name = "MASS", hide_short_help = true)]
     pub moving_mass: Option<String>,
     /// Volume of the chamber with the valve open, such as "30 cm3"
-    #[arg(long, value_name = "VOLUME")]
+    #[arg(long, value_name = "VOLUME", hide_short_help = true)]
     pub dead_volume: Option<String>,
     /// Viscous friction, such as "600 N s/m"
-    #[arg(long, value_name = "FRICTION")]
+    #[arg(long, value_name = "FRICTION", hide_short_help = true)]
     pub viscous_friction: Option<String>,
     /// Orifice of the solenoid: a diameter, an area, "Kv 0.03", "Cv 0.04" or "C 0.1"
     #[arg(long, value_name = "ORIFICE")]
     pub solenoid: Option<String>,
     /// Orifice of the cylinder's port, likewise
-    #[arg(long, value_name = "ORIFICE")]
+    #[arg(long, value_name = "ORIFICE", hide_short_help = true)]
     pub port: Option<String>,
     /// Volume between solenoid and cylinder, such as "40 cm3", or "6 mm x 1.4 m" for a hose
     #[arg(long, value_name = "VOLUME")]
     pub pipe: Option<String>,
     /// Gas: air or nitrogen
-    #[arg(long, value_name = "GAS")]
+    #[arg(long, value_name = "GAS", hide_short_help = true)]
     pub gas: Option<String>,
     /// Temperature, such as "20 degC"
-    #[arg(long, value_name = "TEMPERATURE")]
+    #[arg(long, value_name = "TEMPERATURE", hide_short_help = true)]
     pub temperature: Option<String>,
     /// Atmospheric pressure, such as "101.325 kPa"
-    #[arg(long, value_name = "PRESSURE")]
+    #[arg(long, value_name = "PRESSURE", hide_short_help = true)]
     pub ambient: Option<String>,
     /// Longest acceptable closing time, such as "3 s"
     #[arg(long, value_name = "TIME")]

@@ -23,12 +23,8 @@ pub use prognosis::{DemoArgs, EvaluateArgs, GrowthName, LearnArgs, MethodName, P
 pub use tables::{BuildTablesArgs, QuantityRange};
 
 /// Physics-based prognosis of pneumatic valves from their stroke times
-///
-/// A valve file describes the valve. Tables made from it turn each measured
-/// closing and opening time into a leak area, and the growth of the leak into
-/// the remaining useful life.
 #[derive(Debug, Parser)]
-#[command(name = "valve", version, max_term_width = 100, after_long_help = CHAIN, disable_help_subcommand = true)]
+#[command(name = "valve", version, max_term_width = 100, after_help = CHAIN, disable_help_subcommand = true)]
 pub struct Cli {
     /// What to do.
     #[command(subcommand)]
@@ -42,13 +38,13 @@ pub struct Cli {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Manners")]
 pub struct MannerArgs {
-    /// Results and errors only: no warnings, progress or next steps
+    /// Results only: no warnings, progress or next steps
     #[arg(short, long, global = true, conflicts_with = "verbose", display_order = 900)]
     pub quiet: bool,
     /// Also tell what is being done
     #[arg(short, long, global = true, display_order = 901)]
     pub verbose: bool,
-    /// When results are coloured
+    /// Colours: auto (on a terminal), always or never
     #[arg(
         long,
         global = true,
@@ -56,12 +52,17 @@ pub struct MannerArgs {
         value_name = "WHEN",
         default_value = "auto",
         hide_default_value = true,
+        hide_possible_values = true,
         display_order = 902
     )]
     pub color: ColorWhen,
 }
 
 const CHAIN: &str = "\
+A valve file describes the valve. Tables made from it turn each measured closing
+and opening time into a leak area, and the growth of the leak into the remaining
+useful life. `valve help VERB` says more of each verb, with examples.
+
 Quantities are a number and a unit: \"75 psig\", \"0.1 mm2\", \"10 ms\".
 Results go to stdout, all else to stderr. Exit code: 0 done; 1 done, and the
 answer is the bad news asked for; 2 the input or the call is wrong.";
@@ -69,40 +70,40 @@ answer is the bad news asked for; 2 the input or the call is wrong.";
 /// The verbs.
 #[derive(Debug, Subcommand)]
 pub enum Verb {
-    /// Begin: a valve file from a datasheet's numbers, a campaign file from recordings
+    /// Begin: a valve file from a datasheet, a campaign from recordings
     Init(Box<InitArgs>),
-    /// Simulate cycles of a valve and print their stroke times
+    /// Simulate cycles of a valve: their stroke times
     #[command(visible_alias = "sim")]
     Simulate(SimulateArgs),
-    /// Build the tables from leak area to stroke times, for both kinds of leak
+    /// Build the tables from leaks and other wear to stroke times
     BuildTables(Box<BuildTablesArgs>),
-    /// Estimate fault, leak and remaining useful life from a timing log
+    /// Fault, leak and remaining useful life from a timing log
     Prognose(PrognoseArgs),
-    /// Open a page on which all valves of growing logs stand, worst first, live
+    /// Open a page of all valves of growing logs, worst first, live
     Watch(WatchArgs),
-    /// Learn from the logs of sister valves what to expect of the next one
+    /// Learn from logs of sister valves what to expect of the next
     Learn(LearnArgs),
-    /// Say how good the prognosis of a valve is, on simulated lives with known ends
+    /// How good the prognosis of a valve is, on lives with known ends
     Evaluate(EvaluateArgs),
-    /// Show the whole chain on data that the program carries: nothing to set up
+    /// Show the whole chain on data that the program carries
     Demo(DemoArgs),
-    /// Compare a model with recorded strokes: how large the error is and where it sits
+    /// Hold a model against recorded strokes: how far off, and where
     Compare(CompareArgs),
     /// Fit the parameters that have a tolerance to recorded strokes
     Calibrate(CalibrateArgs),
-    /// Find which physical effect a model lacks, how large it is and how sure that is
+    /// Find which physical effect a model lacks, and how sure that is
     Explain(ExplainArgs),
     /// Add effects to a valve file, everything refitted
     Adopt(AdoptArgs),
-    /// Open a page on which the model is held against recorded strokes, live
+    /// Open a page of the model beside recorded strokes, live
     Lab(LabArgs),
-    /// List the physical effects that can be added to a valve file, or explain one
+    /// List the physical effects that a valve file can add
     Effects(EffectsArgs),
     /// Write all that is known of a valve into one HTML page
     Report(ReportArgs),
     /// Undo the last step of a valve file's history
     Revert(RevertArgs),
-    /// Print this message, the help of a verb, or the page about all files (formats)
+    /// This message, the help of a verb, or of all files (formats)
     ///
     /// Examples: valve help simulate; valve help formats
     Help {
@@ -116,7 +117,7 @@ pub enum Verb {
         /// The shell.
         shell: clap_complete::Shell,
     },
-    /// Print the manual page, or write the page of every verb into a directory
+    /// Print the manual page, or write one for every verb
     ///
     /// Example: valve man | man -l -
     Man {

@@ -73,19 +73,19 @@ pub struct PrognoseArgs {
     #[arg(long, value_name = "RANGE", value_parser = supply_range)]
     pub expect_supply: Option<QuantityRange>,
     /// An empty time means that the valve did not get there, as in logs made for version 0.1
-    #[arg(long)]
+    #[arg(long, hide_short_help = true)]
     pub empty_is_stalled: bool,
     /// Print every row as text, not only how the valves stand at the end
     #[arg(long)]
     pub all_rows: bool,
     /// What is known of the leak at the first cycle
-    #[arg(long, value_enum, default_value_t = StartName::Healthy)]
+    #[arg(long, value_enum, default_value_t = StartName::Healthy, hide_short_help = true)]
     pub start: StartName,
     /// How the leak is assumed to grow
-    #[arg(long, value_enum)]
+    #[arg(long, value_enum, hide_short_help = true)]
     pub growth: Option<GrowthName>,
     /// Typical number of cycles from no leak to end of life, before any data (median of a wide prior)
-    #[arg(long, value_name = "CYCLES", value_parser = positive)]
+    #[arg(long, value_name = "CYCLES", value_parser = positive, hide_short_help = true)]
     pub life: Option<f64>,
     /// Go on reading as the log grows, until interrupted
     #[arg(long)]
@@ -103,7 +103,7 @@ pub struct PrognoseArgs {
     #[arg(long, value_name = "NAME", requires = "plot")]
     pub plot_valve: Option<String>,
     /// End of life if it is known afterwards: draws the truth and its alpha cone
-    #[arg(long, value_name = "CYCLE", requires = "plot", value_parser = positive)]
+    #[arg(long, value_name = "CYCLE", requires = "plot", value_parser = positive, hide_short_help = true)]
     pub true_eol: Option<f64>,
     /// Exit with code 1 if a valve has reached its end of life
     #[arg(long)]

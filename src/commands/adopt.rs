@@ -15,7 +15,7 @@ use super::adopt_life::Lives;
 use super::{campaign_input, explain, ladder};
 use crate::cli::{AdoptArgs, Format};
 use crate::failure::{Answer, Hinted};
-use crate::output::{self, Outputs, PlotFile, free_name_beside, next_step};
+use crate::output::{self, Outputs, PlotFile, ProgressLine, free_name_beside, next_step};
 
 /// Name of the formula that a search finds where no effect explains the data.
 const UNEXPLAINED: &str = "unexplained";
@@ -28,12 +28,14 @@ pub fn run(args: &AdoptArgs) -> anyhow::Result<Answer> {
     let plot = PlotFile::create(&mut outputs, args.plot.as_deref())?;
     let file = with_formula(&input, &args.effects)?;
     let (additions, without) = additions(&file, &args.effects)?;
+    let line = ProgressLine::new("refitting everything");
     let sequence = sequence(&without, &input.campaign, &additions, Stop::never()).ok_or_else(|| {
         Hinted::error(
             format!("{}: its strokes cannot be simulated", input.file.file_name()),
             "look at the valve with `valve simulate`, and at the effects' parameters with `valve effects`",
         )
     })?;
+    drop(line);
     let steps: Vec<StepReport> = sequence.rungs.iter().map(|rung| rung.step.clone()).collect();
     let mut models = Vec::new();
     for rung in &sequence.rungs {

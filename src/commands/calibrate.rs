@@ -12,7 +12,7 @@ use report::figures::{ParameterShift, ParametersFigure};
 use super::campaign_input;
 use crate::cli::{CalibrateArgs, Format};
 use crate::failure::Answer;
-use crate::output::{self, Align, Outputs, PlotFile, TextTable, free_name_beside, next_step};
+use crate::output::{self, Align, Outputs, PlotFile, ProgressLine, TextTable, free_name_beside, next_step};
 
 /// Calibrates, prints and writes.
 pub fn run(args: &CalibrateArgs) -> anyhow::Result<Answer> {
@@ -20,7 +20,9 @@ pub fn run(args: &CalibrateArgs) -> anyhow::Result<Answer> {
     let mut outputs = Outputs::new(args.force).reads(input.files());
     let out = args.out.as_deref().map(|out| outputs.file(out)).transpose()?;
     let plot = PlotFile::create(&mut outputs, args.plot.as_deref())?;
+    let line = ProgressLine::new("fitting the parameters that have a tolerance");
     let calibration = Calibration::new(&input.file, &input.campaign, CalibrateOptions::default())?;
+    drop(line);
     // Values that only stand in for missing physics are in nobody's valve.
     let withheld = calibration.has_strayed() && !args.force;
     let written = args.out.as_deref().filter(|_| !withheld);

@@ -11,6 +11,7 @@ use report::figures::{
 use valve_file::ValveFile;
 use valve_model::Conditions;
 
+use crate::output::short_name;
 use answers::CampaignInput;
 
 /// Points of a trace that a picture shows at most.
@@ -77,9 +78,12 @@ pub fn strips(
     comparison: &Comparison,
     against: Option<&(&ValveFile, Comparison)>,
 ) -> StripsFigure {
-    let mut stages = vec![(input.file.file_name().to_owned(), rows(input, comparison))];
+    let first = short_name(input.file.file_name());
+    let mut stages = vec![(first.to_owned(), rows(input, comparison))];
     if let Some((file, other)) = against {
-        stages.push((file.file_name().to_owned(), rows(input, other)));
+        let name = short_name(file.file_name());
+        let name = if name == first { format!("the other {name}") } else { name.to_owned() };
+        stages.push((name, rows(input, other)));
     }
     StripsFigure {
         title: format!("what {} leaves of {}", input.file.name(), input.campaign.name),

@@ -28,12 +28,17 @@ const TRUE_GROWTH_MM2: f64 = 0.0231;
 /// Cycles after which the state is shown.
 const SHOWN: [u64; 9] = [1, 2, 3, 5, 8, 12, 14, 18, 24];
 
+/// The valve that comes along: that of the paper.
+pub fn reference_valve() -> anyhow::Result<ValveFile> {
+    Ok(ValveFile::parse(VALVE, "models/testbed.toml")?)
+}
+
 /// Simulates the valve, builds its tables, reads the log.
 pub fn run(args: &DemoArgs) -> anyhow::Result<Answer> {
     let mut outputs = Outputs::new(args.force);
     let plot = PlotFile::create(&mut outputs, args.plot.as_deref())?;
     let files = args.files.as_deref().map(|dir| DemoFiles::create(&mut outputs, dir, args.force)).transpose()?;
-    let file = ValveFile::parse(VALVE, "models/testbed.toml")?;
+    let file = reference_valve()?;
     let start = Instant::now();
 
     let conditions = Conditions::nominal(file.valve().parameters());

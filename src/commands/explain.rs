@@ -61,9 +61,10 @@ pub fn search(input: &CampaignInput, options: &DiagnoseOptions) -> anyhow::Resul
     let asked = Arc::clone(&stop);
     // Without the handler, Ctrl-C ends the program at once; the search itself does not need it.
     let _ = ctrlc::set_handler(move || asked.ask());
-    let line = ProgressLine::new();
-    let done = AtomicUsize::new(0);
-    let tell = |progress: Progress| show(&line, &done, &progress);
+    let line = ProgressLine::new("reading the strokes");
+    line.stage("round 1", "reading the strokes");
+    let (done, round) = (AtomicUsize::new(0), AtomicUsize::new(1));
+    let tell = |progress: Progress| show(&line, &done, &round, &progress);
     explain(&input.file, &input.campaign, options, &tell, &stop).ok_or_else(|| {
         Hinted::error(
             format!("{}: its strokes cannot be simulated", input.file.file_name()),
@@ -72,7 +73,7 @@ pub fn search(input: &CampaignInput, options: &DiagnoseOptions) -> anyhow::Resul
     })
 }
 
-fn show(line: &ProgressLine, done: &AtomicUsize, progress: &Progress) {
+fn show(line: &ProgressLine, done: &AtomicUsize, round: &AtomicUsize, progress: &Progress) {
     match progress {
         Progress::Tried { kinds, of, .. } => {
             let count = done.fetch_add(1, Ordering::Relaxed) % of + 1;
@@ -80,9 +81,11 @@ fn show(line: &ProgressLine, done: &AtomicUsize, progress: &Progress) {
         }
         Progress::Reached { kinds, gain } => {
             done.store(0, Ordering::Relaxed);
-            line.show(0.0, &format!("{} gains {gain:.0} nats, looking further", explanation::joined(kinds)));
+            let round = 1 + round.fetch_add(1, Ordering::Relaxed);
+            let found = format!("{} gains {gain:.0} nats, looking further", explanation::joined(kinds));
+            line.stage(&format!("round {round}"), &found);
         }
-        Progress::Doing(what) => line.show(0.99, what),
+        Progress::Doing(what) => line.stage("", what),
     }
 }
 

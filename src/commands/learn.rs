@@ -10,7 +10,7 @@ use prognoser::{Learned, Learner, TimingLog};
 
 use crate::cli::{Format, LearnArgs};
 use crate::failure::Answer;
-use crate::output::{self, Outputs, next_step};
+use crate::output::{self, Outputs, ProgressLine, next_step};
 
 /// Reads all logs, writes the prior.
 pub fn run(args: &LearnArgs) -> anyhow::Result<Answer> {
@@ -24,7 +24,9 @@ pub fn run(args: &LearnArgs) -> anyhow::Result<Answer> {
             learner.push(index, &row);
         }
     }
+    let line = ProgressLine::new("learning");
     let learned = learner.finish();
+    drop(line);
     let text = toml_edit::ser::to_string_pretty(&learned)?;
     let head = "# What the logs of sister valves have taught; for `valve prognose --prior`.\n";
     out.write_whole(format!("{head}{text}").as_bytes())?;

@@ -32,7 +32,7 @@ pub fn build_what(file: &ValveFile, request: &Request) -> Result<Built, BuildErr
         schedule: file.schedule(),
         limits: file.limits(),
     };
-    let line = ProgressLine::new();
+    let line = ProgressLine::new("building tables");
     let shares = Mutex::new(vec![0.0; request.wears.len()]);
     build_request(&model, request, &Options::default(), &|progress: Progress| {
         let Ok(mut shares) = shares.lock() else { return };

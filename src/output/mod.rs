@@ -11,7 +11,9 @@ mod staged;
 mod table;
 mod wrap;
 
+use std::ffi::OsStr;
 use std::io::{self, BufWriter, StdoutLock, Write};
+use std::path::Path;
 
 use anyhow::Context;
 use serde::Serialize;
@@ -43,15 +45,25 @@ pub fn print_json(value: &impl Serialize) -> anyhow::Result<()> {
 /// Prints text; prose that is too long for a line is broken.
 pub fn print_text(text: &str) -> anyhow::Result<()> {
     let mut out = stdout();
-    out.write_all(wrap::wrapped(text, manner().columns).as_bytes())?;
+    out.write_all(wrapped(text).as_bytes())?;
     out.flush().context("stdout cannot be written")
+}
+
+/// Text whose prose is broken to the columns there are.
+pub fn wrapped(text: &str) -> String {
+    wrap::wrapped(text, manner().columns)
+}
+
+/// What a file is called where it stands, without the way to it.
+pub fn short_name(path: &str) -> &str {
+    Path::new(path).file_name().and_then(OsStr::to_str).unwrap_or(path)
 }
 
 /// Tells the user something beside the result, unless results alone are wanted.
 pub fn note(text: &str) {
     if !manner().quiet {
         // A note that nobody can read is not worth failing for.
-        let _ = writeln!(io::stderr().lock(), "{}", wrap::wrapped(text, manner().columns));
+        let _ = writeln!(io::stderr().lock(), "{}", wrapped(text));
     }
 }
 

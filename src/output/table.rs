@@ -39,7 +39,7 @@ impl From<TextTable> for report::html::Table {
 }
 
 impl TextTable {
-    /// An empty table.
+    /// An empty table. Where no column has a head, none is printed.
     pub fn new(columns: &[(&str, Align)]) -> Self {
         Self { columns: columns.iter().map(|(name, align)| ((*name).to_owned(), *align)).collect(), rows: Vec::new() }
     }
@@ -75,7 +75,8 @@ impl TextTable {
             }
             let heads: Vec<Cell> =
                 self.columns.iter().map(|(head, _)| Cell { text: head.clone(), tone: Some(Tone::Strong) }).collect();
-            for row in std::iter::once(&heads).chain(&self.rows) {
+            let heads = Some(&heads).filter(|heads| heads.iter().any(|head| !head.text.is_empty()));
+            for row in heads.into_iter().chain(&self.rows) {
                 let tone = |cell: &Cell| cell.tone.filter(|_| coloured);
                 let cells = block.iter().map(|column| {
                     let cell = &row[*column];

@@ -37,6 +37,9 @@ fn by_jsonl(sandbox: &Sandbox) -> (Vec<String>, HashMap<String, usize>) {
     let mut last: HashMap<String, Value> = HashMap::new();
     for line in String::from_utf8(output.stdout).expect("text").lines() {
         let row: Value = serde_json::from_str(line).expect("JSON");
+        let wears = ["atmosphere", "supply", "both-leaks", "other"];
+        let likely = wears.iter().filter_map(|name| row["fault_probability"][name].as_f64()).fold(0.0, f64::max);
+        assert!(row["status"] != "healthy" || row["fault"] == "none" && likely < 0.5, "healthy with a fault: {row}");
         last.insert(row["valve"].as_str().expect("a name").to_owned(), row);
     }
     let ladder = ["eol-reached", "act-now", "plan", "watch", "unknown", "healthy"];

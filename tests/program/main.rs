@@ -11,6 +11,7 @@ mod explain;
 mod fleet;
 mod init;
 mod lab;
+mod manners;
 mod next;
 mod outputs;
 mod page;

@@ -12,13 +12,11 @@ use valve_model::simulate::DEFAULT_STEP_S;
 use valve_model::{Conditions, Effect, EffectKind, Valve};
 
 use self::document::{Catalogue, document};
+use super::demo::reference_valve;
 use super::strokes::{Cycles, instants};
 use crate::cli::{EffectsArgs, Format};
 use crate::failure::{Answer, Hinted};
 use crate::output::{self, Align, Outputs, PlotFile, TextTable};
-
-/// The valve on which an effect is shown unless another is given.
-const REFERENCE_VALVE: &str = include_str!("../../../models/testbed.toml");
 
 /// Lists the catalogue or explains one effect.
 pub fn run(args: &EffectsArgs) -> anyhow::Result<Answer> {
@@ -45,10 +43,6 @@ pub fn run(args: &EffectsArgs) -> anyhow::Result<Answer> {
         plot.write(&shown.figure(kind, &file).figure())?;
     }
     Ok(Answer::Fine)
-}
-
-fn reference_valve() -> anyhow::Result<ValveFile> {
-    Ok(ValveFile::parse(REFERENCE_VALVE, "models/testbed.toml")?)
 }
 
 fn list(format: Format) -> anyhow::Result<Answer> {
@@ -148,6 +142,7 @@ fn explain(kind: EffectKind, file: &ValveFile, shown: &Shown) -> String {
     let mut out = String::new();
     // Writing to a string cannot fail.
     let _ = writeln!(out, "{}: {}\n", info.id, info.summary);
+    let mut facts = TextTable::new(&[("", Align::Left), ("", Align::Left)]);
     for (label, text) in [
         ("law", info.equation),
         ("acts on", info.acts_on.part()),
@@ -156,8 +151,9 @@ fn explain(kind: EffectKind, file: &ValveFile, shown: &Shown) -> String {
         ("looks like", &info.confused_with.join(", ")),
         ("source", info.source),
     ] {
-        let _ = writeln!(out, "{label:<14} {text}");
+        facts.row(vec![label.to_owned(), text.to_owned()]);
     }
+    out.push_str(&facts.render());
     let mut table = TextTable::new(&[
         ("parameter", Align::Left),
         ("SI unit", Align::Left),

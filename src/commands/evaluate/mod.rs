@@ -15,10 +15,11 @@ use serde::Serialize;
 use valve_file::ValveFile;
 
 use self::truth::Truth;
+use super::demo::reference_valve;
 use super::tables;
 use crate::cli::{EvaluateArgs, Format};
 use crate::failure::Answer;
-use crate::output::{self, Outputs, PlotFile};
+use crate::output::{self, Outputs, PlotFile, ProgressLine};
 
 /// What is printed for programs.
 #[derive(Serialize)]
@@ -27,6 +28,9 @@ pub struct Study {
     end_cycle: f64,
     seeds: u64,
     alpha: f64,
+    /// It is the valve that the paper's numbers are of.
+    #[serde(skip)]
+    is_paper: bool,
     /// The valve is known healthy at cycle 0.
     results: Vec<StudyResult>,
     /// Nothing is known of the leak at cycle 0.
@@ -55,18 +59,24 @@ pub fn run(args: &EvaluateArgs) -> anyhow::Result<Answer> {
         ..StudyConfig::default()
     };
     let unknown = BayesConfig { start: StartPrior::Unknown, ..BayesConfig::default() };
+    let unknown = StudyConfig { methods: vec![Method::Bayes(unknown)], ..config.clone() };
+    let line = ProgressLine::new("lives from a healthy start");
     let study = Study {
         valve: file.name().to_owned(),
         end_cycle: args.cycles,
         seeds: args.seeds,
         alpha: args.alpha,
-        results: run_study(&bundle, &times, &config),
-        results_unknown_start: run_study(
-            &bundle,
-            &times,
-            &StudyConfig { methods: vec![Method::Bayes(unknown)], ..config },
-        ),
+        is_paper: tables::hash_of(&file) == tables::hash_of(&reference_valve()?),
+        results: in_steps(&config, |part, share| {
+            line.show(0.6 * share, "lives from a healthy start");
+            run_study(&bundle, &times, part)
+        }),
+        results_unknown_start: in_steps(&unknown, |part, share| {
+            line.show(0.6 + 0.4 * share, "lives from an unknown start");
+            run_study(&bundle, &times, part)
+        }),
     };
+    drop(line);
     match args.format {
         Format::Text => output::print_text(&text::render(&study))?,
         Format::Json => output::print_json(&study)?,
@@ -77,13 +87,30 @@ pub fn run(args: &EvaluateArgs) -> anyhow::Result<Answer> {
     Ok(Answer::Fine)
 }
 
-/// The paper's own number for a fault and a noise, if it has one.
-fn paper(fault: leak_table::Fault, noise_variance_s2: f64) -> Option<f64> {
-    let value = PAPER.iter().find(|value| value.noise_variance_s2 == noise_variance_s2)?;
-    Some(match fault {
-        leak_table::Fault::Atmosphere => value.atmosphere,
-        leak_table::Fault::Supply => value.supply,
-    })
+/// Runs a study fault by fault and noise by noise; the results are those of the whole, in the same order. Each step is
+/// given the share of them that is done.
+fn in_steps(config: &StudyConfig, mut step: impl FnMut(&StudyConfig, f64) -> Vec<StudyResult>) -> Vec<StudyResult> {
+    let count = config.faults.len() * config.noise_variances_s2.len();
+    let mut results = Vec::new();
+    for (index, fault) in config.faults.iter().enumerate() {
+        for (inner, variance) in config.noise_variances_s2.iter().enumerate() {
+            let done = index * config.noise_variances_s2.len() + inner;
+            let part = StudyConfig { faults: vec![*fault], noise_variances_s2: vec![*variance], ..config.clone() };
+            results.extend(step(&part, done as f64 / count as f64));
+        }
+    }
+    results
+}
+
+impl Study {
+    /// The paper's own number for a fault and a noise, if it has one of this valve.
+    fn paper(&self, fault: leak_table::Fault, noise_variance_s2: f64) -> Option<f64> {
+        let value = PAPER.iter().find(|value| self.is_paper && value.noise_variance_s2 == noise_variance_s2)?;
+        Some(match fault {
+            leak_table::Fault::Atmosphere => value.atmosphere,
+            leak_table::Fault::Supply => value.supply,
+        })
+    }
 }
 
 fn figure(study: &Study) -> StudyFigure {
@@ -99,14 +126,16 @@ fn figure(study: &Study) -> StudyFigure {
     let from_paper = |fault| {
         let levels = study.results.iter().filter(|result| result.fault == fault && result.method == "ols");
         let points = levels.filter_map(|result| {
-            let median = paper(fault, result.noise_variance_s2)?;
+            let median = study.paper(fault, result.noise_variance_s2)?;
             Some(StudyPoint { noise_variance_s2: result.noise_variance_s2, median, bounds: None })
         });
         StudySeries { name: "the paper's one run".to_owned(), points: points.collect() }
     };
     let faults = leak_table::Fault::ALL.map(|fault| {
-        let all =
-            vec![series(fault, "bayes", "Bayesian estimate"), series(fault, "ols", "least squares"), from_paper(fault)];
+        let mut all = vec![series(fault, "bayes", "Bayesian estimate"), series(fault, "ols", "least squares")];
+        if study.is_paper {
+            all.push(from_paper(fault));
+        }
         (tables::fault_name(fault).to_owned(), all)
     });
     StudyFigure {

@@ -14,7 +14,7 @@ use super::world::{SUPPLY_SPAN, SimulatedWorld, TEMPERATURE_SPAN_K};
 use crate::cli::{EvaluateArgs, Format};
 use crate::commands::tables;
 use crate::failure::{Answer, Hinted};
-use crate::output::{self, Align, TextTable};
+use crate::output::{self, Align, ProgressLine, TextTable};
 
 /// One-sigma noises of the times, s.
 const NOISES_S: [f64; 2] = [0.01, 0.0316];
@@ -27,7 +27,9 @@ pub fn run(args: &EvaluateArgs, file: &ValveFile) -> anyhow::Result<Answer> {
         let names: Vec<&str> = Scenario::ALL.iter().map(|scenario| scenario.name).collect();
         return Err(Hinted::error("no world has this in its name", format!("the worlds are: {}", names.join("; "))));
     }
+    let line = ProgressLine::new("simulating the worlds");
     let world = SimulatedWorld::new(file)?;
+    drop(line);
     let parameters = file.valve().parameters();
     let conditions = ConditionRange {
         supply_pressure_pa: (
@@ -45,7 +47,17 @@ pub fn run(args: &EvaluateArgs, file: &ValveFile) -> anyhow::Result<Answer> {
         first_seed: args.first_seed,
         method: Method::default(),
     };
-    let results = run_scenarios(&world, &bundle, &config);
+    let line = ProgressLine::new("lives in other worlds");
+    let mut results = Vec::new();
+    let count = config.noises_s.len() * config.scenarios.len();
+    for noise_s in &config.noises_s {
+        for scenario in &config.scenarios {
+            line.show(results.len() as f64 / count as f64, scenario.name);
+            let part = ScenarioConfig { scenarios: vec![*scenario], noises_s: vec![*noise_s], ..config.clone() };
+            results.extend(run_scenarios(&world, &bundle, &part));
+        }
+    }
+    drop(line);
     match args.format {
         Format::Text => output::print_text(&table(&results, args))?,
         Format::Json => {

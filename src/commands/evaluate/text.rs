@@ -5,15 +5,15 @@ use std::fmt::Write;
 use leak_table::Fault;
 use prognoser::study::{Percentiles, StudyResult};
 
-use super::{Study, paper};
+use super::Study;
 use crate::commands::tables::fault_name;
 use crate::output::{Align, TextTable};
 
 /// Accuracy beside the paper's, then how honest and how close to the bound.
 pub fn render(study: &Study) -> String {
+    let paper = if study.is_paper { ", and the paper's one run" } else { "" };
     let mut out = format!(
-        "Relative accuracy of the remaining life (median; 10 to 90 % of {} lives of {} cycles), \
-         and the paper's one run:\n\n{}",
+        "Relative accuracy of the remaining life (median; 10 to 90 % of {} lives of {} cycles){paper}:\n\n{}",
         study.seeds,
         study.end_cycle,
         accuracy(study)
@@ -29,24 +29,31 @@ pub fn render(study: &Study) -> String {
 }
 
 fn accuracy(study: &Study) -> String {
-    let mut table = TextTable::new(&[
+    let mut columns = vec![
         ("fault", Align::Left),
         ("noise variance (s²)", Align::Right),
-        ("paper", Align::Right),
         ("least squares", Align::Right),
         ("default method", Align::Right),
-    ]);
+    ];
+    if study.is_paper {
+        columns.insert(2, ("paper", Align::Right));
+    }
+    let mut table = TextTable::new(&columns);
     for fault in Fault::ALL {
         for result in of(&study.results, fault, "bayes") {
             let variance = result.noise_variance_s2;
             let plain = of(&study.results, fault, "ols").find(|other| other.noise_variance_s2 == variance);
-            table.row(vec![
+            let mut row = vec![
                 fault_name(fault).to_owned(),
                 level(variance),
-                paper(fault, variance).map_or_else(|| "-".to_owned(), |value| format!("{value:.3}")),
                 plain.map_or_else(|| "-".to_owned(), |other| spread(&other.relative_accuracy)),
                 spread(&result.relative_accuracy),
-            ]);
+            ];
+            if study.is_paper {
+                let paper = study.paper(fault, variance);
+                row.insert(2, paper.map_or_else(|| "-".to_owned(), |value| format!("{value:.3}")));
+            }
+            table.row(row);
         }
     }
     table.render()

@@ -27,7 +27,7 @@ pub fn run(args: &ReportArgs) -> anyhow::Result<Answer> {
     let bundle = Arc::new(tables::build(&file).with_context(|| file.file_name().to_owned())?.bundle);
     let mut page = Page {
         title: file.name().to_owned(),
-        subtitle: format!("from {}", file.file_name()),
+        subtitle: format!("from {}", output::short_name(file.file_name())),
         sections: Vec::new(),
         footer: format!("Made by valve {}. Times in s, pressures absolute.", env!("CARGO_PKG_VERSION")),
     };
