@@ -62,7 +62,6 @@ pub fn search(input: &CampaignInput, options: &DiagnoseOptions) -> anyhow::Resul
     // Without the handler, Ctrl-C ends the program at once; the search itself does not need it.
     let _ = ctrlc::set_handler(move || asked.ask());
     let line = ProgressLine::new("reading the strokes");
-    line.stage("round 1", "reading the strokes");
     let (done, round) = (AtomicUsize::new(0), AtomicUsize::new(1));
     let tell = |progress: Progress| show(&line, &done, &round, &progress);
     explain(&input.file, &input.campaign, options, &tell, &stop).ok_or_else(|| {
@@ -77,15 +76,16 @@ fn show(line: &ProgressLine, done: &AtomicUsize, round: &AtomicUsize, progress: 
     match progress {
         Progress::Tried { kinds, of, .. } => {
             let count = done.fetch_add(1, Ordering::Relaxed) % of + 1;
-            line.show(count as f64 / *of as f64, &format!("trying {}", explanation::joined(kinds)));
+            let stage = format!("round {}", round.load(Ordering::Relaxed));
+            let trying = format!("trying {}", explanation::joined(kinds));
+            line.show_stage(&stage, count as f64 / *of as f64, &trying);
         }
         Progress::Reached { kinds, gain } => {
             done.store(0, Ordering::Relaxed);
-            let round = 1 + round.fetch_add(1, Ordering::Relaxed);
-            let found = format!("{} gains {gain:.0} nats, looking further", explanation::joined(kinds));
-            line.stage(&format!("round {round}"), &found);
+            round.fetch_add(1, Ordering::Relaxed);
+            line.doing(&format!("{} gains {gain:.0} nats, looking further", explanation::joined(kinds)));
         }
-        Progress::Doing(what) => line.stage("", what),
+        Progress::Doing(what) => line.doing(what),
     }
 }
 

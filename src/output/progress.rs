@@ -65,11 +65,22 @@ impl ProgressLine {
         }
     }
 
-    /// Begins a stage: shares are of it from now on. Without a name, nobody knows how much is to be done.
-    pub fn stage(&self, name: &str, what: &str) {
+    /// The same where the share is of a stage of the work, which begins with its first share.
+    pub fn show_stage(&self, stage: &str, share: f64, what: &str) {
         if let Some(shared) = &self.shared {
             let mut work = shared.work();
-            work.stage = (Instant::now(), name.to_owned());
+            if work.stage.1 != stage {
+                work.stage = (Instant::now(), stage.to_owned());
+            }
+        }
+        self.show(share, what);
+    }
+
+    /// Tells what is being done where nobody knows how much it is.
+    pub fn doing(&self, what: &str) {
+        if let Some(shared) = &self.shared {
+            let mut work = shared.work();
+            work.stage.1.clear();
             work.share = None;
             what.clone_into(&mut work.what);
         }
