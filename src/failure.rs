@@ -1,10 +1,8 @@
 //! How the program ends: its exit codes and what it says when it cannot go on.
 
 use std::fmt;
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, Write};
 use std::process::ExitCode;
-
-use crate::output;
 
 /// What a command that did its work found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -47,9 +45,9 @@ impl fmt::Display for Hinted {
 
 impl std::error::Error for Hinted {}
 
-/// Says what went wrong on stderr and gives exit code 2. A reader that went away,
-/// such as `head`, is no error.
-pub fn report(error: &anyhow::Error) -> ExitCode {
+/// Says what went wrong on stderr and gives exit code 2; `told` lays text out for stderr. A reader
+/// that went away, such as `head`, is no error.
+pub fn report(error: &anyhow::Error, told: fn(&str) -> String) -> ExitCode {
     if is_broken_pipe(error) {
         return ExitCode::SUCCESS;
     }
@@ -60,11 +58,6 @@ pub fn report(error: &anyhow::Error) -> ExitCode {
         let _ = writeln!(stderr, "{}", told(&format!("hint: {}", hint.hint)));
     }
     ExitCode::from(2)
-}
-
-/// Broken to the columns of a terminal; in a file it stays one line, which is easier to search.
-fn told(text: &str) -> String {
-    if io::stderr().is_terminal() { output::wrapped(text) } else { text.to_owned() }
 }
 
 /// The error and its causes in one line. A cause that its error already tells is

@@ -17,6 +17,6 @@ fn main() -> ExitCode {
     output::set_manner(cli.manner.quiet, cli.manner.verbose, cli.manner.color);
     match commands::run(&cli.verb) {
         Ok(answer) => answer.exit_code(),
-        Err(error) => failure::report(&error),
+        Err(error) => failure::report(&error, output::laid_out_for_stderr),
     }
 }

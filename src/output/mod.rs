@@ -12,7 +12,7 @@ mod table;
 mod wrap;
 
 use std::ffi::OsStr;
-use std::io::{self, BufWriter, StdoutLock, Write};
+use std::io::{self, BufWriter, IsTerminal, StdoutLock, Write};
 use std::path::Path;
 
 use anyhow::Context;
@@ -52,6 +52,11 @@ pub fn print_text(text: &str) -> anyhow::Result<()> {
 /// Text whose prose is broken to the columns there are.
 pub fn wrapped(text: &str) -> String {
     wrap::wrapped(text, manner().columns)
+}
+
+/// Broken to the columns of a terminal; in a file a message stays one line, which is easier to search.
+pub fn laid_out_for_stderr(text: &str) -> String {
+    if io::stderr().is_terminal() { wrapped(text) } else { text.to_owned() }
 }
 
 /// What a file is called where it stands, without the way to it.
