@@ -12,6 +12,8 @@ use super::special::{normal_tail, quick_ln};
 const SURPRISE: f64 = 12.0;
 /// Moves of the severity up to which the tables are straight enough.
 const STRAIGHT: f64 = 0.004;
+/// The same of a story that is too unlikely to matter.
+const IDLY_STRAIGHT: f64 = 0.05;
 /// Most linearisations of one reading.
 const MOST_PASSES: usize = 4;
 
@@ -28,6 +30,8 @@ pub(crate) struct Sight {
     pub weight: f64,
     /// Shape of the inverse gamma posterior of the noise variance.
     pub shape: f64,
+    /// Logarithm of the weight below which a story is hardly looked at.
+    pub ln_idle: f64,
 }
 
 /// How a story met it.
@@ -43,34 +47,43 @@ pub(crate) struct Met {
     pub surprise: bool,
 }
 
-/// Times of both strokes under a story at some state, and their derivatives.
-#[inline]
-fn expected(part: &Part, plant: &Plant, at: &[f64; SIZE]) -> [(f64, [f64; SIZE]); 2] {
-    let healthy = [plant.healthy_s(0), plant.healthy_s(1)];
-    match part.cause {
-        Cause::None => [0, 1].map(|stroke| {
-            let mut slope = [0.0; SIZE];
-            slope[2 + stroke] = healthy[stroke];
-            (healthy[stroke] * (1.0 + at[2 + stroke]), slope)
-        }),
-        Cause::Wear(wear) => {
-            let (severity, grows) = part.law.severity(at[0]);
-            let times = plant.times_and_slopes(wear, severity);
-            [0, 1].map(|stroke| {
-                let (time, by_severity) = times[stroke];
-                let factor = 1.0 + at[2 + stroke];
-                let mut slope = [0.0; SIZE];
-                slope[0] = by_severity * grows * factor;
-                slope[2 + stroke] = time;
-                (time * factor, slope)
-            })
+/// The time of a stroke under a story at some state. It moves with two numbers of
+/// the story at most: which, and by how much.
+#[derive(Clone, Copy, Debug)]
+struct Expected {
+    time_s: f64,
+    moves_with: [usize; 2],
+    by: [f64; 2],
+}
+
+impl Expected {
+    /// Of both strokes.
+    #[inline]
+    fn of(part: &Part, plant: &Plant, at: &[f64; SIZE]) -> [Self; 2] {
+        match part.cause {
+            Cause::None => [0, 1].map(|stroke| {
+                let healthy_s = plant.healthy_s(stroke);
+                Self { time_s: healthy_s * (1.0 + at[2 + stroke]), moves_with: [0, 2 + stroke], by: [0.0, healthy_s] }
+            }),
+            Cause::Wear(wear) => {
+                let (severity, grows) = part.law.severity(at[0]);
+                let times = plant.times_and_slopes(wear, severity);
+                [0, 1].map(|stroke| {
+                    let (time, by_severity) = times[stroke];
+                    let factor = 1.0 + at[2 + stroke];
+                    let by = [by_severity * grows * factor, time];
+                    Self { time_s: time * factor, moves_with: [0, 2 + stroke], by }
+                })
+            }
+            Cause::Both => {
+                let times = plant.both_leaks([at[0], at[1]]);
+                times.map(|(time_s, by)| Self { time_s, moves_with: [0, 1], by })
+            }
+            Cause::Other => [0, 1].map(|stroke| {
+                let time_s = plant.healthy_s(stroke) + at[stroke];
+                Self { time_s, moves_with: [stroke, 2], by: [1.0, 0.0] }
+            }),
         }
-        Cause::Both => plant.both_leaks([at[0], at[1]]).map(|(time, by)| (time, [by[0], by[1], 0.0, 0.0])),
-        Cause::Other => [0, 1].map(|stroke| {
-            let mut slope = [0.0; SIZE];
-            slope[stroke] = 1.0;
-            (healthy[stroke] + at[stroke], slope)
-        }),
     }
 }
 
@@ -83,11 +96,12 @@ pub(crate) fn assimilate(part: &Part, plant: &Plant, sight: &Sight) -> (Part, Me
         Cause::Both => 2,
     };
     let curved = part.law != Law::Linear;
+    let straight = if part.ln_weight < sight.ln_idle { IDLY_STRAIGHT } else { STRAIGHT };
     let mut at = part.mean;
     let mut best = pass(part, plant, sight, &at);
     for _ in 1..MOST_PASSES {
         let moved = (0..levels).map(|i| (best.0.mean[i] - at[i]).abs()).fold(0.0, f64::max);
-        if moved < STRAIGHT && !(curved && moved > 0.1 * at[0].abs()) {
+        if moved < straight && !(curved && moved > 0.1 * at[0].abs()) {
             break;
         }
         // No further than the tables can be trusted to be anything like straight.
@@ -107,19 +121,20 @@ fn pass(part: &Part, plant: &Plant, sight: &Sight, at: &[f64; SIZE]) -> (Part, M
     let mut met = Met { inlier: [1.0; 2], ..Met::default() };
     let shape = sight.shape;
     let mut distance = 0.0;
-    let expected = expected(part, plant, at);
-    for stroke in 0..2 {
+    for (stroke, expected) in Expected::of(part, plant, at).into_iter().enumerate() {
+        if sight.time_s[stroke].is_none() && !sight.stalled[stroke] {
+            out.noise.left_s[stroke] = f64::NAN;
+            continue;
+        }
         let window_s = plant.window_s(stroke);
-        let (time, slope) = match (sight.time_s[stroke], sight.stalled[stroke]) {
-            (None, false) => {
-                out.noise.left_s[stroke] = f64::NAN;
-                continue;
-            }
-            _ => expected[stroke],
-        };
-        let predicted = time + (0..SIZE).map(|i| slope[i] * (out.mean[i] - at[i])).sum::<f64>();
-        let by_cov: [f64; SIZE] = std::array::from_fn(|i| (0..SIZE).map(|j| out.cov[i][j] * slope[j]).sum());
-        let model_spread = (0..SIZE).map(|i| slope[i] * by_cov[i]).sum::<f64>().max(0.0);
+        let Expected { time_s, moves_with: [a, b], by: [by_a, by_b] } = expected;
+        let predicted = time_s + by_a * (out.mean[a] - at[a]) + by_b * (out.mean[b] - at[b]);
+        let (row_a, row_b) = (out.cov[a], out.cov[b]);
+        let mut by_cov = [0.0; SIZE];
+        for i in 0..SIZE {
+            by_cov[i] = by_a * row_a[i] + by_b * row_b[i];
+        }
+        let model_spread = (by_a * by_cov[a] + by_b * by_cov[b]).max(0.0);
         let spread = out.inflation + model_spread;
         let (innovation, inlier) = if let Some(measured) = sight.time_s[stroke] {
             let innovation = measured - predicted;
@@ -158,14 +173,15 @@ fn pass(part: &Part, plant: &Plant, sight: &Sight, at: &[f64; SIZE]) -> (Part, M
         }
         // A doubtful reading counts as noisier, in proportion.
         let doubted = spread + out.inflation * (1.0 / inlier - 1.0);
-        let gain = by_cov.map(|value| value / doubted);
+        let share = 1.0 / doubted;
         for i in 0..SIZE {
-            out.mean[i] += gain[i] * innovation;
+            let gain = by_cov[i] * share;
+            out.mean[i] += gain * innovation;
             for j in 0..SIZE {
-                out.cov[i][j] -= gain[i] * by_cov[j];
+                out.cov[i][j] -= gain * by_cov[j];
             }
         }
-        out.scale += 0.5 * sight.weight * innovation * innovation * out.inflation / doubted;
+        out.scale += 0.5 * sight.weight * innovation * innovation * out.inflation * share;
     }
     met.surprise = distance > SURPRISE;
     out.ln_weight += met.ln;

@@ -1,6 +1,6 @@
 //! When the stories end.
 
-use super::special::normal_tail;
+use super::special::{normal_deviation, normal_share, quick_exp, quick_ln};
 
 /// Three quantiles of a distribution.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -17,8 +17,8 @@ pub struct Quantiles {
 const LONGEST: f64 = 1e5;
 /// Most points looked at for a quantile between two known ones.
 const MOST_STEPS: usize = 18;
-/// Error of a probability from which on a straight line does the rest.
-const CLOSE: f64 = 2e-4;
+/// Error of a Gaussian deviation from which on a straight line does the rest.
+const CLOSE: f64 = 0.05;
 /// Remaining cycles below which an error is no longer counted relative to them.
 const SOON: f64 = 0.5;
 /// Weight below which a way to end does not count.
@@ -106,9 +106,9 @@ impl Block {
             let t = (cycles + self.later[k]).max(0.0);
             let variance = self.var_level[k] + t * (self.by_cycle[k] + t * (self.by_square[k] + t * self.by_cube[k]));
             let over = self.short[k] + t * self.growth[k];
-            *share = self.weight[k] * normal_tail(-over / variance.max(1e-18).sqrt());
+            *share = over / variance.max(1e-18).sqrt();
         }
-        share.iter().sum()
+        share.iter().zip(self.weight).map(|(deviation, weight)| weight * normal_share(*deviation)).sum()
     }
 }
 
@@ -134,20 +134,21 @@ impl Ending {
     pub(crate) fn quantiles<const N: usize>(&self, probabilities: [f64; N]) -> [f64; N] {
         let blocks = Block::all(self.lines.iter().map(|line| (line.weight, 0.0, line)));
         let within = |t: f64| blocks.iter().map(|block| block.within(t)).sum();
-        let mut curve = Curve::new(within, &self.ends);
+        let mut curve = Curve::new(within, self.lines.iter().map(|line| line.weight), &self.ends);
         probabilities.map(|probability| curve.place_of(probability))
     }
 
     /// The remaining life with the smallest expected relative error: the median
     /// with every possible life weighed by its inverse.
     pub(crate) fn best(&self) -> f64 {
-        let total: f64 = self.lines.iter().zip(&self.ends).map(|(line, (t, _))| line.weight / t.max(SOON)).sum();
+        let weight = |(line, (t, _)): (&Line, &(f64, f64))| line.weight / t.max(SOON);
+        let total: f64 = self.lines.iter().zip(&self.ends).map(weight).sum();
         let blocks = Block::all(self.lines.iter().zip(&self.ends).map(|(line, (t, sd))| {
             // Within a line the weighing moves the median by variance over life.
             (line.weight / t.max(SOON) / total, (sd * sd / t.max(SOON)).min(0.3 * t), line)
         }));
         let within = |t: f64| blocks.iter().map(|block| block.within(t)).sum();
-        Curve::new(within, &self.ends).place_of(0.5)
+        Curve::new(within, self.lines.iter().zip(&self.ends).map(weight), &self.ends).place_of(0.5)
     }
 
     /// How many cycles ago the level was 1, where that is over.
@@ -161,79 +162,105 @@ impl Ending {
 /// known so far: what was computed for one quantile serves the next.
 struct Curve<F> {
     within: F,
-    /// In rising order.
-    points: Vec<(f64, f64)>,
+    /// Standard deviation of the logarithm of the end, one cycle added.
+    ln_sd: f64,
+    /// In rising order, one at least.
+    points: Vec<Point>,
+}
+
+/// A point of such a curve: along the Gaussian deviation of the probability and
+/// the logarithm of the cycles the curve is nearly straight.
+#[derive(Clone, Copy, Debug)]
+struct Point {
+    cycles: f64,
+    deviation: f64,
+}
+
+/// The cycles at which the straight line through two points has a deviation.
+fn between(low: Point, high: Point, deviation: f64) -> f64 {
+    let [first, last] = [low, high].map(|point| quick_ln(point.cycles + 1.0));
+    let share = (deviation - low.deviation) / (high.deviation - low.deviation);
+    (quick_exp(first + share * (last - first)) - 1.0).clamp(low.cycles, high.cycles)
 }
 
 impl<F: Fn(f64) -> f64> Curve<F> {
-    fn new(within: F, ends: &[(f64, f64)]) -> Self {
-        let reach = |sign: f64| ends.iter().map(move |(t, sd)| t + sign * 2.0 * sd);
-        let low = reach(-1.0).fold(f64::INFINITY, f64::min).max(0.0);
-        let high = reach(1.0).fold(0.0, f64::max).min(LONGEST) + 1e-3;
-        let points = [low, high].map(|t| (t, within(t))).to_vec();
-        Self { within, points }
+    /// Of ends with their weights and standard deviations.
+    fn new(within: F, weights: impl Iterator<Item = f64>, ends: &[(f64, f64)]) -> Self {
+        let (mut total, mut mean, mut square) = (0.0, 0.0, 0.0);
+        for (weight, (cycles, sd)) in weights.zip(ends) {
+            let ln = quick_ln(cycles + 1.0);
+            let spread = (sd / (cycles + 1.0)).min(2.0);
+            total += weight;
+            mean += weight * ln;
+            square += weight * (ln * ln + spread * spread);
+        }
+        let mean = mean / total;
+        let ln_sd = (square / total - mean * mean).max(1e-6).sqrt();
+        let mut curve = Self { within, ln_sd, points: Vec::with_capacity(16) };
+        curve.know(quick_exp(mean) - 1.0);
+        curve
     }
 
-    fn know(&mut self, t: f64) -> f64 {
-        let value = (self.within)(t);
-        let place = self.points.partition_point(|(known, _)| *known < t);
-        self.points.insert(place, (t, value));
-        value
+    fn know(&mut self, cycles: f64) -> Point {
+        let cycles = cycles.clamp(0.0, 2.0 * LONGEST);
+        let point = Point { cycles, deviation: normal_deviation((self.within)(cycles)) };
+        let place = self.points.partition_point(|known| known.cycles < cycles);
+        self.points.insert(place, point);
+        point
+    }
+
+    /// Known points on both sides of a deviation; the end of the range where it
+    /// lies beyond.
+    fn around(&mut self, deviation: f64) -> Result<(Point, Point), f64> {
+        let mut step = self.ln_sd;
+        loop {
+            let after = self.points.partition_point(|point| point.deviation < deviation);
+            let (end, sign) = match (after, self.points.len() - after) {
+                (0, _) => (self.points[0], -1.0),
+                (_, 0) => (self.points[after - 1], 1.0),
+                _ => return Ok((self.points[after - 1], self.points[after])),
+            };
+            if end.cycles <= 0.0 && sign < 0.0 {
+                return Err(0.0);
+            }
+            if end.cycles > LONGEST && sign > 0.0 {
+                return Err(LONGEST);
+            }
+            // A little farther than it would be if the curve were straight.
+            let far = (deviation - end.deviation).abs().min(4.0) + 0.3;
+            let ln = quick_ln(end.cycles + 1.0) + sign * far * step;
+            self.know(quick_exp(ln.min(20.0)) - 1.0);
+            step *= 2.0;
+        }
     }
 
     fn place_of(&mut self, probability: f64) -> f64 {
-        while self.points[0].1 > probability {
-            let low = 0.5 * self.points[0].0;
-            if low < 1e-6 {
-                if self.points[0].0 == 0.0 || self.know(0.0) >= probability {
-                    return 0.0;
-                }
-                break;
-            }
-            self.know(low);
-        }
-        while self.points[self.points.len() - 1].1 < probability {
-            let high = 2.0 * self.points[self.points.len() - 1].0;
-            if high > 2.0 * LONGEST {
-                return LONGEST;
-            }
-            self.know(high);
-        }
-        let after = self.points.partition_point(|(_, value)| *value < probability).max(1);
-        let ((mut low, below), (mut high, above)) = (self.points[after - 1], self.points[after]);
-        // Regula falsi with halved ends (Illinois).
-        let (mut below, mut above) = (below - probability, above - probability);
-        let mut side = 0_i8;
+        let wanted = normal_deviation(probability);
+        let (mut low, mut high) = match self.around(wanted) {
+            Ok(ends) => ends,
+            Err(end) => return end,
+        };
+        // Regula falsi; the end that stays is taken for half as far (Illinois).
+        let (mut side, mut off) = (0.0, (high.deviation - wanted).min(wanted - low.deviation));
         for _ in 0..MOST_STEPS {
-            if above <= 0.0 || high - low < 1e-5 * high {
+            if off < CLOSE || high.cycles - low.cycles < 1e-5 * high.cycles {
                 break;
             }
-            let mut t = (low * above - high * below) / (above - below);
-            if !(t > low && t < high) {
-                t = f64::midpoint(low, high);
+            let point = self.know(between(low, high, wanted));
+            off = (point.deviation - wanted).abs();
+            let kept = if point.deviation < wanted { &mut high } else { &mut low };
+            let now = (wanted - point.deviation).signum();
+            if now == side {
+                kept.deviation = f64::midpoint(kept.deviation, wanted);
             }
-            let off = self.know(t) - probability;
-            if off.abs() < CLOSE {
-                // The straight line from the nearer side does the rest.
-                let (other, there) = if off > 0.0 { (low, below) } else { (high, above) };
-                let rest = off * (t - other) / (off - there);
-                return if rest.is_finite() { (t - rest).clamp(low, high) } else { t };
-            }
-            if off > 0.0 {
-                (high, above) = (t, off);
-                if side == 1 {
-                    below *= 0.5;
-                }
-                side = 1;
+            side = now;
+            if point.deviation < wanted {
+                low = point;
             } else {
-                (low, below) = (t, off);
-                if side == -1 {
-                    above *= 0.5;
-                }
-                side = -1;
+                high = point;
             }
         }
-        f64::midpoint(low, high)
+        between(low, high, wanted)
     }
 }
 

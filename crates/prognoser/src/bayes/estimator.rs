@@ -12,6 +12,7 @@ use super::motion::DRIFT_TURN;
 use super::part::{Cause, Mode, Part};
 use super::plant::{Plant, Weather};
 use super::rate_prior::{Corrected, NODES, Node, RatePrior};
+use super::special::quick_exp;
 use super::start;
 use super::state::{ValveRecord, single};
 use crate::reading::Reading;
@@ -78,6 +79,7 @@ impl BayesEstimator {
             glitches: config.outlier_share,
             weight,
             shape,
+            ln_idle: LN_IDLE,
         };
         let cycles = if first { 0.0 } else { reading.cycle.saturating_sub(record.cycle) as f64 };
         let outcome = bank::step(&mut parts, &plant, config, &sight, cycles, record.readings as f64);
@@ -128,7 +130,7 @@ impl BayesEstimator {
         }
         let top = weights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         for weight in &mut weights {
-            *weight = (*weight - top).exp();
+            *weight = quick_exp(*weight - top);
         }
         let total: f64 = weights.iter().sum();
         let mut probability = FaultProbability::new(plant);

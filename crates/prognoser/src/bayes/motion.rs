@@ -80,19 +80,22 @@ pub(crate) fn turn(parts: &mut Vec<Part>, plant: &Plant, config: &BayesConfig, s
     let top = parts.iter().map(|part| part.ln_weight).fold(f64::NEG_INFINITY, f64::max);
     let mut made: Vec<Part> = Vec::with_capacity(24);
     let mut inflow: Vec<Part> = Vec::with_capacity(12);
+    let mut sources: Vec<Part> = Vec::with_capacity(12);
     for wear in 0..plant.wears() {
         let cause = Cause::Wear(wear);
         let ln_begin = (onset * share(cause, plant)).ln();
+        sources.clear();
+        sources.extend(parts.iter().filter(|part| part.cause == cause || part.cause == Cause::None).copied());
         for mode in [Mode::Late, Mode::Slow, Mode::Rough, Mode::Wander, Mode::Rest] {
             inflow.clear();
-            for part in parts.iter() {
+            for part in &sources {
                 let likely = part.ln_weight > top + LN_LIKELY;
                 let (ln_rate, moved) = match (part.cause, part.mode) {
                     (Cause::None, _) if matches!(mode, Mode::Late | Mode::Slow) => {
                         let slow = if mode == Mode::Slow { slow_share } else { 1.0 - slow_share };
                         (ln_begin + slow.ln(), None)
                     }
-                    (own, _) if own != cause => continue,
+                    (Cause::None, _) => continue,
                     (_, from) if from == mode => (0.0, Some(*part)),
                     // A pace that goes on or changes is a slow one or not.
                     (_, Mode::Rest | Mode::Steady)

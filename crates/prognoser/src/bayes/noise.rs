@@ -58,10 +58,10 @@ impl NoiseState {
     #[inline]
     pub(crate) fn density(&mut self, stroke: usize, innovation: f64, model_spread: f64, scale: f64, shape: f64) -> f64 {
         let left = self.left_s[stroke];
-        let norm = 0.5 * quick_ln(shape / (std::f64::consts::PI * scale)) - 0.125 / shape;
+        let norm = (shape / (std::f64::consts::PI * scale)).sqrt() * (1.0 - 0.125 / shape);
         let student = |off: f64, spread: f64| {
             let square = off * off / (spread * scale);
-            quick_exp(norm - 0.5 * quick_ln(spread) - (shape + 0.5) * quick_ln(1.0 + square))
+            norm / spread.sqrt() * quick_exp(-(shape + 0.5) * quick_ln(1.0 + square))
         };
         if left.is_nan() {
             return student(innovation, model_spread + 1.0);

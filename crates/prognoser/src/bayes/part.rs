@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::law::Law;
 use super::noise::NoiseState;
 use super::rate_prior::WideGrowth;
-use super::special::above_zero;
+use super::special::{above_zero, quick_exp, quick_ln};
 
 /// What wears.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -45,6 +45,9 @@ pub(crate) enum Mode {
 /// two severities and their growths. For a free drift: what the two times are
 /// off by, and how they drift, in s.
 pub(crate) const SIZE: usize = 4;
+
+/// Change of the noise variance, a share of it, for which no prior is weighed anew.
+const UNTUNED: f64 = 0.005;
 
 /// A story with its weight.
 #[derive(Clone, Copy, Debug)]
@@ -90,6 +93,9 @@ impl Part {
     /// mean and variance of the prior of each number, variance zero for none.
     pub(crate) fn retune(&mut self, priors: [(f64, f64); SIZE], sigma2: f64) {
         let change = sigma2 - self.tuned;
+        if change.abs() < UNTUNED * self.tuned {
+            return;
+        }
         self.tuned = sigma2;
         for (k, (mean, variance)) in priors.into_iter().enumerate() {
             if variance == 0.0 || self.cov[k][k] == 0.0 {
@@ -163,10 +169,11 @@ impl Part {
     /// One part with the weight, mean and covariance of several.
     pub(crate) fn merged(parts: &[Self], shape: f64) -> Self {
         let top = parts.iter().map(|part| part.ln_weight).fold(f64::NEG_INFINITY, f64::max);
-        let weights = parts.iter().map(|part| (part.ln_weight - top).exp());
+        let weights = parts.iter().map(|part| quick_exp(part.ln_weight - top));
         let total: f64 = weights.clone().sum();
         let mut out = parts[0];
-        out.ln_weight = top + total.ln();
+        out.ln_weight = top + quick_ln(total);
+        let by_total = 1.0 / total;
         out.mean = [0.0; SIZE];
         out.cov = [[0.0; SIZE]; SIZE];
         out.scale = 0.0;
@@ -174,7 +181,7 @@ impl Part {
         out.noise = NoiseState { weight: [0.0; 3], left_s: [0.0; 2] };
         out.inflation = 0.0;
         for (part, weight) in parts.iter().zip(weights.clone()) {
-            let share = weight / total;
+            let share = weight * by_total;
             for i in 0..SIZE {
                 out.mean[i] += share * part.mean[i];
             }
@@ -183,16 +190,18 @@ impl Part {
             out.noise.mix(&part.noise, share);
             out.inflation += share * part.inflation;
         }
-        let sigma2 = out.scale / shape;
+        let by_sigma2 = shape / out.scale;
         out.tuned = 0.0;
         for (part, weight) in parts.iter().zip(weights) {
-            let share = weight / total;
-            let own = part.scale / shape / sigma2;
+            let share = weight * by_total;
+            let own = part.scale / out.scale;
             out.tuned += share * part.tuned / own;
+            let (inside, apart) = (share * own, share * by_sigma2);
+            let off: [f64; SIZE] = std::array::from_fn(|i| part.mean[i] - out.mean[i]);
             for i in 0..SIZE {
+                let along = apart * off[i];
                 for j in 0..SIZE {
-                    let apart = (part.mean[i] - out.mean[i]) * (part.mean[j] - out.mean[j]) / sigma2;
-                    out.cov[i][j] += share * (own * part.cov[i][j] + apart);
+                    out.cov[i][j] += inside * part.cov[i][j] + along * off[j];
                 }
             }
         }

@@ -112,30 +112,53 @@ impl RatePrior {
         let spread = low < 0.05 * high;
         let first = if spread { (high * 2e-3).max(SMALLEST) } else { low };
         let step = if spread { quick_ln(high / first) } else { high - first } / NODES as f64;
-        let mut nodes = [Node::default(); NODES];
+        let wide = WideGrowth::of(mode);
+        let (mut growth, mut ln_growth) = ([0.0; NODES], [0.0; NODES]);
+        if spread {
+            let (ratio, ln_first) = (quick_exp(step), quick_ln(first));
+            let mut next = first * quick_exp(0.5 * step);
+            for i in 0..NODES {
+                growth[i] = next;
+                ln_growth[i] = ln_first + (i as f64 + 0.5) * step;
+                next *= ratio;
+            }
+        } else {
+            for i in 0..NODES {
+                growth[i] = first + (i as f64 + 0.5) * step;
+                ln_growth[i] = quick_ln(growth[i]);
+            }
+        }
+        let (by_prior, by_wide, by_sd) = (1.0 / self.ln_sd, 1.0 / wide.sd, 1.0 / sd);
         let mut ln = [0.0; NODES];
-        let mut top = f64::NEG_INFINITY;
-        for (i, node) in nodes.iter_mut().enumerate() {
-            let along = (i as f64 + 0.5) * step;
-            let (growth, width) = if spread {
-                let growth = first * quick_exp(along);
-                (growth, growth * step)
-            } else {
-                (first + along, step)
-            };
-            let z = (growth - mean) / sd;
-            ln[i] = self.ln_ratio(growth, mode).0 - 0.5 * z * z + quick_ln(width / sd) - 0.918_938_533_204_672_7;
-            node.growth = growth;
-            top = top.max(ln[i]);
+        for i in 0..NODES {
+            let prior = (ln_growth[i] - self.ln_median) * by_prior;
+            let flat = (growth[i] - wide.mean) * by_wide;
+            let own = (growth[i] - mean) * by_sd;
+            // Of a width that grows with the growth the logarithm takes that of the log-normal density away.
+            let width = if spread { 0.0 } else { -ln_growth[i] };
+            ln[i] = width - 0.5 * (prior * prior + own * own) + (0.5 * flat * flat).min(FARTHEST);
         }
-        let mut total = 0.0;
-        for (node, ln) in nodes.iter_mut().zip(ln) {
-            node.weight = quick_exp(ln - top);
-            total += node.weight;
+        let top = ln.into_iter().fold(f64::NEG_INFINITY, f64::max);
+        let mut weight = ln.map(|ln| quick_exp(ln - top));
+        if matches!(mode, Mode::Slow | Mode::Late) {
+            for i in 0..NODES {
+                let slowness = 1.0 / (1.0 + (growth[i] * (1.0 / SLOW_BELOW)).powi(2));
+                weight[i] *= if mode == Mode::Slow {
+                    slowness / self.slow_share
+                } else {
+                    (1.0 - slowness) / (1.0 - self.slow_share)
+                };
+            }
         }
-        for node in &mut nodes {
-            node.weight /= total;
+        let total: f64 = weight.iter().sum();
+        let by_total = 1.0 / total;
+        let mut nodes = [Node::default(); NODES];
+        for i in 0..NODES {
+            nodes[i] = Node { growth: growth[i], weight: weight[i] * by_total };
         }
+        // The widths of nodes and wide Gaussian, and the Gaussians' own factors.
+        let widths = step * by_sd * wide.sd * by_prior;
+        let top = top + quick_ln(widths) - 0.918_938_533_204_672_7;
         Corrected::Wide { ln_factor: top + quick_ln(total), nodes }
     }
 }
