@@ -37,7 +37,8 @@ pub fn run(args: &ExplainArgs) -> anyhow::Result<Answer> {
         )?;
     }
     if let Some(plot) = plot_steps {
-        let figure = ladder::figure(&input.campaign.name, &explanation::headline(&answer), &answer.steps);
+        let figure =
+            ladder::figure(&input.campaign.name, &explanation::headline(&answer), &explain_figures::steps(&answer));
         plot.write(&figure.figure())?;
     }
     if let Some(plot) = plot_missing {
@@ -95,7 +96,7 @@ fn text(answer: &Explanation, input: &CampaignInput) -> String {
     if !parameters.is_empty() {
         let _ = writeln!(text, "{parameters}");
     }
-    text.push_str(&ladder::table(&answer.steps));
+    text.push_str(&ladder::table(&explain_figures::steps(answer)));
     text.push('\n');
     for twin in &answer.twins {
         twin_text(&mut text, twin);
@@ -225,7 +226,7 @@ fn candidate_table(answer: &Explanation) -> String {
         ("held out", Align::Right),
         ("", Align::Left),
     ]);
-    for candidate in answer.candidates.iter().take(12) {
+    for candidate in explain_figures::distinct(answer).into_iter().take(12) {
         let why = candidate.rejected.clone().unwrap_or_else(|| "chosen".into());
         let held_out = candidate.held_out_normalised_rms.map_or_else(String::new, |error| format!("{error:.2}"));
         table.row(vec![

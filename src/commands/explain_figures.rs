@@ -1,45 +1,90 @@
 //! The pictures of `valve explain`.
 
-use identify::select::SelectOptions;
+use answers::explanation::joined;
 use model_lab::diagnosis::outside::Outside;
-use model_lab::diagnosis::{CandidateReport, Explanation};
+use model_lab::diagnosis::{CandidateReport, Explanation, StepReport};
 use model_lab::forward::{Predicted, record};
 use report::figures::{
-    Candidate, ExperimentFigure, LeaderboardFigure, MissingPoint, Prediction, TwinBracket, UnexplainedFigure,
+    Candidate, ExperimentFigure, LeaderboardFigure, MissingPoint, Prediction, Standing, UnexplainedFigure,
 };
 use valve_model::custom::CustomTarget;
 use valve_model::simulate::DEFAULT_STEP_S;
 use valve_model::{EffectKind, Prepared, Valve, simulate};
 
-/// The candidates and what each explains.
+/// Every set of effects once, by evidence: as it was fitted to the end, else as it was looked at first.
+pub fn distinct(answer: &Explanation) -> Vec<&CandidateReport> {
+    let mut distinct: Vec<&CandidateReport> = Vec::new();
+    for one in &answer.candidates {
+        match distinct.iter_mut().find(|other| is_set(&other.kinds, &one.kinds)) {
+            Some(other) if other.held_out_normalised_rms.is_none() && one.held_out_normalised_rms.is_some() => {
+                *other = one;
+            }
+            Some(_) => {}
+            None => distinct.push(one),
+        }
+    }
+    distinct.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    distinct
+}
+
+fn is_set(kinds: &[EffectKind], of: &[EffectKind]) -> bool {
+    kinds.len() == of.len() && kinds.iter().all(|kind| of.contains(kind))
+}
+
+/// The candidates by the error that remains with each, what the verdict names among them.
 pub fn leaderboard(answer: &Explanation, campaign: &str, headline: &str) -> LeaderboardFigure {
-    let shown: Vec<&CandidateReport> = answer
-        .candidates
-        .iter()
-        .filter(|candidate| candidate.kinds.len() == 1 || candidate.rejected.is_none())
-        .take(18)
-        .collect();
-    let candidates = shown.iter().map(|candidate| Candidate {
-        name: candidate.kinds.iter().map(|kind| kind.id()).collect::<Vec<_>>().join(" + "),
-        gain: candidate.gain,
-        held_out_gain: None,
-        agreeing: None,
-        recommended: candidate.rejected.is_none(),
-    });
-    let row = |kind: EffectKind| shown.iter().position(|candidate| candidate.kinds == [kind]);
-    let brackets = answer.twins.iter().filter_map(|twins| {
-        let rows: Vec<usize> =
-            twins.with.iter().map(|twin| twin.kind).chain([twins.kind]).map(row).collect::<Option<_>>()?;
-        let (first, last) = (*rows.iter().min()?, *rows.iter().max()?);
-        (first < last).then(|| TwinBracket { rows: [first, last], text: "twins".into() })
-    });
+    let standing = |kinds: &[EffectKind]| {
+        if is_set(kinds, &answer.recommended) {
+            Standing::Recommended
+        } else if answer.twins.iter().flat_map(|twins| &twins.with).any(|twin| is_set(kinds, &twin.kinds)) {
+            Standing::Alike
+        } else {
+            Standing::Rejected
+        }
+    };
+    let text = |rmse_m: Option<f64>| rmse_m.map_or_else(String::new, |rmse| format!("{:.3} mm", 1e3 * rmse));
+    let mut candidates: Vec<Candidate> = Vec::new();
+    for one in distinct(answer) {
+        let standing = standing(&one.kinds);
+        if one.kinds.len() == 1 || standing != Standing::Rejected {
+            candidates.push(Candidate {
+                name: joined(&one.kinds),
+                fitted: one.normalised_rms,
+                held_out: one.held_out_normalised_rms,
+                standing,
+                text: text(one.rmse_m),
+            });
+        }
+    }
+    let found = |name: String, step: &StepReport| Candidate {
+        name,
+        fitted: step.normalised_rms,
+        held_out: step.held_out_normalised_rms,
+        standing: Standing::Recommended,
+        text: text(step.rmse_m),
+    };
+    let is_there = candidates.iter().any(|one| one.standing == Standing::Recommended);
+    if let Some(last) = answer.steps.last().filter(|_| !is_there && !answer.recommended.is_empty()) {
+        candidates.push(found(joined(&answer.recommended), last));
+    }
+    candidates.extend(formula_step(answer).map(|step| found(step.step.clone(), &step)));
+    let calibrated = answer.steps.iter().find(|step| step.step == "calibrated");
     LeaderboardFigure {
         title: campaign.to_owned(),
         subtitle: headline.to_owned(),
-        brackets: brackets.collect(),
-        candidates: candidates.collect(),
-        acceptance_gain: SelectOptions::default().accept,
+        candidates,
+        without: calibrated.map(|step| step.normalised_rms),
     }
+}
+
+/// The model sequence, which ends with the formula where there is one.
+pub fn steps(answer: &Explanation) -> Vec<StepReport> {
+    answer.steps.iter().cloned().chain(formula_step(answer)).collect()
+}
+
+fn formula_step(answer: &Explanation) -> Option<StepReport> {
+    let outside = answer.outside.as_ref()?;
+    Some(outside.errors.step(format!("formula ({})", outside.effect.name()), outside.held_out, None))
 }
 
 /// Points of a formula's curve.

@@ -144,7 +144,9 @@ fn pictures_are_drawn_of_what_there_is_to_show() {
     };
     let [said, notes] = drawn();
     assert!(said.contains("missing: vent-restriction\n"), "{said}");
-    assert!(sandbox.read("all.svg").contains("vent-restriction"));
+    let picture = sandbox.read("all.svg");
+    assert!(picture.contains("vent-restriction") && picture.contains("recommended"), "the verdict is drawn");
+    assert!(picture.contains("the noise") && !picture.contains("cannot be told from it"));
     assert!(notes.contains("nothing sits outside the catalogue"), "{notes}");
     assert!(notes.contains("no effects are left to be told apart"), "{notes}");
     assert!(!sandbox.path("missing.svg").exists() && !sandbox.path("next.svg").exists());

@@ -30,15 +30,90 @@ fn svg_is_well_formed_and_needs_nothing_else() {
 #[test]
 fn a_key_names_only_what_is_drawn() {
     use report::figures::{Candidate, LeaderboardFigure};
-    let drawn = |held_out_gain| {
-        let candidate =
-            Candidate { name: "dry-friction".to_owned(), gain: 500.0, held_out_gain, ..Candidate::default() };
-        LeaderboardFigure { candidates: vec![candidate], acceptance_gain: 30.0, ..LeaderboardFigure::default() }
-            .figure()
-            .to_svg()
+    let drawn = |held_out, without| {
+        let candidate = Candidate { name: "dry-friction".to_owned(), fitted: 5.0, held_out, ..Candidate::default() };
+        LeaderboardFigure { candidates: vec![candidate], without, ..LeaderboardFigure::default() }.figure().to_svg()
     };
-    assert!(drawn(Some(400.0)).contains("held out"));
-    assert!(!drawn(None).contains("held out"));
+    assert!(drawn(Some(6.0), None).contains("held out"));
+    assert!(!drawn(None, None).contains("held out") && !drawn(None, None).contains("no effect"));
+    assert!(drawn(None, Some(9.0)).contains("no effect"));
+    assert!(!drawn(None, None).contains("recommended") && !drawn(None, None).contains("twins"));
+}
+
+/// Texts of a picture, from top to bottom.
+fn texts(figure: &report::Figure) -> Vec<String> {
+    let mut texts: Vec<(f64, String)> = Vec::new();
+    for shape in figure.scene().shapes {
+        if let report::draw::Shape::Text(text) = shape {
+            texts.push((text.at[1], text.content));
+        }
+    }
+    texts.sort_by(|a, b| a.0.total_cmp(&b.0));
+    texts.into_iter().map(|(_, text)| text).collect()
+}
+
+#[test]
+fn candidates_stand_by_the_error_that_remains_and_the_verdict_is_among_them() {
+    use report::figures::{Candidate, LeaderboardFigure, Standing};
+    let candidate = |name: String, fitted: f64, held_out: Option<f64>, standing| Candidate {
+        name,
+        fitted,
+        held_out,
+        standing,
+        text: String::new(),
+    };
+    let other =
+        |index: u32| candidate(format!("other-{index:02}"), 9.0 - 0.1 * f64::from(index), None, Standing::Rejected);
+    let mut candidates: Vec<Candidate> = (0..30).map(other).collect();
+    candidates.push(candidate("overfitted".to_owned(), 0.9, Some(6.85), Standing::Rejected));
+    candidates.push(candidate("twin + b".to_owned(), 1.1, Some(1.1), Standing::Alike));
+    candidates.push(candidate("a + b".to_owned(), 1.3, Some(1.2), Standing::Recommended));
+    let figure = LeaderboardFigure { candidates, without: Some(9.5), ..LeaderboardFigure::default() }.figure();
+    let is_name = |text: &String| text.contains(" + b") || text.starts_with("other-") || text == "overfitted";
+    let names: Vec<String> = texts(&figure).into_iter().filter(is_name).collect();
+    assert_eq!(names[..3], ["a + b", "twin + b", "other-29"], "{names:?}");
+    let at = names.iter().position(|name| name == "overfitted").expect("it is drawn");
+    assert_eq!([&*names[at - 1], &*names[at + 1]], ["other-22", "other-21"], "by what was held out");
+}
+
+#[test]
+fn a_remaining_life_that_is_cut_off_is_marked() {
+    use report::figures::{PrognosisFigure, PrognosisPoint};
+    let drawn = |first: f64, first_high: f64| {
+        let point = |cycle: u32| {
+            let rul = if cycle == 0 { first } else { 25.0 - f64::from(cycle) };
+            let high = if cycle == 0 { first_high } else { rul + 1.0 };
+            PrognosisPoint {
+                cycle: f64::from(cycle),
+                rul_cycles: Some(rul),
+                rul_bounds_cycles: Some([0.8 * rul, high]),
+                ..PrognosisPoint::default()
+            }
+        };
+        texts(&PrognosisFigure { points: (0..20).map(point).collect(), ..PrognosisFigure::default() }.figure())
+    };
+    let marked = |texts: &[String]| texts.iter().find(|text| text.contains("goes on above")).cloned();
+    assert_eq!(marked(&drawn(25.0, 26.0)), None);
+    assert_eq!(marked(&drawn(40.0, 41.0)), None, "near enough to be shown");
+    assert_eq!(marked(&drawn(25.0, 441.4)).as_deref(), Some("goes on above, to 441 at most"));
+    assert_eq!(marked(&drawn(900.0, 950.0)).as_deref(), Some("goes on above, to 950 at most"));
+}
+
+#[test]
+fn closing_and_opening_differ_without_colour() {
+    use report::figures::{MissingFigure, MissingPoint, SignatureFigure};
+    let dashes = |figure: report::Figure| figure.to_svg().matches("stroke-dasharray").count();
+    let bins = |value: f64| [0.0, 1.0].map(|at| MissingPoint { at, value, standard_error: 0.1 }).to_vec();
+    let missing = |opening: Vec<MissingPoint>| MissingFigure {
+        axes: vec![("x".to_owned(), bins(1.0), opening)],
+        ..MissingFigure::default()
+    };
+    // One in the legend, one for the line.
+    assert_eq!([dashes(missing(bins(-1.0)).figure()), dashes(missing(Vec::new()).figure())], [2, 1]);
+    let path = vec![[0.0, 0.0], [1.0, 1.0]];
+    let signature =
+        SignatureFigure { closing: path.clone(), opening: path.clone(), spring: path, ..SignatureFigure::default() };
+    assert_eq!(dashes(signature.figure()), 2);
 }
 
 #[test]

@@ -60,7 +60,7 @@ fn explained(input: &CampaignInput, answer: &Explanation) -> Section {
     let parameters = adopt::parameter_lines(&answer.parameters);
     blocks.extend(parameters.lines().map(|line| Block::Text(line.to_owned())));
     blocks.extend(answer.notes.iter().cloned().map(Block::Text));
-    blocks.push(figure(ladder::figure(name, &headline, &answer.steps).figure()));
+    blocks.push(figure(ladder::figure(name, &headline, &explain_figures::steps(answer)).figure()));
     blocks.push(figure(explain_figures::leaderboard(answer, name, &headline).figure()));
     for twin in &answer.twins {
         if let Some(plan) = &twin.experiment {

@@ -4,8 +4,8 @@ use report::Figure;
 use report::figures::{
     Candidate, EffectFigure, ExperimentFigure, LeaderboardFigure, MissingFigure, MissingPoint, OverlayFigure,
     OverlayRun, ParameterShift, ParametersFigure, Prediction, PrognosisFigure, PrognosisPoint, Quantity,
-    SignatureFigure, StaircaseFigure, StaircaseStep, StripRow, StripsFigure, StudyFigure, StudyPoint, StudySeries,
-    TableFigure, TablePoint, TraceFigure, TwinBracket, TwinsFigure, UnexplainedFigure,
+    SignatureFigure, StaircaseFigure, StaircaseStep, Standing, StripRow, StripsFigure, StudyFigure, StudyPoint,
+    StudySeries, TableFigure, TablePoint, TraceFigure, TwinsFigure, UnexplainedFigure,
 };
 
 /// Every figure with its name.
@@ -242,26 +242,25 @@ fn unexplained() -> Figure {
 }
 
 fn leaderboard() -> Figure {
-    let candidate = |name: &str, gain: f64, held: f64, recommended| Candidate {
+    let candidate = |name: &str, fitted: f64, held_out: Option<f64>, standing| Candidate {
         name: name.to_owned(),
-        gain,
-        held_out_gain: Some(held),
-        agreeing: Some((if gain > 30.0 { 14 } else { 6 }, 14)),
-        recommended,
+        fitted,
+        held_out,
+        standing,
+        text: format!("{:.3} mm", 0.011 * fitted),
     };
     LeaderboardFigure {
         title: "Dry friction explains what is left".to_owned(),
         subtitle: "F_c = 40.2 ± 0.4 N; seal-friction cannot be excluded by these data".to_owned(),
         candidates: vec![
-            candidate("dry-friction", 5230.0, 2100.0, true),
-            candidate("seal-friction", 5226.0, 2050.0, false),
-            candidate("sensor-lag", 800.0, 120.0, false),
-            candidate("back-pressure", 25.0, 1.0, false),
-            candidate("vent-restriction", 12.0, 0.4, false),
-            candidate("progressive-spring", 1.2, -3.0, false),
+            candidate("sensor-lag", 4.1, None, Standing::Rejected),
+            candidate("dry-friction", 0.98, Some(1.02), Standing::Recommended),
+            candidate("seal-friction", 1.01, Some(1.06), Standing::Alike),
+            candidate("back-pressure", 6.3, None, Standing::Rejected),
+            candidate("vent-restriction", 7.2, None, Standing::Rejected),
+            candidate("progressive-spring", 7.3, Some(8.9), Standing::Rejected),
         ],
-        brackets: vec![TwinBracket { rows: [0, 1], text: "twins".to_owned() }],
-        acceptance_gain: 30.0,
+        without: Some(7.4),
     }
     .figure()
 }

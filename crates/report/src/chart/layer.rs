@@ -20,6 +20,10 @@ pub enum Marker {
     Ring,
     /// A filled square, turned by an eighth.
     Diamond,
+    /// An empty triangle.
+    Triangle,
+    /// A filled triangle that points up: it goes on above.
+    Up,
 }
 
 /// A bar along x on a row of names, or along y at an x.

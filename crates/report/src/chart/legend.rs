@@ -1,5 +1,6 @@
 //! The legend: a row of entries above a panel, where no data can be.
 
+use super::marks;
 use super::theme::{INK, TEXT_SIZE};
 use crate::draw::{Anchor, Colour, Fill, Rect, Shape, Stroke, Text, text_width_px};
 
@@ -18,6 +19,10 @@ pub enum Swatch {
     Ring(Colour),
     /// A filled square, turned by an eighth.
     Diamond(Colour),
+    /// An empty triangle.
+    Triangle(Colour),
+    /// A filled triangle.
+    Up(Colour),
     /// A filled square.
     Square(Colour),
     /// A strip of colours, low to high, between the texts of its ends.
@@ -55,7 +60,12 @@ const SCALE_STEP: f64 = 11.0;
 
 fn swatch_width(swatch: &Swatch) -> f64 {
     match swatch {
-        Swatch::Dot(_) | Swatch::Ring(_) | Swatch::Diamond(_) | Swatch::Square(_) => 10.0,
+        Swatch::Dot(_)
+        | Swatch::Ring(_)
+        | Swatch::Diamond(_)
+        | Swatch::Triangle(_)
+        | Swatch::Up(_)
+        | Swatch::Square(_) => 10.0,
         Swatch::Scale { colours, low, high } => {
             let ends = text_width_px(low, TEXT_SIZE, false) + text_width_px(high, TEXT_SIZE, false);
             ends + 2.0 * GAP + colours.len() as f64 * SCALE_STEP
@@ -152,6 +162,8 @@ fn draw_swatch(swatch: &Swatch, [x, y]: [f64; 2], out: &mut Vec<Shape>) {
             let points = vec![[middle, y - r], [middle + r, y], [middle, y + r], [middle - r, y]];
             out.push(Shape::Path { points, fill: opaque(*colour), stroke: None });
         }
+        Swatch::Triangle(colour) => out.push(marks::triangle([x + 5.0, y], *colour, 3.6, false)),
+        Swatch::Up(colour) => out.push(marks::triangle([x + 5.0, y], *colour, 3.6, true)),
         Swatch::Square(colour) => {
             out.push(Shape::Rect { rect: square(10.0, 10.0), fill: opaque(*colour), stroke: None });
         }

@@ -135,7 +135,17 @@ fn dot(centre: [f64; 2], colour: Colour, radius: f64, marker: Marker) -> Shape {
             let points = vec![[cx, cy - r], [cx + r, cy], [cx, cy + r], [cx - r, cy]];
             Shape::Path { points, fill: solid, stroke: None }
         }
+        Marker::Triangle => triangle(centre, colour, radius, false),
+        Marker::Up => triangle(centre, colour, radius, true),
     }
+}
+
+/// A triangle that points up, filled with its colour or with white.
+pub(super) fn triangle([cx, cy]: [f64; 2], colour: Colour, radius: f64, is_filled: bool) -> Shape {
+    let (half, r) = (1.15 * radius, 1.3 * radius);
+    let points = vec![[cx, cy - r], [cx + half, cy + 0.7 * r], [cx - half, cy + 0.7 * r], [cx, cy - r]];
+    let fill = Some(Fill { colour: if is_filled { colour } else { WHITE }, opacity: 1.0 });
+    Shape::Path { points, fill, stroke: (!is_filled).then_some(Stroke::solid(colour, 1.6)) }
 }
 
 fn whisker(

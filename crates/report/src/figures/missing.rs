@@ -43,7 +43,10 @@ impl MissingFigure {
                     dashed: false,
                     text: String::new(),
                 });
-            for (name, bins, colour) in [("closing", closing, BLUE), ("opening", opening, VERMILLION)] {
+            // Told apart without colour too.
+            for (name, bins, colour, dashed) in
+                [("closing", closing, BLUE, false), ("opening", opening, VERMILLION, true)]
+            {
                 let band = bins
                     .iter()
                     .map(|bin| {
@@ -51,11 +54,12 @@ impl MissingFigure {
                         [bin.at, bin.value - half, bin.value + half]
                     })
                     .collect();
-                let line = bins.iter().map(|bin| [bin.at, bin.value]).collect();
+                let points = bins.iter().map(|bin| [bin.at, bin.value]).collect();
+                let swatch = if dashed { Swatch::Dashed(colour) } else { Swatch::Line(colour) };
                 panel = panel
                     .with(Layer::band(band, colour))
-                    .with(Layer::line(line, colour))
-                    .keyed(Swatch::Line(colour), name);
+                    .with(Layer::Line { points, colour, width: 2.0, dashed })
+                    .keyed(swatch, name);
             }
             figure.panels.push(panel.keyed(Swatch::Band(GREY), "5 to 95 %"));
         }

@@ -20,7 +20,7 @@ mod unexplained;
 
 pub use effect::EffectFigure;
 pub use experiment::{ExperimentFigure, Prediction};
-pub use leaderboard::{Candidate, LeaderboardFigure, TwinBracket};
+pub use leaderboard::{Candidate, LeaderboardFigure, Standing};
 pub use missing::{MissingFigure, MissingPoint};
 pub use overlay::{OverlayFigure, OverlayRun};
 pub use parameters::{ParameterShift, ParametersFigure};

@@ -47,6 +47,11 @@ pub struct PrognosisFigure {
     pub alpha: f64,
 }
 
+/// Where marks of what goes on above stand, a share of the axis below its end.
+const EDGE: f64 = 0.025;
+/// Estimates up to so many times the later ones are shown where they are.
+const NEAR: f64 = 2.0;
+
 impl PrognosisFigure {
     /// The picture.
     pub fn figure(&self) -> Figure {
@@ -92,15 +97,18 @@ impl PrognosisFigure {
                 .with(Layer::band(self.points.iter().map(edges).collect(), BLUE))
                 .keyed(Swatch::Band(BLUE), "5 to 95 %");
         }
-        for (index, (name, colour)) in
-            [("from the closing time", ORANGE), ("from the opening time", PURPLE)].into_iter().enumerate()
+        // Told apart without colour too.
+        for (index, (name, colour, marker, swatch)) in [
+            ("from the closing time", ORANGE, Marker::Ring, Swatch::Ring(ORANGE)),
+            ("from the opening time", PURPLE, Marker::Triangle, Swatch::Triangle(PURPLE)),
+        ]
+        .into_iter()
+        .enumerate()
         {
             let readings: Vec<[f64; 2]> =
                 self.points.iter().filter_map(|point| Some([point.cycle, point.readings[index]?])).collect();
             if !readings.is_empty() {
-                panel = panel
-                    .with(Layer::Points { points: readings, colour, radius: 3.2, marker: Marker::Ring })
-                    .keyed(Swatch::Ring(colour), name);
+                panel = panel.with(Layer::Points { points: readings, colour, radius: 3.2, marker }).keyed(swatch, name);
             }
         }
         if let Some(limit) = self.severity_at_limit {
@@ -121,7 +129,9 @@ impl PrognosisFigure {
     fn rul(&self) -> Panel {
         let points: Vec<[f64; 2]> =
             self.points.iter().map(|point| [point.cycle, point.rul_cycles.unwrap_or(f64::NAN)]).collect();
-        let mut panel = Panel::new(self.cycles(), self.rul_axis(&points), 200.0);
+        let range = self.rul_range(&points);
+        let y = Axis::linear("remaining life (cycles)").over(range[0], range[1]);
+        let mut panel = Panel::new(self.cycles(), y, 200.0);
         if let Some(eol) = self.true_eol_cycle {
             let first = self.points.first().map_or(0.0, |point| point.cycle);
             let truth = vec![[first, eol - first], [eol, 0.0]];
@@ -142,20 +152,36 @@ impl PrognosisFigure {
                 .with(Layer::band(self.points.iter().map(edges).collect(), BLUE))
                 .keyed(Swatch::Band(BLUE), "5 to 95 %");
         }
-        panel
+        panel = panel
             .with(Layer::line(points.clone(), BLUE))
             .with(Layer::dots(points, BLUE))
-            .keyed(Swatch::Dot(BLUE), "estimated remaining life")
+            .keyed(Swatch::Dot(BLUE), "estimated remaining life");
+        let highest = |point: &PrognosisPoint| {
+            let values = [point.rul_cycles, point.rul_bounds_cycles.map(|[_, high]| high)];
+            values.into_iter().flatten().filter(|value| value.is_finite()).fold(0.0, f64::max)
+        };
+        let above: Vec<&PrognosisPoint> = self.points.iter().filter(|point| highest(point) > range[1]).collect();
+        if above.is_empty() {
+            return panel;
+        }
+        let most = above.iter().map(|point| highest(point)).fold(0.0, f64::max);
+        let edge = range[1] - EDGE * (range[1] - range[0]);
+        let marks = above.iter().map(|point| [point.cycle, edge]).collect();
+        panel
+            .with(Layer::Points { points: marks, colour: INK, radius: 3.4, marker: Marker::Up })
+            .keyed(Swatch::Up(INK), format!("goes on above, to {most:.0} at most"))
     }
 
-    /// The first estimates may lie anywhere; the axis is made for the later ones.
-    fn rul_axis(&self, points: &[[f64; 2]]) -> Axis {
+    /// The first estimates may lie anywhere; the axis is made for the later ones, and shows the first if they are near.
+    fn rul_range(&self, points: &[[f64; 2]]) -> [f64; 2] {
         let first = self.points.first().map_or(0.0, |point| point.cycle);
         let mut known: Vec<f64> = points.iter().map(|point| point[1]).filter(|rul| rul.is_finite()).collect();
         known.sort_by(f64::total_cmp);
         let typical = known.get(known.len() * 9 / 10).copied().unwrap_or(1.0);
         let top = self.true_eol_cycle.map_or(typical, |eol| 1.2 * (eol - first));
-        Axis::linear("remaining life (cycles)").over(-0.03 * top.max(1.0), 1.2 * top.max(1.0))
+        let most = known.last().copied().unwrap_or(1.0);
+        let top = if most <= NEAR * top { top.max(0.9 * most) } else { top };
+        [-0.03 * top.max(1.0), 1.2 * top.max(1.0)]
     }
 
     fn faults(&self) -> Panel {

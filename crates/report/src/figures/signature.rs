@@ -24,12 +24,12 @@ impl SignatureFigure {
     pub fn figure(&self) -> Figure {
         let x = Axis::linear("travel from open (mm)");
         let panel = Panel::new(x, Axis::linear("chamber pressure (kPa gauge)"), 300.0)
-            .with(Layer::Line { points: self.spring.clone(), colour: GREY, width: 1.6, dashed: true })
+            .with(Layer::Line { points: self.spring.clone(), colour: GREY, width: 1.2, dashed: false })
             .with(Layer::line(self.closing.clone(), BLUE))
-            .with(Layer::line(self.opening.clone(), VERMILLION))
+            .with(Layer::Line { points: self.opening.clone(), colour: VERMILLION, width: 2.0, dashed: true })
             .keyed(Swatch::Line(BLUE), "closing")
-            .keyed(Swatch::Line(VERMILLION), "opening")
-            .keyed(Swatch::Dashed(GREY), "spring line");
+            .keyed(Swatch::Dashed(VERMILLION), "opening")
+            .keyed(Swatch::Line(GREY), "spring line");
         Figure::new(&self.title, &self.subtitle).with(panel)
     }
 }
