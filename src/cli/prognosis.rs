@@ -87,9 +87,12 @@ pub struct PrognoseArgs {
     /// Typical number of cycles from no leak to end of life, before any data (median of a wide prior)
     #[arg(long, value_name = "CYCLES", value_parser = positive, hide_short_help = true)]
     pub life: Option<f64>,
-    /// Go on reading as the log grows, until interrupted
+    /// Go on reading as the log grows, over rotations, until interrupted
     #[arg(long)]
     pub follow: bool,
+    /// End at the first line that is no row; without it, --follow and stdin skip it with a word
+    #[arg(long)]
+    pub strict: bool,
     /// Replace outputs that exist
     #[arg(long)]
     pub force: bool,
@@ -105,7 +108,7 @@ pub struct PrognoseArgs {
     /// End of life if it is known afterwards: draws the truth and its alpha cone
     #[arg(long, value_name = "CYCLE", requires = "plot", value_parser = positive, hide_short_help = true)]
     pub true_eol: Option<f64>,
-    /// Exit with code 1 if a valve has reached its end of life
+    /// Exit with code 1 if a valve has reached its end of life; with --follow, as soon as one does
     #[arg(long)]
     pub fail_on_eol: bool,
 }

@@ -16,4 +16,5 @@ mod next;
 mod outputs;
 mod page;
 mod support;
+mod unattended;
 mod watch;

@@ -36,6 +36,12 @@ impl FaultCall {
         }
     }
 
+    /// The fault of a name that [`name`](Self::name) gave.
+    pub(crate) fn read(name: &str) -> Self {
+        let others = [Self::BothLeaks, Self::Other, Self::None, Self::Undecided];
+        others.into_iter().find(|fault| fault.name() == name).unwrap_or_else(|| Self::Wears(DegradationId::read(name)))
+    }
+
     /// Whether something is named that wears.
     pub const fn wears(self) -> bool {
         !matches!(self, Self::None | Self::Undecided)

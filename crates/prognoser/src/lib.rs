@@ -16,6 +16,7 @@
 pub mod bayes;
 mod calendar;
 mod fault_call;
+mod kept;
 mod learn;
 mod log;
 mod notice;
@@ -29,7 +30,9 @@ pub mod study;
 
 pub use fault_call::FaultCall;
 pub use learn::{Learned, Learner, PRIOR_VERSION};
-pub use log::{FollowFailure, FollowedFile, LogError, LogErrorKind, LogRow, TimingLog};
+pub use log::{
+    FollowNotice, FollowOptions, Followed, FollowedLog, LogError, LogErrorKind, LogPosition, LogRow, TimingLog,
+};
 pub use notice::Notice;
 pub use ols::{OlsEstimate, OlsEstimator};
 pub use prognoser::{Method, Prognoser, ValveState};

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::bayes::{BayesConfig, BayesEstimate, BayesEstimator, Change, Noise, ValveRecord};
 use crate::calendar::Calendar;
+use crate::kept::KeptPrognosis;
 use crate::log::LogRow;
 use crate::notice::Notice;
 use crate::ols::OlsEstimator;
@@ -77,6 +78,8 @@ pub struct ValveState {
     /// What the estimate remembers.
     pub record: ValveRecord,
     rows: Rows,
+    late: Vec<Reading>,
+    last: Option<KeptPrognosis>,
 }
 
 /// What is kept of a valve's rows beside the estimate.
@@ -102,6 +105,13 @@ struct Valve {
     last: Option<Prognosis>,
 }
 
+impl ValveState {
+    /// The last prognosis, for the valve of this name.
+    pub fn last(self, valve: &str) -> Option<Prognosis> {
+        self.last.map(|last| last.of_valve(valve))
+    }
+}
+
 impl Prognoser {
     /// A prognoser that has seen no valve.
     pub fn new(tables: Arc<TableBundle>, method: Method) -> Self {
@@ -118,13 +128,21 @@ impl Prognoser {
         self.valves.values().filter_map(|valve| valve.last.as_ref())
     }
 
+    /// The last prognosis of a valve; none if it was not seen.
+    pub fn last(&self, valve: &str) -> Option<&Prognosis> {
+        self.valves.get(valve)?.last.as_ref()
+    }
+
     /// What is kept of a valve by the default method; none if it was not seen.
     pub fn state(&self, valve: &str) -> Option<ValveState> {
         let valve = self.valves.get(valve)?;
         match &valve.estimator {
-            Estimator::Bayes(estimator) => {
-                Some(ValveState { record: estimator.record().clone(), rows: valve.rows.clone() })
-            }
+            Estimator::Bayes(estimator) => Some(ValveState {
+                record: estimator.record().clone(),
+                rows: valve.rows.clone(),
+                late: valve.late.clone(),
+                last: valve.last.as_ref().map(KeptPrognosis::of),
+            }),
             Estimator::Ols(_) => None,
         }
     }
@@ -138,9 +156,20 @@ impl Prognoser {
             return false;
         }
         let estimator = Estimator::Bayes(Box::new(BayesEstimator::resume(config, state.record)));
-        let resumed = Valve { estimator, rows: state.rows, late: Vec::new(), last: None };
+        let last = state.last.map(|last| last.of_valve(valve));
+        let resumed = Valve { estimator, rows: state.rows, late: state.late, last };
         self.valves.insert(valve.to_owned(), resumed);
         true
+    }
+
+    /// Lets go of a valve; what is to be known of it later must have been kept.
+    pub fn forget(&mut self, valve: &str) {
+        self.valves.remove(valve);
+    }
+
+    /// Names of the valves at hand, in no order.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.valves.keys().map(String::as_str)
     }
 
     /// Takes in one row and gives the prognosis after it. A row that cannot be

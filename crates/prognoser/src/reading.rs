@@ -1,10 +1,11 @@
 //! One cycle of a timing log.
 
 use leak_table::Stroke;
+use serde::{Deserialize, Serialize};
 
 /// The stroke times of one valve in one cycle, and the conditions if they are
 /// known.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Reading {
     /// The cycle's number.
     pub cycle: u64,

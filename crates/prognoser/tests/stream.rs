@@ -2,16 +2,9 @@
 
 mod common;
 
-use std::fs::{self, File, OpenOptions};
-use std::io::{BufReader, Write};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread;
-use std::time::Duration;
-
 use common::{log, notices, row, run, tables};
 use leak_table::Fault;
-use prognoser::{FollowedFile, Method, Prognoser, Prognosis, Reading, Status, TimingLog};
+use prognoser::{Method, Prognoser, Prognosis, Reading, Status};
 
 fn supply_log(seed: u64) -> Vec<Reading> {
     log(&tables(), Fault::Supply, 25, 0.01, seed, |k| k / 30.0)
@@ -163,59 +156,4 @@ fn a_state_that_was_kept_goes_on_as_if_nothing_had_happened() {
     for (reading, expected) in readings[12..].iter().zip(&all[12..]) {
         assert_eq!(second.push(&row("V", reading)), *expected);
     }
-}
-
-const HEADER: &str = "valve,cycle,close_time_s,open_time_s\n";
-
-#[test]
-fn a_growing_file_is_followed_by_whole_lines() {
-    let dir = tempfile::tempdir().expect("directory");
-    let path = dir.path().join("log.csv");
-    fs::write(&path, HEADER).expect("written");
-    let stop = Arc::new(AtomicBool::new(false));
-    let followed = FollowedFile::open(&path, Duration::from_millis(2)).expect("is there").stop_by(Arc::clone(&stop));
-    let reader = thread::spawn(move || {
-        let mut log = TimingLog::new("log.csv", BufReader::new(followed)).expect("a header");
-        let mut cycles = Vec::new();
-        while let Some(row) = log.next_row().expect("whole rows") {
-            cycles.push((row.reading.cycle, row.reading.open_time_s));
-        }
-        cycles
-    });
-    let mut file = OpenOptions::new().append(true).open(&path).expect("is there");
-    for piece in ["V,0,1.0", "4,2.1\nV,1,", "1.05,2.2\n"] {
-        file.write_all(piece.as_bytes()).expect("written");
-        thread::sleep(Duration::from_millis(20));
-    }
-    stop.store(true, Ordering::Relaxed);
-    assert_eq!(reader.join().expect("no panic"), [(0, Some(2.1)), (1, Some(2.2))]);
-}
-
-fn follow_until_error(change: impl FnOnce(&std::path::Path) + Send + 'static) -> String {
-    let dir = tempfile::tempdir().expect("directory");
-    let path = dir.path().join("log.csv");
-    fs::write(&path, format!("{HEADER}V,0,1.0,2.0\n")).expect("written");
-    let followed = FollowedFile::open(&path, Duration::from_millis(2)).expect("is there");
-    let mut log = TimingLog::new("log.csv", BufReader::new(followed)).expect("a header");
-    assert!(log.next_row().expect("a row").is_some());
-    let changer = thread::spawn(move || change(&path));
-    let error = log.next_row().expect_err("the file is no longer the same").to_string();
-    changer.join().expect("no panic");
-    error
-}
-
-#[test]
-fn a_followed_file_that_vanishes_shrinks_or_is_replaced_is_an_error() {
-    let gone = follow_until_error(|path| fs::remove_file(path).expect("removed"));
-    assert!(gone.contains("log.csv:3") && gone.contains("vanished"), "{gone}");
-    let shorter = follow_until_error(|path| {
-        File::options().write(true).open(path).and_then(|f| f.set_len(3)).expect("cut");
-    });
-    assert!(shorter.contains("became shorter"), "{shorter}");
-    let other = follow_until_error(|path| {
-        let new = path.with_extension("new");
-        fs::write(&new, HEADER).expect("written");
-        fs::rename(new, path).expect("renamed");
-    });
-    assert!(other.contains("replaced"), "{other}");
 }

@@ -2,22 +2,20 @@
 
 mod ends;
 mod history;
+mod rows;
 mod settings;
 mod shards;
 mod standing;
 mod writer;
 
-use std::fs::File;
-use std::io::{self, BufRead, BufReader};
-use std::path::Path;
 use std::sync::Arc;
-use std::time::Duration;
+use std::sync::atomic::{AtomicBool, Ordering};
 
-use anyhow::Context;
 use leak_table::TableBundle;
-use prognoser::{FollowedFile, Status, TimingLog};
+use prognoser::Status;
 
-use self::shards::Shards;
+use self::rows::Rows;
+use self::shards::{Shards, Step, Way};
 use self::writer::{RowFormat, Writer};
 use super::tables;
 use crate::cli::{PrognoseArgs, StreamFormat};
@@ -26,9 +24,6 @@ use crate::output::{self, Outputs, PlotFile, free_name, next_step};
 
 pub use ends::{End, Ends};
 pub use history::{History, probability};
-
-/// How often a growing log is looked at.
-const POLL: Duration = Duration::from_millis(200);
 
 /// Reads the log to its end and prints a line for every row, or how all valves
 /// stand.
@@ -39,25 +34,59 @@ pub fn run(args: &PrognoseArgs) -> anyhow::Result<Answer> {
     let plot = PlotFile::create(&mut outputs, args.plot.as_deref())?;
     let history = plot.is_some().then(|| History::of(args.plot_valve.clone()));
 
-    let (source, live) = open(args)?;
+    let stop = asked_to_stop();
+    let mut rows = Rows::open(args, &stop)?;
+    let live = rows.is_live();
     let name = args.log.display().to_string();
-    let mut log = TimingLog::new(name.clone(), source)?.with_empty_as_stalled(args.empty_is_stalled);
-    for column in log.unknown_columns() {
+    for column in rows.unknown_columns() {
         output::note(&format!(
             "{name}: column {column:?} is not understood and not used; `valve help prognose` lists those that are"
         ));
     }
-    let format = RowFormat { format: args.format, rows_as_text: args.all_rows || live };
-    let mut writer = Writer::new(format, output::stdout(), live)?;
-    let mut shards = Shards::new(name, &tables, &method, format, live, history);
-    let mut each = |row: &[u8], notes: &str| {
-        notes.lines().for_each(output::note);
-        writer.write(row)
+    let until_end_of_life = args.fail_on_eol && live;
+    let way = Way {
+        format: RowFormat { format: args.format, rows_as_text: args.all_rows || live },
+        one_by_one: rows.one_by_one() || until_end_of_life,
+        strict: args.strict,
+        until_end_of_life,
     };
-    while shards.step(&mut log, &mut each)? {}
+    let mut writer = Writer::new(way.format, output::stdout())?;
+    let mut shards = Shards::new(name.clone(), &tables, &method, way, history);
+    let ended = loop {
+        let each = |row: &[u8], notes: &str| {
+            notes.lines().for_each(output::note);
+            writer.write(row)
+        };
+        let step = shards.step(&mut rows, each, output::note);
+        if live {
+            writer.flush()?;
+        }
+        match step {
+            Ok(Step::More | Step::Idle) if stop.load(Ordering::Relaxed) && !live => break Ended::Interrupted,
+            Ok(Step::More | Step::Idle) => {}
+            Ok(Step::End) => break Ended::Whole,
+            Ok(Step::EndOfLife) => break Ended::EndOfLife,
+            Err(error) if live => break Ended::Failed(error),
+            Err(error) => return Err(error),
+        }
+    };
+    if shards.skipped() > 0 {
+        output::note(&format!("{name}: {} lines were no rows and were skipped", shards.skipped()));
+    }
     let (lasts, history) = shards.finish();
     let ends = Ends::of(lasts.into_iter());
     writer.finish(&ends)?;
+    match ended {
+        Ended::Whole => {}
+        Ended::EndOfLife => return Ok(Answer::BadNews),
+        Ended::Failed(error) => return Err(error),
+        Ended::Interrupted => {
+            return Err(Hinted::error(
+                format!("{name}: interrupted; what was written is of the rows up to there"),
+                "run it again for the whole log",
+            ));
+        }
+    }
     if args.format == StreamFormat::Text && !live {
         output::print_text(&next(args, &ends))?;
     }
@@ -65,8 +94,25 @@ pub fn run(args: &PrognoseArgs) -> anyhow::Result<Answer> {
         let figure = history.figure(&tables, method.name(), args.true_eol);
         plot.write(&figure.ok_or_else(|| no_such_valve(args))?.figure())?;
     }
-    let reached = ends.iter().any(|end| end.row().status == Status::EolReached);
+    let reached = !live && ends.iter().any(|end| end.row().status == Status::EolReached);
     Ok(if args.fail_on_eol && reached { Answer::BadNews } else { Answer::Fine })
+}
+
+/// How a stream of rows came to its end.
+enum Ended {
+    Whole,
+    Interrupted,
+    EndOfLife,
+    Failed(anyhow::Error),
+}
+
+/// A flag that Ctrl-C and SIGTERM set, so that what was begun is written to its end.
+fn asked_to_stop() -> Arc<AtomicBool> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let asked = Arc::clone(&stop);
+    // Without the handler they end the program at once.
+    let _ = ctrlc::set_handler(move || asked.store(true, Ordering::Relaxed));
+    stop
 }
 
 /// What to do with what was found.
@@ -91,20 +137,6 @@ fn read_tables(args: &PrognoseArgs) -> anyhow::Result<TableBundle> {
         None => TableBundle::read(&args.tables)?,
     };
     Ok(bundle)
-}
-
-/// The log to read, and whether rows are to go out as soon as they come in.
-fn open(args: &PrognoseArgs) -> anyhow::Result<(Box<dyn BufRead>, bool)> {
-    if args.log == Path::new("-") {
-        return Ok((Box::new(io::stdin().lock()), true));
-    }
-    let context = || format!("{}: cannot be read", args.log.display());
-    if args.follow {
-        let file = FollowedFile::open(&args.log, POLL).with_context(context)?;
-        return Ok((Box::new(BufReader::new(file)), true));
-    }
-    let file = File::open(&args.log).with_context(context)?;
-    Ok((Box::new(BufReader::with_capacity(1 << 16, file)), false))
 }
 
 fn no_such_valve(args: &PrognoseArgs) -> anyhow::Error {

@@ -2,19 +2,45 @@
 //! in the order in which they went in, the same bytes whatever the number.
 
 use std::hash::{BuildHasher, BuildHasherDefault, DefaultHasher};
-use std::io::BufRead;
 use std::ops::Range;
 use std::sync::Arc;
 
 use leak_table::TableBundle;
-use prognoser::{LogError, LogRow, Method, Prognoser, Prognosis, Reading, TimingLog};
+use prognoser::{LogError, LogRow, Method, Prognoser, Prognosis, Reading, Status};
 use rayon::prelude::*;
 
 use super::history::History;
+use super::rows::{Next, Rows};
 use super::writer::RowFormat;
 
 /// Rows that are read before they are worked on.
 const CHUNK: usize = 1 << 14;
+
+/// What a step came to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Step {
+    /// There may be more rows.
+    More,
+    /// There are none for now.
+    Idle,
+    /// There are none.
+    End,
+    /// A valve came to the end of its life, and that was to end the stream.
+    EndOfLife,
+}
+
+/// How a stream of rows is worked on.
+#[derive(Debug, Clone, Copy)]
+pub struct Way {
+    /// How rows are written.
+    pub format: RowFormat,
+    /// A row at a time.
+    pub one_by_one: bool,
+    /// What is no row ends the stream.
+    pub strict: bool,
+    /// The first end of life ends the stream.
+    pub until_end_of_life: bool,
+}
 
 /// Rows of a log, their texts one after the other.
 #[derive(Default)]
@@ -39,29 +65,24 @@ struct Shard {
     notes: String,
     /// Where the row and its notes end, for each of the shard's rows.
     ends: Vec<(usize, usize)>,
+    /// Whether a valve came to the end of its life.
+    ended: bool,
 }
 
 /// All valves of a log.
 pub struct Shards {
     log: String,
-    format: RowFormat,
+    way: Way,
     all: Vec<Shard>,
     chunk: Chunk,
-    size: usize,
+    /// Lines that were no rows.
+    skipped: u64,
 }
 
 impl Shards {
-    /// As many shards as there are threads; a single one, a row at a time, for
-    /// a live log; a single one where a valve is drawn.
-    pub fn new(
-        log: String,
-        tables: &Arc<TableBundle>,
-        method: &Method,
-        format: RowFormat,
-        live: bool,
-        history: Option<History>,
-    ) -> Self {
-        let count = if live || history.is_some() { 1 } else { rayon::current_num_threads().max(1) };
+    /// As many shards as there are threads; a single one where rows come one by one or a valve is drawn.
+    pub fn new(log: String, tables: &Arc<TableBundle>, method: &Method, way: Way, history: Option<History>) -> Self {
+        let count = if way.one_by_one || history.is_some() { 1 } else { rayon::current_num_threads().max(1) };
         let mut history = history;
         let shards = (0..count).map(|_| Shard {
             prognoser: Prognoser::new(Arc::clone(tables), *method),
@@ -69,21 +90,22 @@ impl Shards {
             out: Vec::new(),
             notes: String::new(),
             ends: Vec::new(),
+            ended: false,
         });
-        Self { log, format, all: shards.collect(), chunk: Chunk::default(), size: if live { 1 } else { CHUNK } }
+        Self { log, way, all: shards.collect(), chunk: Chunk::default(), skipped: 0 }
     }
 
     /// Reads and works on the next rows of a log, and gives every row with its
-    /// notes. Says whether there may be more. What was read before an error is
-    /// given as well.
-    pub fn step<R: BufRead>(
+    /// notes. What was read before an error is given as well.
+    pub fn step(
         &mut self,
-        log: &mut TimingLog<R>,
+        rows: &mut Rows,
         mut each: impl FnMut(&[u8], &str) -> anyhow::Result<()>,
-    ) -> anyhow::Result<bool> {
-        let read = self.read(log);
+        mut note: impl FnMut(&str),
+    ) -> anyhow::Result<Step> {
+        let read = self.read(rows, &mut note);
         let chunk = &self.chunk;
-        let (name, format) = (self.log.as_str(), self.format);
+        let (name, format) = (self.log.as_str(), self.way.format);
         let work = |(index, shard): (usize, &mut Shard)| shard.work(index, chunk, name, format);
         if self.all.len() == 1 {
             self.all.iter_mut().enumerate().try_for_each(work)?;
@@ -99,15 +121,31 @@ impl Shards {
             *index += 1;
             (*out, *note) = (row_end, note_end);
         }
-        Ok(read?)
+        let step = read?;
+        Ok(if self.way.until_end_of_life && self.all.iter().any(|shard| shard.ended) { Step::EndOfLife } else { step })
     }
 
-    fn read<R: BufRead>(&mut self, log: &mut TimingLog<R>) -> Result<bool, LogError> {
+    fn read(&mut self, rows: &mut Rows, note: &mut impl FnMut(&str)) -> Result<Step, LogError> {
         self.chunk.texts.clear();
         self.chunk.rows.clear();
+        let size = if self.way.one_by_one { 1 } else { CHUNK };
         let hasher = BuildHasherDefault::<DefaultHasher>::default();
-        while self.chunk.rows.len() < self.size {
-            let Some(row) = log.next_row()? else { return Ok(false) };
+        while self.chunk.rows.len() < size {
+            let row = match rows.next()? {
+                Next::Row(row) => row,
+                Next::Skipped(error) if self.way.strict => return Err(error),
+                Next::Skipped(error) => {
+                    self.skipped += 1;
+                    note(&format!("{error}; the line is skipped{}", self.counted()));
+                    continue;
+                }
+                Next::Notice(notice) => {
+                    note(&format!("{}: {notice}", self.log));
+                    continue;
+                }
+                Next::Idle => return Ok(Step::Idle),
+                Next::End => return Ok(Step::End),
+            };
             let texts = &mut self.chunk.texts;
             let mut keep = |text: &str| {
                 let start = texts.len();
@@ -119,7 +157,16 @@ impl Shards {
             let shard = (hasher.hash_one(row.valve) % self.all.len() as u64) as usize;
             self.chunk.rows.push(Row { shard, valve, time, reading: row.reading, line: row.line });
         }
-        Ok(true)
+        Ok(Step::More)
+    }
+
+    fn counted(&self) -> String {
+        if self.skipped == 1 { String::new() } else { format!(" ({} so far)", self.skipped) }
+    }
+
+    /// Lines that were no rows.
+    pub fn skipped(&self) -> u64 {
+        self.skipped
     }
 
     /// The last prognosis of every valve, and the path of the one that is drawn.
@@ -142,7 +189,9 @@ impl Shard {
         for row in chunk.rows.iter().filter(|row| row.shard == index) {
             let valve = &chunk.texts[row.valve.clone()];
             let time = row.time.clone().map(|time| &chunk.texts[time]);
+            let before = self.prognoser.last(valve).map(|last| last.status);
             let prognosis = self.prognoser.push(&LogRow { valve, reading: row.reading, time, line: row.line });
+            self.ended |= prognosis.status == Status::EolReached && before != Some(Status::EolReached);
             for notice in &prognosis.notices {
                 let note = format!("{log}:{}: valve {valve}, cycle {}: {notice}\n", row.line, prognosis.cycle);
                 self.notes.push_str(&note);

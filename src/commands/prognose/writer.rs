@@ -44,14 +44,12 @@ impl RowFormat {
 pub struct Writer<W> {
     format: RowFormat,
     out: W,
-    /// Each line goes out at once.
-    live: bool,
     lines: u64,
 }
 
 impl<W: Write> Writer<W> {
-    /// A writer; with `live`, nothing waits in a buffer.
-    pub fn new(format: RowFormat, mut out: W, live: bool) -> anyhow::Result<Self> {
+    /// A writer, which begins with what stands above the rows.
+    pub fn new(format: RowFormat, mut out: W) -> anyhow::Result<Self> {
         match format.format {
             StreamFormat::Text if format.rows_as_text => writeln!(
                 out,
@@ -72,10 +70,12 @@ impl<W: Write> Writer<W> {
             StreamFormat::Json => write!(out, "[")?,
             StreamFormat::Jsonl | StreamFormat::Text => {}
         }
-        if live {
-            out.flush()?;
-        }
-        Ok(Self { format, out, live, lines: 0 })
+        Ok(Self { format, out, lines: 0 })
+    }
+
+    /// Hands on what was written.
+    pub fn flush(&mut self) -> anyhow::Result<()> {
+        Ok(self.out.flush()?)
     }
 
     /// Writes a formatted row.
@@ -92,9 +92,6 @@ impl<W: Write> Writer<W> {
             }
         }
         self.lines += 1;
-        if self.live {
-            self.out.flush()?;
-        }
         Ok(())
     }
 

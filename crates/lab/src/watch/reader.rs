@@ -1,13 +1,13 @@
 //! Logs that grow, each read by a thread of its own.
 
 use std::collections::BTreeSet;
-use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::thread;
 use std::time::Duration;
 
-use prognoser::{FollowedFile, LogError, LogErrorKind, TimingLog};
+use prognoser::{FollowOptions, Followed, FollowedLog, LogError};
 
 use super::fleet::Fleet;
 
@@ -45,8 +45,8 @@ fn files(path: &Path) -> Vec<PathBuf> {
     files
 }
 
-/// Reads a log as it grows; one that vanishes or is replaced is read from its beginning once it is there. Rows that were
-/// read before are known by their cycle and count once.
+/// Reads a log as it grows. Where that cannot be done it is begun again: rows that were read before are known by their
+/// cycle and count once.
 fn follow(path: &Path, fleet: &Fleet) {
     loop {
         if let Err(error) = read(path, fleet) {
@@ -57,24 +57,16 @@ fn follow(path: &Path, fleet: &Fleet) {
 }
 
 fn read(path: &Path, fleet: &Fleet) -> Result<(), LogError> {
-    let name = path.display().to_string();
-    let unreadable = |error| LogError { log: name.clone(), line: 1, kind: LogErrorKind::Io(error) };
-    let file = FollowedFile::open(path, POLL).map_err(unreadable)?;
-    let mut log = TimingLog::new(name.clone(), BufReader::new(file))?;
+    let stop = Arc::new(AtomicBool::new(false));
+    let options = FollowOptions { forever: true, poll: POLL, stop, empty_is_stalled: false };
+    let mut log = FollowedLog::open(path, None, options)?;
     loop {
-        match log.next_row() {
-            Ok(Some(row)) => fleet.push(&row),
-            Ok(None) => return Ok(()),
-            // The line is behind; the next one may be better.
-            Err(error)
-                if matches!(
-                    error.kind,
-                    LogErrorKind::FieldCount { .. } | LogErrorKind::Field { .. } | LogErrorKind::NotText
-                ) =>
-            {
-                fleet.trouble(format!("{error}; the row is left out"));
-            }
-            Err(error) => return Err(error),
+        match log.next()? {
+            Followed::Row(row) => fleet.push(&row),
+            Followed::Skipped(error) => fleet.trouble(format!("{error}; the line is skipped")),
+            Followed::Notice(notice) => fleet.trouble(format!("{}: {notice}", path.display())),
+            Followed::Idle => {}
+            Followed::End => return Ok(()),
         }
     }
 }

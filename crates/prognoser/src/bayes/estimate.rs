@@ -42,6 +42,14 @@ impl FaultProbability {
         Self { none: 0.0, wears, count: usize::from(plant.wears()), both_leaks: 0.0, other: 0.0 }
     }
 
+    /// From each probability; wears beyond those that there can be are left out.
+    pub(crate) fn of_shares(none: f64, shares: &[(DegradationId, f64)], both_leaks: f64, other: f64) -> Self {
+        let mut wears = [(DegradationId::new(""), 0.0); MOST_WEARS];
+        let count = shares.len().min(MOST_WEARS);
+        wears[..count].copy_from_slice(&shares[..count]);
+        Self { none, wears, count, both_leaks, other }
+    }
+
     /// Each kind of wear that there is a table for.
     pub fn wears(&self) -> &[(DegradationId, f64)] {
         &self.wears[..self.count]

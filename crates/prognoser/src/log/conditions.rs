@@ -1,7 +1,7 @@
 //! Columns of the conditions of a cycle, with their unit in the name.
 
 use super::error::LogErrorKind;
-use super::reader::field_error;
+use super::layout::field_error;
 
 /// Pressure of the standard atmosphere, to which gauge pressures of a log are
 /// added.

@@ -4,6 +4,8 @@ use std::io;
 
 use thiserror::Error;
 
+use super::layout::{SHOWN, shortened};
+
 /// An error of a timing log, with its place.
 #[derive(Debug, Error)]
 #[error("{log}:{line}: {kind}")]
@@ -68,7 +70,31 @@ pub enum LogErrorKind {
         /// Longest line accepted, in bytes.
         limit: usize,
     },
+    /// A file ends within a line, and what came after it does not go on with it.
+    #[error("found \"{found}\" without an end of line before the next file, expected a whole row")]
+    Unfinished {
+        /// What there is of the line.
+        found: String,
+    },
     /// A line is not text.
     #[error("found bytes that are not UTF-8, expected text")]
     NotText,
+}
+
+impl LogErrorKind {
+    /// Whether only one line is no row, and the others may be.
+    pub fn is_row(&self) -> bool {
+        matches!(
+            self,
+            Self::FieldCount { .. }
+                | Self::Field { .. }
+                | Self::NotText
+                | Self::LongLine { .. }
+                | Self::Unfinished { .. }
+        )
+    }
+
+    pub(super) fn unfinished(text: &str) -> Self {
+        Self::Unfinished { found: shortened(text, SHOWN) }
+    }
 }

@@ -24,29 +24,33 @@ impl<R: BufRead> Lines<R> {
         self.number
     }
 
-    /// The next line that is neither blank nor a comment (from "#"), without
-    /// its end.
-    pub(crate) fn next_line(&mut self) -> Result<Option<&str>, LogErrorKind> {
-        loop {
-            self.buffer.clear();
-            self.number += 1;
-            let limit = LONGEST_LINE as u64 + 1;
-            let read = (&mut self.source).take(limit).read_until(b'\n', &mut self.buffer)?;
-            if read == 0 {
-                return Ok(None);
-            }
-            if self.buffer.len() > LONGEST_LINE && self.buffer.last() != Some(&b'\n') {
-                return Err(LogErrorKind::LongLine { limit: LONGEST_LINE });
-            }
-            if self.number == 1 && self.buffer.starts_with(b"\xEF\xBB\xBF") {
-                self.buffer.drain(..3);
-            }
-            let end = self.buffer.trim_ascii_end().len();
-            self.buffer.truncate(end);
-            if end > 0 && self.buffer[0] != b'#' {
-                break;
-            }
+    /// Reads the next line; says whether there was one.
+    pub(crate) fn next_line(&mut self) -> Result<bool, LogErrorKind> {
+        self.buffer.clear();
+        self.number += 1;
+        let limit = LONGEST_LINE as u64 + 1;
+        let read = (&mut self.source).take(limit).read_until(b'\n', &mut self.buffer)?;
+        if read == 0 {
+            return Ok(false);
         }
-        std::str::from_utf8(&self.buffer).map(Some).map_err(|_| LogErrorKind::NotText)
+        if self.buffer.len() > LONGEST_LINE && self.buffer.last() != Some(&b'\n') {
+            self.buffer.clear();
+            return Err(LogErrorKind::LongLine { limit: LONGEST_LINE });
+        }
+        if self.number == 1 && self.buffer.starts_with(b"\xEF\xBB\xBF") {
+            self.buffer.drain(..3);
+        }
+        let end = self.buffer.trim_ascii_end().len();
+        self.buffer.truncate(end);
+        if std::str::from_utf8(&self.buffer).is_err() {
+            self.buffer.clear();
+            return Err(LogErrorKind::NotText);
+        }
+        Ok(true)
+    }
+
+    /// The line that was read, without its end.
+    pub(crate) fn text(&self) -> &str {
+        std::str::from_utf8(&self.buffer).unwrap_or_default()
     }
 }

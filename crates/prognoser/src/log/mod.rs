@@ -3,9 +3,10 @@
 mod conditions;
 mod error;
 mod follow;
+mod layout;
 mod lines;
 mod reader;
 
 pub use error::{LogError, LogErrorKind};
-pub use follow::{FollowFailure, FollowedFile};
+pub use follow::{FollowNotice, FollowOptions, Followed, FollowedLog, LogPosition};
 pub use reader::{LogRow, TimingLog};

@@ -1,0 +1,206 @@
+//! The columns of a timing log, and rows by them.
+
+use super::conditions::ConditionColumn;
+use super::error::LogErrorKind;
+use super::reader::LogRow;
+use crate::reading::Reading;
+
+/// The columns every log has, in the order of [`Layout::columns`].
+const COLUMNS: [&str; 4] = ["valve", "cycle", "close_time_s", "open_time_s"];
+const TIME: &str = "time";
+/// The word for a stroke that did not arrive.
+const STALLED: &str = "stalled";
+/// Length to which fields are shortened in messages.
+pub(super) const SHOWN: usize = 40;
+/// Largest cycle number: beyond it numbers are rounded where they are computed with.
+const LARGEST_CYCLE: u64 = 1 << 53;
+/// Longest stroke time, s: a day.
+const LONGEST_TIME_S: f64 = 86_400.0;
+
+/// Where the columns are.
+#[derive(Debug)]
+pub(super) struct Layout {
+    header: String,
+    columns: [usize; 4],
+    time: Option<usize>,
+    conditions: Vec<(usize, ConditionColumn)>,
+    unknown: Vec<String>,
+    count: usize,
+}
+
+/// What a line below the header is.
+pub(super) enum Line {
+    /// A row.
+    Row,
+    /// Blank, or a comment.
+    Nothing,
+    /// Neither.
+    Bad(LogErrorKind),
+}
+
+impl Layout {
+    /// By a header.
+    pub(super) fn new(header: &str) -> Result<Self, LogErrorKind> {
+        let names: Vec<&str> = header.split(',').map(unquoted).collect();
+        let find = |column: &'static str| {
+            let mut places = (0..names.len()).filter(|&i| names[i] == column);
+            match (places.next(), places.next()) {
+                (_, Some(_)) => Err(LogErrorKind::RepeatedColumn { column }),
+                (place, None) => Ok(place),
+            }
+        };
+        let mut columns = [0; 4];
+        for (place, column) in columns.iter_mut().zip(COLUMNS) {
+            *place = find(column)?
+                .ok_or_else(|| LogErrorKind::MissingColumn { found: shortened(header, 4 * SHOWN), missing: column })?;
+        }
+        let time = find(TIME)?;
+        let mut conditions: Vec<(usize, ConditionColumn)> = Vec::new();
+        let mut unknown = Vec::new();
+        for (place, name) in names.iter().enumerate() {
+            if columns.contains(&place) || time == Some(place) {
+                continue;
+            }
+            match ConditionColumn::named(name) {
+                Some(column) if conditions.iter().any(|(_, other)| other.is_pressure() == column.is_pressure()) => {
+                    return Err(LogErrorKind::RepeatedColumn { column: column.quantity() });
+                }
+                Some(column) => conditions.push((place, column)),
+                None => unknown.push((*name).to_owned()),
+            }
+        }
+        Ok(Self { header: header.to_owned(), columns, time, conditions, unknown, count: names.len() })
+    }
+
+    /// The header itself.
+    pub(super) fn header(&self) -> &str {
+        &self.header
+    }
+
+    /// The columns that are not understood.
+    pub(super) fn unknown(&self) -> &[String] {
+        &self.unknown
+    }
+
+    /// What a line is. A "#" begins a comment only where it cannot begin a row: a valve may be called "#12".
+    pub(super) fn line(&self, text: &str, line: u64, empty_is_stalled: bool) -> Line {
+        if text.trim_ascii().is_empty() || (text.starts_with('#') && !self.may_be_row(text)) {
+            return Line::Nothing;
+        }
+        match self.row(text, line, empty_is_stalled) {
+            Ok(_) => Line::Row,
+            Err(kind) => Line::Bad(kind),
+        }
+    }
+
+    /// Whether a line has as many fields as the header, and a cycle where that has it.
+    fn may_be_row(&self, text: &str) -> bool {
+        let is_number = |field: &str| !field.is_empty() && field.bytes().all(|byte| byte.is_ascii_digit());
+        Fields(Some(text)).count() == self.count && Fields(Some(text)).nth(self.columns[1]).is_some_and(is_number)
+    }
+
+    /// A row.
+    pub(super) fn row<'a>(&self, text: &'a str, line: u64, empty_is_stalled: bool) -> Result<LogRow<'a>, LogErrorKind> {
+        let mut wanted = [""; 4];
+        let mut time = None;
+        let (mut supply_pressure_pa, mut temperature_k) = (None, None);
+        let mut count = 0;
+        for field in Fields(Some(text)) {
+            for (slot, &place) in wanted.iter_mut().zip(&self.columns) {
+                if place == count {
+                    *slot = field;
+                }
+            }
+            if self.time == Some(count) {
+                time = Some(field);
+            }
+            for (_, column) in self.conditions.iter().filter(|(place, _)| *place == count) {
+                let value = column.si(field)?;
+                if column.is_pressure() {
+                    supply_pressure_pa = value;
+                } else {
+                    temperature_k = value;
+                }
+            }
+            count += 1;
+        }
+        if count != self.count {
+            return Err(LogErrorKind::FieldCount { found: count, expected: self.count });
+        }
+        let [valve, cycle, close, open] = wanted;
+        if valve.is_empty() {
+            return Err(field_error(COLUMNS[0], valve, "the name of a valve"));
+        }
+        if valve.contains('"') {
+            return Err(field_error(COLUMNS[0], valve, "a name without quotation marks in it"));
+        }
+        let cycle =
+            cycle.parse().ok().filter(|cycle| *cycle <= LARGEST_CYCLE).ok_or_else(|| {
+                field_error(COLUMNS[1], cycle, "a cycle number: an integer from 0 to 9007199254740992")
+            })?;
+        let stalled =
+            [close, open].map(|field| field.eq_ignore_ascii_case(STALLED) || (empty_is_stalled && field.is_empty()));
+        let reading = Reading {
+            cycle,
+            close_time_s: stroke_time(COLUMNS[2], close)?,
+            open_time_s: stroke_time(COLUMNS[3], open)?,
+            stalled,
+            supply_pressure_pa,
+            temperature_k,
+        };
+        Ok(LogRow { valve, reading, time, line })
+    }
+}
+
+/// The fields of a line. A field may stand in double quotes and then contain
+/// commas; quotes inside quotes are not needed in a log and not understood.
+struct Fields<'a>(Option<&'a str>);
+
+impl<'a> Iterator for Fields<'a> {
+    type Item = &'a str;
+
+    fn next(&mut self) -> Option<&'a str> {
+        let rest = self.0?;
+        let quoted = rest.trim_start().starts_with('"');
+        let from = if quoted {
+            let open = rest.find('"')? + 1;
+            rest[open..].find('"').map_or(0, |close| open + close)
+        } else {
+            0
+        };
+        let comma = rest.as_bytes()[from..].iter().position(|&byte| byte == b',');
+        self.0 = comma.map(|comma| &rest[from + comma + 1..]);
+        Some(unquoted(comma.map_or(rest, |comma| &rest[..from + comma])))
+    }
+}
+
+fn unquoted(field: &str) -> &str {
+    let field = field.trim_ascii();
+    field.strip_prefix('"').and_then(|inner| inner.strip_suffix('"')).unwrap_or(field)
+}
+
+fn stroke_time(column: &'static str, field: &str) -> Result<Option<f64>, LogErrorKind> {
+    if field.is_empty() || field.eq_ignore_ascii_case(STALLED) {
+        return Ok(None);
+    }
+    // A number that ends in a point was cut off.
+    match field.parse::<f64>() {
+        Ok(time) if (0.0..=LONGEST_TIME_S).contains(&time) && !field.ends_with('.') => Ok(Some(time)),
+        _ => Err(field_error(
+            column,
+            field,
+            "a time in s from 0 to 86400, nothing if it was not measured, or \"stalled\" if the valve did not get there",
+        )),
+    }
+}
+
+pub(super) fn field_error(column: &'static str, field: &str, expected: &'static str) -> LogErrorKind {
+    LogErrorKind::Field { column, found: shortened(field, SHOWN), expected }
+}
+
+pub(super) fn shortened(text: &str, longest: usize) -> String {
+    match text.char_indices().nth(longest) {
+        Some((end, _)) => format!("{}...", &text[..end]),
+        None => text.to_owned(),
+    }
+}

@@ -1,0 +1,160 @@
+//! Where rows come from: a log as it is, one that grows, or another program.
+
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, Read};
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
+use std::thread;
+use std::time::Duration;
+
+use anyhow::Context;
+use prognoser::{FollowNotice, FollowOptions, Followed, FollowedLog, LogError, LogRow, TimingLog};
+
+use crate::cli::PrognoseArgs;
+
+/// How often a growing log is looked at.
+const POLL: Duration = Duration::from_millis(100);
+/// Bytes that are read at once, and how many such pieces may wait.
+const PIECE: usize = 1 << 16;
+const WAITING: usize = 4;
+
+/// A source of rows.
+pub enum Rows {
+    /// A file that is read to its end; with what is no row, it ends at once.
+    Whole(TimingLog<BufReader<File>>),
+    /// What another program writes.
+    Piped(TimingLog<BufReader<Pipe>>, Arc<AtomicBool>),
+    /// A file that is followed.
+    Followed(Box<FollowedLog>),
+}
+
+/// What comes next.
+pub enum Next<'a> {
+    /// A row.
+    Row(LogRow<'a>),
+    /// A line that is no row; those behind it may be.
+    Skipped(LogError),
+    /// Something happened to the file.
+    Notice(FollowNotice),
+    /// Nothing more for now: what there is can go out.
+    Idle,
+    /// Nothing more.
+    End,
+}
+
+impl Rows {
+    /// Opens what the call wants to be read, until `stop` is set.
+    pub fn open(args: &PrognoseArgs, stop: &Arc<AtomicBool>) -> anyhow::Result<Self> {
+        let name = args.log.display().to_string();
+        let empty_is_stalled = args.empty_is_stalled;
+        if args.log == Path::new("-") {
+            let source = BufReader::new(Pipe::stdin(Arc::clone(stop)));
+            let log = TimingLog::new(name, source)?.with_empty_as_stalled(empty_is_stalled);
+            return Ok(Self::Piped(log, Arc::clone(stop)));
+        }
+        if args.follow {
+            let options = FollowOptions { forever: true, poll: POLL, stop: Arc::clone(stop), empty_is_stalled };
+            return Ok(Self::Followed(Box::new(FollowedLog::open(&args.log, None, options)?)));
+        }
+        let file = File::open(&args.log).with_context(|| format!("{name}: cannot be read"))?;
+        let log = TimingLog::new(name, BufReader::with_capacity(PIECE, file))?;
+        Ok(Self::Whole(log.with_empty_as_stalled(empty_is_stalled)))
+    }
+
+    /// Whether rows go out as soon as they come in.
+    pub fn is_live(&self) -> bool {
+        !matches!(self, Self::Whole(_))
+    }
+
+    /// Whether a row must be worked on before the next one is asked for, since that may be long in coming.
+    pub fn one_by_one(&self) -> bool {
+        matches!(self, Self::Piped(..))
+    }
+
+    /// The columns that are not understood and not used.
+    pub fn unknown_columns(&self) -> &[String] {
+        match self {
+            Self::Whole(log) => log.unknown_columns(),
+            Self::Piped(log, _) => log.unknown_columns(),
+            Self::Followed(log) => log.unknown_columns(),
+        }
+    }
+
+    /// What comes next.
+    pub fn next(&mut self) -> Result<Next<'_>, LogError> {
+        match self {
+            Self::Whole(log) => Ok(log.next_row()?.map_or(Next::End, Next::Row)),
+            Self::Piped(log, stop) => piped(log, stop),
+            Self::Followed(log) => Ok(match log.next()? {
+                Followed::Row(row) => Next::Row(row),
+                Followed::Skipped(error) => Next::Skipped(error),
+                Followed::Notice(notice) => Next::Notice(notice),
+                Followed::Idle => Next::Idle,
+                Followed::End => Next::End,
+            }),
+        }
+    }
+}
+
+fn piped<'a, R: BufRead>(log: &'a mut TimingLog<R>, stop: &AtomicBool) -> Result<Next<'a>, LogError> {
+    let next = log.next_row();
+    // The last line may be cut off where the reading was stopped.
+    if stop.load(Ordering::Relaxed) {
+        return Ok(Next::End);
+    }
+    match next {
+        Ok(row) => Ok(row.map_or(Next::End, Next::Row)),
+        Err(error) if error.kind.is_row() => Ok(Next::Skipped(error)),
+        Err(error) => Err(error),
+    }
+}
+
+/// Bytes of another program, read by a thread of its own, so that waiting for them can be ended.
+pub struct Pipe {
+    pieces: Receiver<io::Result<Vec<u8>>>,
+    at_hand: io::Cursor<Vec<u8>>,
+    stop: Arc<AtomicBool>,
+}
+
+impl Pipe {
+    fn stdin(stop: Arc<AtomicBool>) -> Self {
+        let (sender, pieces) = sync_channel(WAITING);
+        thread::spawn(move || hand_on(&sender));
+        Self { pieces, at_hand: io::Cursor::default(), stop }
+    }
+}
+
+fn hand_on(sender: &SyncSender<io::Result<Vec<u8>>>) {
+    let mut stdin = io::stdin().lock();
+    let mut buffer = vec![0; PIECE];
+    loop {
+        let piece = match stdin.read(&mut buffer) {
+            Ok(0) => return,
+            Ok(count) => Ok(buffer[..count].to_vec()),
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
+            Err(error) => Err(error),
+        };
+        let failed = piece.is_err();
+        if sender.send(piece).is_err() || failed {
+            return;
+        }
+    }
+}
+
+impl Read for Pipe {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        loop {
+            let count = self.at_hand.read(buffer)?;
+            if count > 0 || buffer.is_empty() {
+                return Ok(count);
+            }
+            match self.pieces.recv_timeout(POLL) {
+                Ok(piece) => self.at_hand = io::Cursor::new(piece?),
+                Err(RecvTimeoutError::Timeout) if !self.stop.load(Ordering::Relaxed) => {}
+                Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => return Ok(0),
+            }
+        }
+    }
+}
