@@ -15,7 +15,7 @@ use clap::Parser;
 fn main() -> ExitCode {
     let cli = cli::Cli::parse();
     output::set_manner(cli.manner.quiet, cli.manner.verbose, cli.manner.color);
-    match commands::run(&cli.verb) {
+    match commands::run(&cli.verb, cli.manner.units.as_ref()) {
         Ok(answer) => answer.exit_code(),
         Err(error) => failure::report(&error, output::laid_out_for_stderr),
     }

@@ -9,11 +9,11 @@ mod prognosis;
 mod quantities;
 mod tables;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
-use crate::output::ColorWhen;
+use crate::output::{ColorWhen, Units};
 
 pub use init::{InitArgs, InitCampaignArgs, InitValveArgs, InitWhat};
 pub use lab::{LabArgs, PageArgs, WatchArgs};
@@ -56,6 +56,22 @@ pub struct MannerArgs {
         display_order = 902
     )]
     pub color: ColorWhen,
+    /// Units of text results, such as psig,mm,degC; "file": the valve file's own
+    #[arg(long, global = true, value_name = "LIST", value_parser = told_units, display_order = 903)]
+    pub units: Option<ToldUnits>,
+}
+
+/// The units that text results are told in.
+#[derive(Debug, Clone)]
+pub enum ToldUnits {
+    /// Those that the valve file of the call is written in.
+    OfFile,
+    /// These.
+    These(Units),
+}
+
+fn told_units(text: &str) -> Result<ToldUnits, String> {
+    if text == "file" { Ok(ToldUnits::OfFile) } else { Units::parse(text).map(ToldUnits::These) }
 }
 
 const CHAIN: &str = "\
@@ -127,6 +143,25 @@ pub enum Verb {
         #[arg(long, requires = "dir")]
         force: bool,
     },
+}
+
+impl Verb {
+    /// The valve file that a verb reads, if it reads one.
+    pub fn valve_file(&self) -> Option<&Path> {
+        match self {
+            Self::Simulate(args) => Some(&args.valve),
+            Self::BuildTables(args) => Some(&args.valve),
+            Self::Prognose(args) => args.valve.as_deref(),
+            Self::Evaluate(args) => Some(&args.valve),
+            Self::Compare(args) => Some(&args.valve),
+            Self::Calibrate(args) => Some(&args.valve),
+            Self::Explain(args) => Some(&args.valve),
+            Self::Adopt(args) => Some(&args.valve),
+            Self::Report(args) => Some(&args.valve),
+            Self::Effects(args) => args.valve.as_deref(),
+            _ => None,
+        }
+    }
 }
 
 /// How a result is printed.

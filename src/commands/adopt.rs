@@ -7,6 +7,7 @@ use identify::Stop;
 use model_lab::diagnosis::adopt::{Addition, Rung, sequence};
 use model_lab::diagnosis::{DiagnoseOptions, FittedParameter, StepReport};
 use model_lab::space::Target;
+use quantity::Dimension;
 use serde_json::json;
 use valve_file::{HistoryEntry, ValveFile};
 use valve_model::{EffectKind, ParameterId};
@@ -15,7 +16,7 @@ use super::adopt_life::Lives;
 use super::{campaign_input, explain, ladder};
 use crate::cli::{AdoptArgs, Format};
 use crate::failure::{Answer, Hinted};
-use crate::output::{self, Outputs, PlotFile, ProgressLine, free_name_beside, next_step};
+use crate::output::{self, Outputs, PlotFile, ProgressLine, free_name_beside, next_step, told_in};
 
 /// Name of the formula that a search finds where no effect explains the data.
 const UNEXPLAINED: &str = "unexplained";
@@ -118,16 +119,22 @@ pub fn with_error(value: f64, sigma: f64, unit: &str) -> String {
 }
 
 /// A value in the unit that people read it in.
-fn scaled(value: f64, unit: &str) -> (Shown, &str) {
-    let (factor, name) = match unit {
-        "m" => (1e3, "mm"),
-        "m2" => (1e6, "mm2"),
-        "m3" => (1e6, "cm3"),
-        "s" => (1e3, "ms"),
-        "Pa" => (1e-3, "kPa"),
-        other => (1.0, other),
-    };
-    (Shown(value * factor), name)
+fn scaled(value: f64, unit: &str) -> (Shown, String) {
+    match quantity::Dimension::of_si_unit(unit) {
+        // A stiffness of bristles is a large number in every unit; it stays in that of the catalogue.
+        Some(
+            one @ (Dimension::Length
+            | Dimension::Area
+            | Dimension::Volume
+            | Dimension::Time
+            | Dimension::Pressure
+            | Dimension::Force),
+        ) => {
+            let told = told_in(one);
+            (Shown(told.difference_value(value)), told.difference_name().replace('²', "2"))
+        }
+        _ => (Shown(value), unit.to_owned()),
+    }
 }
 
 /// A number with as many significant digits as the precision says, plain where that is short.

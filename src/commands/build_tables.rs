@@ -9,6 +9,7 @@ use leak_table::{
     BundleEntry, Condition, ConditionRange, Degradation, Fault, MANIFEST_FILE, Severity, TableBundle, mm2_from_m2,
 };
 use lut_builder::{Request, Wear};
+use quantity::Dimension;
 use report::figures::TableFigure;
 use serde::Serialize;
 use valve_file::ValveFile;
@@ -16,7 +17,7 @@ use valve_file::ValveFile;
 use super::{tables, valve_input};
 use crate::cli::{BuildTablesArgs, Format, QuantityRange};
 use crate::failure::{Answer, Hinted};
-use crate::output::{self, Align, Outputs, PlotFile, TextTable, next_step};
+use crate::output::{self, Align, Outputs, PlotFile, TextTable, next_step, told_in};
 
 /// Builds, writes, says what was built.
 pub fn run(args: &BuildTablesArgs) -> anyhow::Result<Answer> {
@@ -167,16 +168,17 @@ impl Drop for TableDir {
 /// What was built: a row for each degradation.
 pub fn summary(bundle: &TableBundle) -> TextTable {
     let leaks_only = leaks_only(bundle);
+    let area = told_in(Dimension::Area);
     let (wear, largest, limit) = if leaks_only {
-        ("fault", "largest leak (mm²)", "life ends at (mm²)")
+        ("fault", format!("largest leak ({})", area.name()), format!("life ends at ({})", area.name()))
     } else {
-        ("wear", "largest", "life ends at")
+        ("wear", "largest".to_owned(), "life ends at".to_owned())
     };
     let mut table = TextTable::new(&[
         (wear, Align::Left),
         ("points", Align::Right),
-        (largest, Align::Right),
-        (limit, Align::Right),
+        (&largest, Align::Right),
+        (&limit, Align::Right),
         ("by the stroke", Align::Left),
         ("error to there (ms)", Align::Right),
         ("beyond (ms)", Align::Right),
@@ -185,8 +187,14 @@ pub fn summary(bundle: &TableBundle) -> TextTable {
         let info = entry.info;
         let severity = &entry.degradation.severity;
         let number = |si: f64, decimals: usize| {
+            if leaks_only {
+                return area.number(si, decimals);
+            }
             let number = format!("{:.decimals$}", severity.file_from_si(si));
-            if leaks_only { number } else { format!("{number} {}", shown_unit(severity)).trim_end().to_owned() }
+            match shown_unit(severity).as_str() {
+                "mm²" => format!("{} {}", area.number(si, decimals), area.name()),
+                unit => format!("{number} {unit}").trim_end().to_owned(),
+            }
         };
         table.row(vec![
             entry.degradation.name.to_string(),
@@ -233,8 +241,10 @@ fn summary_over_conditions(bundle: &TableBundle) -> String {
 fn over(range: &ConditionRange) -> String {
     let (low, high) = range.supply_pressure_pa;
     let (cold, warm) = range.temperature_k;
-    let pressure = format!("supply pressure {:.1} to {:.1} kPa absolute", low / 1e3, high / 1e3);
-    let temperature = format!("temperature {cold:.2} to {warm:.2} K");
+    let (pa, kelvin) = (told_in(Dimension::Pressure), told_in(Dimension::Temperature));
+    let absolute = if pa.name() == "kPa" { " absolute" } else { "" };
+    let pressure = format!("supply pressure {} to {} {}{absolute}", pa.number(low, 1), pa.number(high, 1), pa.name());
+    let temperature = format!("temperature {} to {} {}", kelvin.number(cold, 2), kelvin.number(warm, 2), kelvin.name());
     match (range.varies(Condition::SupplyPressure), range.varies(Condition::Temperature)) {
         (true, false) => format!("over {pressure}:"),
         (false, true) => format!("over {temperature}:"),

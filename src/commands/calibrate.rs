@@ -7,12 +7,13 @@ use answers::CampaignInput;
 use answers::calibration::{document, verdict_words};
 use model_lab::calibrate::{CalibrateOptions, Calibration, Verdict};
 use model_lab::scatter::Origin;
+use quantity::Dimension;
 use report::figures::{ParameterShift, ParametersFigure};
 
 use super::campaign_input;
 use crate::cli::{CalibrateArgs, Format};
 use crate::failure::Answer;
-use crate::output::{self, Align, Outputs, PlotFile, ProgressLine, TextTable, free_name_beside, next_step};
+use crate::output::{self, Align, Outputs, PlotFile, ProgressLine, TextTable, free_name_beside, next_step, told_in};
 
 /// Calibrates, prints and writes.
 pub fn run(args: &CalibrateArgs) -> anyhow::Result<Answer> {
@@ -84,7 +85,7 @@ fn text(input: &CampaignInput, calibration: &Calibration) -> String {
         let _ = writeln!(text, "  {reason}");
     }
     if calibration.verdict == Verdict::BeyondTolerance {
-        for words in calibration.before.words() {
+        for words in super::compare::findings(&calibration.before) {
             let _ = writeln!(text, "  before calibration, {words}");
         }
     }
@@ -111,12 +112,11 @@ pub fn parameter_table(calibration: &Calibration) -> TextTable {
         ("tolerances off", Align::Right),
     ]);
     for parameter in &calibration.parameters {
-        // All these units only scale, so that a standard error converts like a value.
-        let name = handy_unit(parameter.id.si_unit());
-        let unit = quantity::Unit::parse(name).ok();
-        let show = |si: f64, digits: usize| match &unit {
-            Some(unit) => format!("{} {name}", significant(unit.from_si(si), digits)).trim_end().to_owned(),
-            None => significant(si, digits),
+        let name = told_unit(parameter.id.si_unit());
+        let show = |si: f64, digits: usize| {
+            let unit = quantity::Unit::parse(&name).ok();
+            let value = unit.map_or(si, |unit| si / unit.difference_to_si(1.0));
+            format!("{} {name}", significant(value, digits)).trim_end().to_owned()
         };
         table.row(vec![
             parameter.id.key().to_owned(),
@@ -129,13 +129,15 @@ pub fn parameter_table(calibration: &Calibration) -> TextTable {
     table
 }
 
-fn handy_unit(si_unit: &str) -> &str {
-    match si_unit {
-        "m" => "mm",
-        "m2" => "mm2",
-        "m3" => "cm3",
-        "Pa" => "kPa",
-        other => other,
+/// The unit that a parameter is told in. No pressure or temperature that counts from a zero of its own is fitted, so that
+/// values convert like differences.
+fn told_unit(si_unit: &str) -> String {
+    match quantity::Dimension::of_si_unit(si_unit) {
+        Some(one @ (Dimension::Length | Dimension::Volume | Dimension::Pressure | Dimension::Force)) => {
+            told_in(one).difference_name().to_owned()
+        }
+        Some(Dimension::Area) => told_in(Dimension::Area).name().replace('²', "2"),
+        _ => si_unit.to_owned(),
     }
 }
 
@@ -161,7 +163,9 @@ pub fn error_words(calibration: &Calibration) -> String {
         before.normalised_rms, after.normalised_rms
     );
     if let (Some(before), Some(after)) = (before.rmse_m, after.rmse_m) {
-        let _ = writeln!(text, "error: {:.4} mm before, {:.4} mm after", before * 1e3, after * 1e3);
+        let unit = told_in(Dimension::Length);
+        let [before, after] = [before, after].map(|error| format!("{} {}", unit.number(error, 4), unit.name()));
+        let _ = writeln!(text, "error: {before} before, {after} after");
     }
     match &calibration.held_out {
         Some(held_out) => {

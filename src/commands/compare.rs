@@ -5,12 +5,13 @@ use std::path::PathBuf;
 
 use model_lab::compare::{Comparison, Direction, Phase, PhaseScore};
 use model_lab::residual_force::ResidualForce;
+use quantity::Dimension;
 use valve_file::ValveFile;
 
 use super::{campaign_input, compare_figures as figures};
 use crate::cli::{CompareArgs, Format};
 use crate::failure::{Answer, Hinted};
-use crate::output::{self, Align, Outputs, PlotFile, TextTable, free_name_beside, next_step};
+use crate::output::{self, Align, Outputs, PlotFile, TextTable, free_name_beside, next_step, told_in};
 use answers::{CampaignInput, comparison as json};
 
 /// Compares and prints.
@@ -125,7 +126,7 @@ fn text(
     force: Option<&ResidualForce>,
 ) -> String {
     let mut text = format!("{}: {}\n\n", input.file.file_name(), input.campaign.name);
-    for words in comparison.words() {
+    for words in findings(comparison) {
         push(&mut text, &words);
     }
     text.push('\n');
@@ -138,7 +139,7 @@ fn text(
     text.push_str(&noise_words(input, comparison));
     if let Some((file, other)) = against {
         push(&mut text, &format!("\n{}:", file.file_name()));
-        for words in other.words() {
+        for words in findings(other) {
             push(&mut text, &words);
         }
     }
@@ -154,8 +155,22 @@ fn push(text: &mut String, line: &str) {
     text.push('\n');
 }
 
-fn millimetres(metres: Option<f64>) -> String {
-    metres.map_or_else(|| "-".to_owned(), |metres| format!("{:.3}", metres * 1e3))
+fn length(metres: Option<f64>) -> String {
+    metres.map_or_else(|| "-".to_owned(), |metres| told_in(Dimension::Length).number(metres, 3))
+}
+
+/// The findings as sentences, places in the units of the user.
+pub fn findings(comparison: &Comparison) -> Vec<String> {
+    let unit = told_in(Dimension::Length);
+    let place = |words: String, between: Option<(f64, f64)>| match between {
+        Some((low, high)) => {
+            let usual = format!("x = {:.0} and {:.0} mm", low * 1e3, high * 1e3);
+            words.replace(&usual, &format!("x = {} and {} {}", unit.number(low, 0), unit.number(high, 0), unit.name()))
+        }
+        None => words,
+    };
+    let between = |words: &str| comparison.findings.iter().find(|one| one.words == words).and_then(|one| one.between_m);
+    comparison.words().into_iter().map(|words| (between(&words), words)).map(|(at, words)| place(words, at)).collect()
 }
 
 fn milliseconds(seconds: Option<f64>) -> String {
@@ -164,10 +179,13 @@ fn milliseconds(seconds: Option<f64>) -> String {
 
 /// The error of every run.
 pub fn run_table(comparison: &Comparison, against: Option<&Comparison>) -> TextTable {
+    let pressure = told_in(Dimension::Pressure);
+    let (supply, error) =
+        (format!("supply ({})", pressure.name()), format!("error ({})", told_in(Dimension::Length).name()));
     let mut columns = vec![
         ("run", Align::Left),
-        ("supply (kPa)", Align::Right),
-        ("error (mm)", Align::Right),
+        (supply.as_str(), Align::Right),
+        (error.as_str(), Align::Right),
         ("in noise", Align::Right),
         ("closing (ms)", Align::Right),
         ("opening (ms)", Align::Right),
@@ -181,8 +199,8 @@ pub fn run_table(comparison: &Comparison, against: Option<&Comparison>) -> TextT
         let score = &run.score;
         let mut row = vec![
             run.file.clone(),
-            format!("{:.0}", run.conditions.supply_pressure_pa / 1e3),
-            millimetres(score.rmse_m),
+            pressure.number(run.conditions.supply_pressure_pa, 0),
+            length(score.rmse_m),
             format!("{:.2}", score.normalised_rms),
             milliseconds(score.close_time_error_s),
             milliseconds(score.open_time_error_s),
@@ -194,7 +212,7 @@ pub fn run_table(comparison: &Comparison, against: Option<&Comparison>) -> TextT
     let mut row = vec![
         "all".to_owned(),
         String::new(),
-        millimetres(score.rmse_m),
+        length(score.rmse_m),
         format!("{:.2}", score.normalised_rms),
         milliseconds(score.close_time_error_s),
         milliseconds(score.open_time_error_s),
@@ -205,12 +223,14 @@ pub fn run_table(comparison: &Comparison, against: Option<&Comparison>) -> TextT
 }
 
 fn phase_table(phases: &[PhaseScore]) -> TextTable {
+    let unit = told_in(Dimension::Length);
+    let [closing, opening] = ["closing", "opening"].map(|name| format!("{name} ({})", unit.name()));
     let mut table = TextTable::new(&[
         ("phase", Align::Left),
-        ("closing (mm)", Align::Right),
+        (&closing, Align::Right),
         ("share", Align::Right),
         ("longer by (ms)", Align::Right),
-        ("opening (mm)", Align::Right),
+        (&opening, Align::Right),
         ("share", Align::Right),
         ("longer by (ms)", Align::Right),
     ]);
@@ -218,7 +238,7 @@ fn phase_table(phases: &[PhaseScore]) -> TextTable {
         let mut row = vec![phase.id().replace('_', " ")];
         for direction in Direction::ALL {
             let score = phases.iter().find(|score| score.direction == direction && score.phase == phase);
-            row.push(millimetres(score.and_then(|score| score.rmse_m)));
+            row.push(length(score.and_then(|score| score.rmse_m)));
             let share = score.and_then(|score| score.share);
             row.push(share.map_or_else(|| "-".to_owned(), |share| format!("{share:.3}")));
             row.push(milliseconds(score.and_then(|score| score.time_error_s)));
@@ -232,7 +252,8 @@ fn noise_words(input: &CampaignInput, comparison: &Comparison) -> String {
     let mut text = String::new();
     let source = input.noise_source();
     if let Some(noise) = comparison.noise_m {
-        let _ = writeln!(text, "noise of the position: {:.4} mm ({source})", noise * 1e3);
+        let unit = told_in(Dimension::Length);
+        let _ = writeln!(text, "noise of the position: {} {} ({source})", unit.number(noise, 4), unit.name());
     }
     if let Some(noise) = comparison.timing_noise_s {
         let _ = writeln!(text, "noise of stroke times: {:.2} ms ({source})", noise * 1e3);
@@ -252,6 +273,7 @@ fn noise_words(input: &CampaignInput, comparison: &Comparison) -> String {
 fn force_words(force: &ResidualForce) -> String {
     let mut text = String::new();
     let places = force.along_stroke();
+    let (newtons, metres) = (told_in(Dimension::Force), told_in(Dimension::Length));
     let worst = |value: fn(&model_lab::residual_force::ForceAt) -> f64| {
         places.iter().max_by(|a, b| value(a).abs().total_cmp(&value(b).abs()))
     };
@@ -262,10 +284,12 @@ fn force_words(force: &ResidualForce) -> String {
         if let Some(place) = worst(value) {
             let _ = writeln!(
                 text,
-                "missing {name}: at most {:+.1} N at x = {:.1} mm (standard error {:.1} N)",
-                value(place),
-                place.position_m * 1e3,
-                place.standard_error_n
+                "missing {name}: at most {} {force} at x = {} {} (standard error {} {force})",
+                newtons.signed_difference(value(place), 1),
+                metres.number(place.position_m, 1),
+                metres.name(),
+                newtons.number(place.standard_error_n, 1),
+                force = newtons.name(),
             );
         }
     }

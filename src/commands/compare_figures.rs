@@ -5,13 +5,14 @@ use std::fmt::Write;
 use model_lab::compare::{Comparison, Direction, RunComparison};
 use model_lab::data::{Channel, RunData};
 use model_lab::residual_force::{Axis, Bin, ResidualForce, Signature};
+use quantity::Dimension;
 use report::figures::{
     MissingFigure, MissingPoint, OverlayFigure, OverlayRun, SignatureFigure, StripRow, StripsFigure,
 };
 use valve_file::ValveFile;
 use valve_model::Conditions;
 
-use crate::output::short_name;
+use crate::output::{short_name, told_in};
 use answers::CampaignInput;
 
 /// Points of a trace that a picture shows at most.
@@ -145,15 +146,22 @@ fn point(bin: &Bin, factor: f64) -> MissingPoint {
 
 /// Friction band, spring rate and bench set in a sentence.
 pub fn signature_words(signature: &Signature) -> String {
+    let pressure = told_in(Dimension::Pressure);
+    let (force, stiffness) = (told_in(Dimension::Force), told_in(Dimension::Stiffness));
+    // The bench set is told over the ambient pressure, like a difference.
     format!(
-        "friction band ±{:.2} kPa (±{:.1} N, of which {:.1} N viscous in the model), spring rate {:.2} N/mm, \
-         bench set {:.1} to {:.1} kPa",
-        signature.friction_band_pa / 1e3,
-        signature.friction_n,
-        signature.viscous_n,
-        signature.spring_rate_n_per_m / 1e3,
-        signature.bench_set_pa[0] / 1e3,
-        signature.bench_set_pa[1] / 1e3
+        "friction band ±{} {} (±{} {newton}, of which {} {newton} viscous in the model), spring rate {} {}, \
+         bench set {} to {} {}",
+        pressure.difference(signature.friction_band_pa, 2),
+        pressure.difference_name(),
+        force.number(signature.friction_n, 1),
+        force.number(signature.viscous_n, 1),
+        stiffness.number(signature.spring_rate_n_per_m, 2),
+        stiffness.name(),
+        pressure.difference(signature.bench_set_pa[0], 1),
+        pressure.difference(signature.bench_set_pa[1], 1),
+        pressure.difference_name(),
+        newton = force.name(),
     )
 }
 

@@ -8,6 +8,7 @@ use std::time::Instant;
 use anyhow::Context;
 use leak_table::TableBundle;
 use prognoser::{Method, Prognoser, Prognosis, TimingLog};
+use quantity::Dimension;
 use serde_json::json;
 use valve_file::ValveFile;
 use valve_model::Conditions;
@@ -19,7 +20,7 @@ use super::strokes::Cycles;
 use super::{build_tables, tables};
 use crate::cli::{DemoArgs, Format};
 use crate::failure::Answer;
-use crate::output::{self, Align, Outputs, PlotFile, StagedFile, TextTable};
+use crate::output::{self, Align, Outputs, PlotFile, StagedFile, TextTable, told_in};
 
 const VALVE: &str = include_str!("../../models/testbed.toml");
 const LOG: &str = include_str!("../../data/leaking-valve.csv");
@@ -143,11 +144,12 @@ fn prognose(tables: &Arc<TableBundle>, true_eol_cycle: f64) -> anyhow::Result<Ch
     let method = Method::default();
     let mut prognoser = Prognoser::new(Arc::clone(tables), method);
     let mut log = TimingLog::new("data/leaking-valve.csv", LOG.as_bytes())?;
+    let leak = format!("leak ({})", told_in(Dimension::Area).name());
     let mut table = TextTable::new(&[
         ("cycle", Align::Right),
         ("fault", Align::Left),
         ("probability", Align::Right),
-        ("leak (mm²)", Align::Right),
+        (&leak, Align::Right),
         ("cycles left", Align::Right),
         ("5 to 95 %", Align::Right),
         ("truth", Align::Right),
@@ -181,7 +183,7 @@ fn cells(one: &Prognosis, true_eol_cycle: f64) -> Vec<String> {
         one.cycle.to_string(),
         one.fault.name().to_owned(),
         number(probability(one), 3),
-        number(one.leak_area_mm2, 3),
+        one.leak_area_mm2.map_or_else(|| "-".to_owned(), |area| told_in(Dimension::Area).number(1e-6 * area, 3)),
         number(one.rul_cycles, 1),
         bounds,
         format!("{:.1}", true_eol_cycle - one.cycle as f64),

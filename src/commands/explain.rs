@@ -9,12 +9,13 @@ use model_lab::diagnosis::errors::Errors;
 use model_lab::diagnosis::experiment::DECISIVE;
 use model_lab::diagnosis::outside::Outside;
 use model_lab::diagnosis::{DiagnoseOptions, Explanation, Progress, TwinReport, Verdict, explain};
+use quantity::Dimension;
 
 use super::adopt::{parameter_lines, with_error};
 use super::{campaign_input, explain_figures, ladder};
 use crate::cli::{ExplainArgs, Format};
 use crate::failure::{Answer, Hinted};
-use crate::output::{self, Align, Outputs, PlotFile, ProgressLine, TextTable, free_name_beside, next_step};
+use crate::output::{self, Align, Outputs, PlotFile, ProgressLine, TextTable, free_name_beside, next_step, told_in};
 use answers::{CampaignInput, explanation};
 
 /// Searches, prints and draws.
@@ -91,7 +92,7 @@ fn show(line: &ProgressLine, done: &AtomicUsize, round: &AtomicUsize, progress: 
 }
 
 fn text(answer: &Explanation, input: &CampaignInput) -> String {
-    let mut text = format!("{}: {}\n\n", input.campaign.name, explanation::headline(answer));
+    let mut text = format!("{}: {}\n\n", input.campaign.name, headline(answer));
     let parameters = parameter_lines(&answer.parameters);
     if !parameters.is_empty() {
         let _ = writeln!(text, "{parameters}");
@@ -114,6 +115,12 @@ fn text(answer: &Explanation, input: &CampaignInput) -> String {
         let _ = writeln!(text, "\nnote: {note}");
     }
     text
+}
+
+/// The answer in a sentence, an error that is left in the units of the user.
+fn headline(answer: &Explanation) -> String {
+    let unit = told_in(Dimension::Length);
+    explanation::headline_in(answer, &|rmse_m| format!("{} {}", unit.number(rmse_m, 3), unit.name()))
 }
 
 fn twin_text(text: &mut String, twin: &TwinReport) {
@@ -142,16 +149,16 @@ fn twin_text(text: &mut String, twin: &TwinReport) {
 pub fn nuisance_lines(answer: &Explanation) -> String {
     let mut text = String::new();
     for nuisance in &answer.nuisances {
-        let (value, sigma, unit) = match nuisance.unit {
-            "" => (100.0 * nuisance.value, 100.0 * nuisance.sigma, "%"),
-            "m" => (1e3 * nuisance.value, 1e3 * nuisance.sigma, "mm"),
-            "s" => (1e3 * nuisance.value, 1e3 * nuisance.sigma, "ms"),
-            "Pa" => (1e-3 * nuisance.value, 1e-3 * nuisance.sigma, "kPa"),
-            unit => (nuisance.value, nuisance.sigma, unit),
+        let told = Dimension::of_si_unit(nuisance.unit).filter(|one| *one != Dimension::Pure).map(told_in);
+        let (value, sigma, unit) = match &told {
+            Some(told) => {
+                (told.signed_difference(nuisance.value, 3), told.difference(nuisance.sigma, 3), told.difference_name())
+            }
+            None => (format!("{:+.3}", 100.0 * nuisance.value), format!("{:.3}", 100.0 * nuisance.sigma), "%"),
         };
         let of = nuisance.record.as_ref().map_or(String::new(), |record| format!(" ({record})"));
         let bound = if nuisance.is_at_bound { ", at its bound: something may be missing" } else { "" };
-        let _ = writeln!(text, "  {}{of}: {value:+.3} +- {sigma:.3} {unit}{bound}", nuisance.what);
+        let _ = writeln!(text, "  {}{of}: {value} +- {sigma} {unit}{bound}", nuisance.what);
     }
     text
 }
@@ -200,7 +207,10 @@ fn outside_text(outside: &Outside) -> String {
     for (parameter, sigma) in outside.effect.parameters().iter().zip(&outside.parameter_sigmas) {
         let _ = writeln!(text, "  {} = {}", parameter.name, with_error(parameter.value, *sigma, &parameter.unit));
     }
-    let left = |errors: Errors| errors.rmse_m.map_or_else(|| "-".to_owned(), |rmse| format!("{:.3} mm", 1e3 * rmse));
+    let unit = told_in(Dimension::Length);
+    let left = |errors: Errors| {
+        errors.rmse_m.map_or_else(|| "-".to_owned(), |rmse| format!("{} {}", unit.number(rmse, 3), unit.name()))
+    };
     let _ = write!(
         text,
         "It leaves an error of {} ({} on what was held out). As an effect of the valve file (`valve adopt --effect {}` puts it there):\n\n{}",
@@ -218,10 +228,12 @@ fn indented(toml: &str) -> String {
 }
 
 fn candidate_table(answer: &Explanation) -> String {
+    let unit = told_in(Dimension::Length);
+    let error = format!("error ({})", unit.name());
     let mut table = TextTable::new(&[
         ("candidate", Align::Left),
         ("log evidence", Align::Right),
-        ("error (mm)", Align::Right),
+        (&error, Align::Right),
         ("in noise", Align::Right),
         ("held out", Align::Right),
         ("", Align::Left),
@@ -232,7 +244,7 @@ fn candidate_table(answer: &Explanation) -> String {
         table.row(vec![
             explanation::joined(&candidate.kinds),
             format!("{:+.1}", candidate.gain),
-            candidate.rmse_m.map_or_else(|| "-".into(), |rmse| format!("{:.4}", 1e3 * rmse)),
+            candidate.rmse_m.map_or_else(|| "-".into(), |rmse| unit.number(rmse, 4)),
             format!("{:.2}", candidate.normalised_rms),
             held_out,
             why,

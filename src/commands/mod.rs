@@ -26,11 +26,16 @@ mod tables;
 mod valve_input;
 mod watch;
 
-use crate::cli::Verb;
-use crate::failure::Answer;
+use crate::cli::{ToldUnits, Verb};
+use crate::failure::{Answer, Hinted};
+use crate::output::{self, Units};
+use valve_file::ValveFile;
 
 /// Does what the command line asks.
-pub fn run(verb: &Verb) -> anyhow::Result<Answer> {
+pub fn run(verb: &Verb, units: Option<&ToldUnits>) -> anyhow::Result<Answer> {
+    if let Some(units) = units {
+        output::set_units(told_units(verb, units)?);
+    }
     match verb {
         Verb::Init(args) => init::run(args),
         Verb::Simulate(args) => simulate::run(args),
@@ -52,4 +57,23 @@ pub fn run(verb: &Verb) -> anyhow::Result<Answer> {
         Verb::Completions { shell } => manual::completions(*shell),
         Verb::Man { dir, force } => manual::pages(dir.as_deref(), *force),
     }
+}
+
+/// The units of text results; gauge pressures count from the surroundings of the valve, where there is one.
+fn told_units(verb: &Verb, asked: &ToldUnits) -> anyhow::Result<Units> {
+    let file = verb.valve_file().map(ValveFile::read).transpose()?;
+    let units = match (asked, &file) {
+        (ToldUnits::These(units), _) => units.clone(),
+        (ToldUnits::OfFile, Some(file)) => Units::of_valve_file(file.text()),
+        (ToldUnits::OfFile, None) => {
+            return Err(Hinted::error(
+                "--units file: this call reads no valve file",
+                "name the units, such as --units psig,mm",
+            ));
+        }
+    };
+    Ok(match file {
+        Some(file) => units.at_ambient(file.valve().parameters().ambient_pressure_pa),
+        None => units,
+    })
 }

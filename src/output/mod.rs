@@ -9,6 +9,7 @@ mod progress;
 mod sketch;
 mod staged;
 mod table;
+mod units;
 mod wrap;
 
 use std::ffi::OsStr;
@@ -27,6 +28,7 @@ pub use progress::ProgressLine;
 pub use sketch::sketch;
 pub use staged::{Outputs, StagedFile};
 pub use table::{Align, TextTable};
+pub use units::{Units, set_units, told_in};
 
 /// Stdout, buffered; the caller flushes it.
 pub fn stdout() -> BufWriter<StdoutLock<'static>> {

@@ -100,6 +100,51 @@ fn text_fits_the_columns_there_are() {
 }
 
 #[test]
+fn results_are_told_in_the_units_asked_for() {
+    let sandbox = Sandbox::with_tables();
+    Recording::default().write(&sandbox, &VALVE.replace("600 N s/m", "690 N s/m"));
+    let told = |units: &[&str]| {
+        let call = [&["compare", "valve.toml", "campaign.toml", "--residual-force"], units].concat();
+        let output = sandbox.valve(&call);
+        assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
+        String::from_utf8(output.stdout).expect("text")
+    };
+    let (usual, psig) = (told(&[]), told(&["--units", "psig,in,lbf"]));
+    let first = |text: &str| -> Vec<f64> {
+        let row = text.lines().skip_while(|line| !line.starts_with("run ")).skip(1).find(|line| line.contains(".csv"));
+        row.expect("a run").split_whitespace().filter_map(|word| word.parse().ok()).collect()
+    };
+    let (before, after) = (first(&usual), first(&psig));
+    assert!(usual.contains("supply (kPa)") && psig.contains("supply (psig)"), "{psig}");
+    assert!((before[0] - (14.696 + after[0]) * 6.894_757).abs() < 1.0, "{before:?} kPa, {after:?} psig");
+    assert!((before[1] - 25.4 * after[1]).abs() < 1e-3, "{before:?} mm, {after:?} in");
+    assert_eq!(before[2..], after[2..], "what has no unit stays");
+    for unit in [" mm", "kPa", " N "] {
+        let left: Vec<&str> = psig.lines().filter(|line| line.contains(unit) && !line.starts_with("    ")).collect();
+        assert!(left.is_empty(), "{unit} in {left:?}");
+    }
+    assert!(told(&["--units", "file"]).contains("supply (psig)"), "as the valve file says it");
+
+    for (units, words) in [("psi", "from where it counts"), ("mm,in", "two units"), ("parsec", "parsec")] {
+        let output = sandbox.valve(&["compare", "valve.toml", "campaign.toml", "--units", units]);
+        assert_eq!(output.status.code(), Some(2));
+        assert!(shown(&output).contains(words), "{}", shown(&output));
+    }
+    let output = sandbox.valve(&["prognose", "log.csv", "--tables", "tables", "--units", "file"]);
+    assert!(output.status.code() == Some(2) && shown(&output).contains("reads no valve file"), "{}", shown(&output));
+    let all = ["prognose", "log.csv", "--tables", "tables", "--all-rows", "--units"];
+    let [mm2, cm2] = ["mm2", "cm2"].map(|unit| {
+        let output = sandbox.valve(&[&all[..], &[unit]].concat());
+        let text = String::from_utf8(output.stdout).expect("text");
+        let row = text.lines().find(|line| line.starts_with("FV-101")).expect("a row").to_owned();
+        let last = text.lines().filter(|line| line.contains(" atmosphere ")).nth(20).unwrap_or(&row).to_owned();
+        let leak: f64 = last.split_whitespace().nth(4).and_then(|word| word.parse().ok()).expect("a leak");
+        leak
+    });
+    assert!((mm2 - 100.0 * cm2).abs() < 1e-3 && mm2 > 0.1, "{mm2} mm2, {cm2} cm2");
+}
+
+#[test]
 fn the_numbers_of_the_paper_stand_beside_its_valve_alone() {
     let sandbox = Sandbox::new();
     sandbox.write("other.toml", &VALVE.replace("600 N s/m", "690 N s/m"));

@@ -35,17 +35,26 @@ fn groups(answer: &Explanation) -> String {
 
 /// The answer in a sentence.
 pub fn headline(answer: &Explanation) -> String {
+    headline_in(answer, &|rmse_m| format!("{:.3} mm", 1e3 * rmse_m))
+}
+
+/// The same with an error of a length, m, told in other words.
+pub fn headline_in(answer: &Explanation, length: &dyn Fn(f64) -> String) -> String {
     match answer.verdict {
         Verdict::Adequate => {
             "nothing is missing beyond noise, tolerances and what instruments and conditions may be off by".into()
         }
         Verdict::EffectFound => format!("missing: {}", groups(answer)),
         Verdict::PartlyExplained => {
-            format!("missing: {}; that explains most of it, and an error of {} is left", groups(answer), left(answer))
+            format!(
+                "missing: {}; that explains most of it, and an error of {} is left",
+                groups(answer),
+                left(answer, length)
+            )
         }
         Verdict::OutsideCatalogue => format!(
             "something is missing ({} are left), and no effect of the catalogue, nor a pair, explains it",
-            left(answer)
+            left(answer, length)
         ),
         Verdict::NotEnoughData if answer.interrupted && answer.recommended.is_empty() => {
             "the search was cut short before it was known what is missing, if anything is".into()
@@ -60,10 +69,10 @@ pub fn headline(answer: &Explanation) -> String {
 }
 
 /// The error that is left, in words.
-fn left(answer: &Explanation) -> String {
+fn left(answer: &Explanation, length: &dyn Fn(f64) -> String) -> String {
     let last = answer.steps.last();
     match last.and_then(|step| step.held_out_rmse_m.or(step.rmse_m)) {
-        Some(rmse) => format!("{:.3} mm", 1e3 * rmse),
+        Some(rmse) => length(rmse),
         None => last.and_then(|step| step.time_rmse_s).map_or("some".into(), |rmse| format!("{:.1} ms", 1e3 * rmse)),
     }
 }

@@ -1,11 +1,12 @@
 //! How all valves stand in the end, the worst first.
 
 use prognoser::{FaultCall, Prognosis, Status};
+use quantity::Dimension;
 use report::html::Cell;
 
 use super::history::{bounds, fault_words};
 use super::standing::Standing;
-use crate::output::{Align, TextTable};
+use crate::output::{Align, TextTable, told_in};
 
 /// How a valve stood after its last row.
 #[derive(Debug, Clone)]
@@ -97,7 +98,10 @@ impl End {
         let (name, cycle) = (&one.valve, one.cycle);
         let mut sentence = if one.fault.wears() {
             let kind = fault_words(one.fault);
-            let leak = one.leak_area_mm2.map_or_else(String::new, |area| format!(" of {area:.4} mm²"));
+            let leak = one.leak_area_mm2.map_or_else(String::new, |area| {
+                let unit = told_in(Dimension::Area);
+                format!(" of {} {}", unit.number(1e-6 * area, 4), unit.name())
+            });
             let life = match (one.status, one.rul_cycles, bounds(one)) {
                 (Status::EolReached, ..) => "end of life is reached".to_owned(),
                 (_, Some(rul), Some([low, high])) => format!("{rul:.1} cycles left (5 to 95 %: {low:.1} to {high:.1})"),

@@ -4,11 +4,12 @@ use std::io::Write;
 
 use leak_table::Fault;
 use prognoser::{FaultCall, Prognosis};
+use quantity::Dimension;
 
 use super::Ends;
 use super::history::probability;
 use crate::cli::StreamFormat;
-use crate::output::{manner, paint, push_number};
+use crate::output::{manner, paint, push_number, told_in};
 
 /// Decimals of cycles, probabilities and areas, which the prognosis itself is
 /// rounded to.
@@ -54,7 +55,13 @@ impl<W: Write> Writer<W> {
             StreamFormat::Text if format.rows_as_text => writeln!(
                 out,
                 "{:<12} {:>7}  {:<11} {:>11} {:>10} {:>10}  {:>19}  status",
-                "valve", "cycle", "fault", "probability", "leak (mm²)", "RUL", "5 to 95 %"
+                "valve",
+                "cycle",
+                "fault",
+                "probability",
+                format!("leak ({})", told_in(Dimension::Area).name()),
+                "RUL",
+                "5 to 95 %"
             )?,
             StreamFormat::Csv => {
                 let others: Vec<String> =
@@ -130,7 +137,7 @@ fn text(out: &mut Vec<u8>, one: &Prognosis) -> anyhow::Result<()> {
         one.cycle,
         one.fault.name(),
         number(probability(one), 3),
-        number(one.leak_area_mm2, 4),
+        one.leak_area_mm2.map_or_else(|| "-".to_owned(), |area| told_in(Dimension::Area).number(1e-6 * area, 4)),
         number(one.rul_cycles, 1),
         bounds,
         one.status.name()
