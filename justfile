@@ -11,6 +11,10 @@ test:
 test-all:
     cargo test --workspace --release
 
+# Recordings in Parquet and MATLAB files, which most do without.
+test-formats:
+    cargo test --release -p column-source --all-features
+
 # The format; the effects' modules come out of a list, so that `cargo fmt` does not see them.
 fmt:
     cargo fmt --all

@@ -1,6 +1,6 @@
 //! Stroke times that were written down without a trace.
 
-use column_source::{ColumnSource, Comments, TextSource};
+use column_source::Comments;
 
 use crate::columns::{self, Column, Mapping, TIMING_CHANNELS};
 use crate::conditions;
@@ -25,12 +25,12 @@ pub(crate) fn read(
     valve: &ValveFacts,
     warnings: &mut Vec<Warning>,
 ) -> Result<Vec<TimingRow>, DataError> {
-    let mut source = TextSource::new(bytes, file, Comments::WhereNoNames)?;
+    let mut source = column_source::open(bytes, file, Comments::WhereNoNames)?;
     let mut found = [None; TIMING_CHANNELS.len()];
     for (channel, slot) in TIMING_CHANNELS.into_iter().zip(&mut found) {
         let mapping = mappings.iter().find(|mapping| mapping.channel == channel.0);
         // A gauge supply pressure is the usual one here and needs no warning.
-        *slot = columns::find(&source, channel, mapping, valve.ambient_pressure_pa)?.map(|(column, _)| column);
+        *slot = columns::find(source.as_ref(), channel, mapping, valve.ambient_pressure_pa)?.map(|(column, _)| column);
     }
     let [close, open, supply, temperature, to_atmosphere, from_supply] = found;
     let needed = |column: Option<Column>, channel: &str| {
@@ -39,7 +39,7 @@ pub(crate) fn read(
             let expected = format!(
                 "{usual}, {channel}_ms, or its name in [timings.columns]; an empty field where the valve did not get there"
             );
-            columns::missing(&source, &usual, &expected)
+            columns::missing(source.as_ref(), &usual, &expected)
         })
     };
     let (close, open) = (needed(close, "close_time")?, needed(open, "open_time")?);
@@ -52,7 +52,7 @@ pub(crate) fn read(
         warn(Doubt::TemperatureAssumed { assumed_k: valve.temperature_k });
     }
     let indices: Vec<usize> = found.iter().flatten().map(|column| column.index).collect();
-    columns::look_alikes(&source, &indices, &KNOWN).into_iter().for_each(warn);
+    columns::look_alikes(source.as_ref(), &indices, &KNOWN).into_iter().for_each(warn);
 
     let mut rows = Vec::new();
     let mut far: Vec<(usize, Doubt)> = Vec::new();

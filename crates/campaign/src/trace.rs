@@ -1,7 +1,7 @@
 //! From a CSV text to a trace and its command edges.
 
 use checked_toml::{QuantityKind, Section, TomlFileError};
-use column_source::{Clock, ColumnSource, Comments, TextSource};
+use column_source::{Clock, ColumnSource, Comments};
 use quantity::Dimension;
 
 use crate::columns::{self, CHANNELS, Column, Mapping};
@@ -126,8 +126,8 @@ fn find_columns(source: &dyn ColumnSource, format: &TraceFormat<'_>) -> Result<(
 
 /// Reads a trace.
 pub(crate) fn read(bytes: &[u8], file: &str, format: &TraceFormat<'_>) -> Result<ReadTrace, DataError> {
-    let mut source = TextSource::new(bytes, file, Comments::WhereNoNames)?;
-    read_source(&mut source, bytes.len() / 12, format)
+    let mut source = column_source::open(bytes, file, Comments::WhereNoNames)?;
+    read_source(source.as_mut(), bytes.len() / 12, format)
 }
 
 /// The time of the row at hand, s: a number in the column's unit, or a timestamp.

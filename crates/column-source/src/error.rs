@@ -30,6 +30,33 @@ pub enum RecordProblem {
     /// A compressed file in a program without the means to unpack it.
     #[error("is compressed, and this program was built without gzip; unpack it first")]
     Compressed,
+    /// A format whose reader was left out of the program.
+    #[error(
+        "is a {format} file, and this program was built without a reader for it; build it with \
+         `cargo install --path . --features {feature}`, or save the recording as CSV"
+    )]
+    NotBuilt {
+        /// The format.
+        format: &'static str,
+        /// The feature that has the reader.
+        feature: &'static str,
+    },
+    /// A format that is known and not read.
+    #[error("is {format}, which this program does not read; {instead}")]
+    NotRead {
+        /// The format, with its article.
+        format: &'static str,
+        /// What to do.
+        instead: &'static str,
+    },
+    /// A file of a format whose content is no table of columns.
+    #[error("cannot be read as a {format} file with a table of columns: {reason}")]
+    NotATable {
+        /// The format.
+        format: &'static str,
+        /// The reason.
+        reason: String,
+    },
     /// A line no recorder writes.
     #[error("a line of {bytes} bytes; expected lines of at most {most} bytes")]
     LongLine {

@@ -4,7 +4,7 @@
 //! text, [`TextSource`], finds out for itself how a file is written: bytes (gzip, UTF-8, UTF-16, Windows-1252),
 //! separators (comma, semicolon, tab), lines before the header, a row of units under it, decimal commas, thousands
 //! separators, comments, a last row that was cut off. Every such guess that is not the plain case is a [`Notice`].
-//! Times may be numbers or timestamps ([`Clock`]).
+//! Times may be numbers or timestamps ([`Clock`]). [`open`] knows every format by its first bytes.
 //!
 //! It knows no valve, and what a column means is the caller's business.
 
@@ -12,15 +12,23 @@ mod decode;
 mod error;
 mod heading;
 mod layout;
+#[cfg(feature = "mat")]
+mod mat;
 mod notice;
 mod number;
+mod open;
+#[cfg(feature = "parquet")]
+mod parquet;
 mod source;
+#[cfg(any(feature = "mat", feature = "parquet"))]
+mod table;
 mod text;
 mod timestamp;
 
 pub use error::{RecordError, RecordProblem};
 pub use heading::Heading;
 pub use notice::{Notice, NoticeKind};
+pub use open::open;
 pub use source::ColumnSource;
 pub use text::{Comments, TextSource};
 pub use timestamp::Clock;

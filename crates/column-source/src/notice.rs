@@ -44,6 +44,14 @@ pub enum NoticeKind {
         /// The first of them.
         example: String,
     },
+    /// Columns of other lengths.
+    #[error("not as long as the recording of {rows} rows, and left out: {names}")]
+    OtherLengths {
+        /// Their names.
+        names: String,
+        /// Rows of the recording.
+        rows: usize,
+    },
     /// The last row was cut off.
     #[error("the last row is cut off; it was left out")]
     CutRow,

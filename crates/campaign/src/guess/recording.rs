@@ -1,6 +1,6 @@
 //! All columns of a file as numbers.
 
-use column_source::{Clock, ColumnSource, Comments, Notice, TextSource};
+use column_source::{Clock, Comments, Notice};
 use quantity::Unit;
 
 use crate::DataError;
@@ -27,7 +27,7 @@ pub struct Recording {
 impl Recording {
     /// Reads a file.
     pub fn read(bytes: &[u8], file: &str) -> Result<Self, DataError> {
-        let mut source = TextSource::new(bytes, file, Comments::WhereNoNames)?;
+        let mut source = column_source::open(bytes, file, Comments::WhereNoNames)?;
         let count = source.headings().len();
         let mut columns = vec![Vec::new(); count];
         let mut clocks = vec![Clock::default(); count];

@@ -1,0 +1,105 @@
+//! A table that lies in memory: what binary formats become.
+
+use std::borrow::Cow;
+
+use crate::{ColumnSource, Heading, Notice, NoticeKind, RecordError, RecordProblem};
+
+/// The values of a column.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Values {
+    /// Numbers; NaN for a gap.
+    Numbers(Vec<f64>),
+    /// Texts, such as timestamps and names.
+    Texts(Vec<String>),
+}
+
+impl Values {
+    fn len(&self) -> usize {
+        match self {
+            Self::Numbers(numbers) => numbers.len(),
+            Self::Texts(texts) => texts.len(),
+        }
+    }
+}
+
+/// Columns by name, all as long as each other. The rows are counted from 1, and so is the header.
+#[derive(Debug)]
+pub(crate) struct TableSource {
+    file: String,
+    headings: Vec<Heading>,
+    columns: Vec<Values>,
+    /// Rows that were begun.
+    row: usize,
+    notices: Vec<Notice>,
+}
+
+impl TableSource {
+    /// A table of named columns. Of columns of several lengths the longest are the recording; others, such as a sampling
+    /// rate, are left out, and that is said.
+    pub(crate) fn new(file: &str, named: Vec<(String, Values)>) -> Result<Self, RecordError> {
+        let rows = named.iter().map(|(_, values)| values.len()).max().unwrap_or(0);
+        if rows == 0 {
+            return Err(RecordError { file: file.to_owned(), line: 1, problem: RecordProblem::Empty });
+        }
+        let (kept, others): (Vec<_>, Vec<_>) = named.into_iter().partition(|(_, values)| values.len() == rows);
+        let mut notices = Vec::new();
+        if !others.is_empty() {
+            let names: Vec<String> = others.into_iter().map(|(name, _)| name).collect();
+            notices.push(Notice { line: 1, kind: NoticeKind::OtherLengths { names: names.join(", "), rows } });
+        }
+        let headings = kept.iter().map(|(name, _)| Heading::new(name)).collect();
+        let columns = kept.into_iter().map(|(_, values)| values).collect();
+        Ok(Self { file: file.to_owned(), headings, columns, row: 0, notices })
+    }
+}
+
+impl ColumnSource for TableSource {
+    fn file(&self) -> &str {
+        &self.file
+    }
+
+    fn headings(&self) -> &[Heading] {
+        &self.headings
+    }
+
+    fn header_line(&self) -> usize {
+        1
+    }
+
+    fn next_row(&mut self) -> Result<Option<usize>, RecordError> {
+        let rows = self.columns.first().map_or(0, Values::len);
+        if self.row >= rows {
+            return Ok(None);
+        }
+        self.row += 1;
+        Ok(Some(self.row))
+    }
+
+    fn number(&self, column: usize) -> Result<f64, RecordError> {
+        match &self.columns[column] {
+            Values::Numbers(numbers) => Ok(numbers[self.row - 1]),
+            Values::Texts(texts) => {
+                let text = texts[self.row - 1].trim();
+                if text.is_empty() {
+                    return Ok(f64::NAN);
+                }
+                text.parse().map_err(|_| {
+                    let column = self.headings[column].name.clone();
+                    self.error(self.row, RecordProblem::NotANumber { column, found: text.to_owned() })
+                })
+            }
+        }
+    }
+
+    fn field(&self, column: usize) -> Cow<'_, str> {
+        match &self.columns[column] {
+            Values::Numbers(numbers) if numbers[self.row - 1].is_nan() => Cow::Borrowed(""),
+            Values::Numbers(numbers) => Cow::Owned(numbers[self.row - 1].to_string()),
+            Values::Texts(texts) => Cow::Borrowed(&texts[self.row - 1]),
+        }
+    }
+
+    fn notices(&self) -> &[Notice] {
+        &self.notices
+    }
+}
