@@ -94,7 +94,7 @@ pub enum Verb {
     /// Build the tables from leaks and other wear to stroke times
     BuildTables(Box<BuildTablesArgs>),
     /// Fault, leak and remaining useful life from a timing log
-    Prognose(PrognoseArgs),
+    Prognose(Box<PrognoseArgs>),
     /// Open a page of all valves of growing logs, worst first, live
     Watch(WatchArgs),
     /// Learn from logs of sister valves what to expect of the next

@@ -46,7 +46,8 @@ Examples:
   valve prognose log.csv --tables tables
   valve prognose log.csv --tables tables --noise \"10 ms\" --plot life.svg
   tail -f log.csv | valve prognose - --tables tables --format jsonl
-  valve prognose log.csv --tables tables --follow --fail-on-eol")]
+  valve prognose log.csv --tables tables --follow --fail-on-eol
+  valve prognose log.csv --tables tables --follow --state state --out lives.jsonl --format jsonl")]
 #[expect(clippy::struct_excessive_bools, reason = "options of a command line")]
 pub struct PrognoseArgs {
     /// The timing log; `-` reads stdin
@@ -90,6 +91,13 @@ pub struct PrognoseArgs {
     /// Go on reading as the log grows, over rotations, until interrupted
     #[arg(long)]
     pub follow: bool,
+    /// Keep every valve's estimate in a directory, and go on from there at the next start: nothing is lost and nothing
+    /// written twice, whenever the program or the machine stops
+    #[arg(long, value_name = "DIR", requires = "out", conflicts_with = "plot")]
+    pub state: Option<PathBuf>,
+    /// Where the rows go with --state, which stdout could not be cut back to
+    #[arg(long, value_name = "FILE", requires = "state")]
+    pub out: Option<PathBuf>,
     /// End at the first line that is no row; without it, --follow and stdin skip it with a word
     #[arg(long)]
     pub strict: bool,

@@ -15,6 +15,7 @@ mod manners;
 mod next;
 mod outputs;
 mod page;
+mod state;
 mod support;
 mod unattended;
 mod watch;

@@ -167,6 +167,11 @@ impl Prognoser {
         self.valves.remove(valve);
     }
 
+    /// Whether a valve is at hand.
+    pub fn knows(&self, valve: &str) -> bool {
+        self.valves.contains_key(valve)
+    }
+
     /// Names of the valves at hand, in no order.
     pub fn names(&self) -> impl Iterator<Item = &str> {
         self.valves.keys().map(String::as_str)

@@ -193,13 +193,13 @@ fn a_log_that_is_cut_without_a_copy_is_read_from_its_beginning() {
 fn a_log_that_an_editor_writes_anew_goes_on() {
     let mut writer = Writer::new();
     let mut reader = writer.reader(None);
-    writer.write(&rows(0..3));
-    assert_eq!(reader.all(), [0, 1, 2]);
+    writer.write(&rows(0..30));
+    assert_eq!(reader.all().len(), 30);
     fs::copy(&writer.path, writer.dir.path().join("log.csv~")).expect("copied");
     let anew = writer.dir.path().join("new");
-    fs::write(&anew, format!("{HEADER}{}", rows(0..5))).expect("written");
+    fs::write(&anew, format!("{HEADER}{}", rows(0..32))).expect("written");
     fs::rename(anew, &writer.path).expect("renamed");
-    assert_eq!(reader.all(), [3, 4]);
+    assert_eq!(reader.all(), [30, 31]);
 }
 
 #[test]
@@ -244,6 +244,8 @@ fn a_place_whose_file_is_gone_is_said() {
 #[derive(Debug, Clone, Copy)]
 enum Deed {
     Write(usize),
+    /// Up to the end of a line, which itself is left out.
+    WriteLines(usize),
     Rotate(usize),
     Read(usize),
     Restart,
@@ -252,6 +254,7 @@ enum Deed {
 fn deeds() -> impl Strategy<Value = Vec<Deed>> {
     let deed = prop_oneof![
         5 => (1_usize..400).prop_map(Deed::Write),
+        3 => (1_usize..9).prop_map(Deed::WriteLines),
         2 => (0_usize..3).prop_map(Deed::Rotate),
         4 => (0_usize..30).prop_map(Deed::Read),
         2 => Just(Deed::Restart),
@@ -267,7 +270,7 @@ proptest! {
     #[test]
     fn whatever_is_done_to_a_log_every_row_is_read_once(deeds in deeds()) {
         let mut writer = Writer::new();
-        let text = rows(0..2000);
+        let text = rows(0..3000);
         let mut written = 0;
         // Without a row in it, a log tells nothing of which file it is.
         let first = row(0).len();
@@ -279,6 +282,12 @@ proptest! {
             match deed {
                 Deed::Write(count) => {
                     let end = (written + count).min(text.len());
+                    writer.write(&text[written..end]);
+                    written = end;
+                }
+                Deed::WriteLines(count) => {
+                    let ends = text[written + 1..].match_indices('\n').map(|(at, _)| written + 1 + at);
+                    let end = ends.take(count).last().unwrap_or(text.len());
                     writer.write(&text[written..end]);
                     written = end;
                 }

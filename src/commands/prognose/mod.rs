@@ -2,18 +2,21 @@
 
 mod ends;
 mod history;
+mod keeping;
 mod rows;
 mod settings;
 mod shards;
 mod standing;
 mod writer;
 
+use std::io::BufWriter;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use leak_table::TableBundle;
 use prognoser::Status;
 
+use self::keeping::Keeping;
 use self::rows::Rows;
 use self::shards::{Shards, Step, Way};
 use self::writer::{RowFormat, Writer};
@@ -35,7 +38,8 @@ pub fn run(args: &PrognoseArgs) -> anyhow::Result<Answer> {
     let history = plot.is_some().then(|| History::of(args.plot_valve.clone()));
 
     let stop = asked_to_stop();
-    let mut rows = Rows::open(args, &stop)?;
+    let mut keeping = Keeping::open(args, &tables, &method, &mut outputs)?;
+    let mut rows = Rows::open(args, keeping.as_ref().and_then(Keeping::position), &stop)?;
     let live = rows.is_live();
     let name = args.log.display().to_string();
     for column in rows.unknown_columns() {
@@ -50,19 +54,32 @@ pub fn run(args: &PrognoseArgs) -> anyhow::Result<Answer> {
         strict: args.strict,
         until_end_of_life,
     };
-    let mut writer = Writer::new(way.format, output::stdout())?;
-    let mut shards = Shards::new(name.clone(), &tables, &method, way, history);
+    let mut writer = match &keeping {
+        None => Writer::new(way.format, Box::new(output::stdout()))?,
+        Some(keeping) => {
+            let (rows, out) = keeping.output()?;
+            let out = Box::new(BufWriter::new(out));
+            if rows == 0 { Writer::new(way.format, out)? } else { Writer::below(way.format, out, rows) }
+        }
+    };
+    let store = keeping.as_ref().map(|keeping| Arc::clone(keeping.store()));
+    let mut shards = Shards::new(name.clone(), &tables, &method, way, history, store);
     let ended = loop {
         let each = |row: &[u8], notes: &str| {
             notes.lines().for_each(output::note);
             writer.write(row)
         };
         let step = shards.step(&mut rows, each, output::note);
-        if live {
+        if let (Some(keeping), Ok(step)) = (&mut keeping, &step) {
+            let at_once = *step != Step::More || stop.load(Ordering::Relaxed);
+            keeping.step(at_once, rows.position(), &mut writer, &mut shards)?;
+        } else if live {
             writer.flush()?;
         }
         match step {
-            Ok(Step::More | Step::Idle) if stop.load(Ordering::Relaxed) && !live => break Ended::Interrupted,
+            Ok(Step::More | Step::Idle) if stop.load(Ordering::Relaxed) => {
+                break if live { Ended::Whole } else { Ended::Interrupted };
+            }
             Ok(Step::More | Step::Idle) => {}
             Ok(Step::End) => break Ended::Whole,
             Ok(Step::EndOfLife) => break Ended::EndOfLife,
@@ -74,7 +91,11 @@ pub fn run(args: &PrognoseArgs) -> anyhow::Result<Answer> {
         output::note(&format!("{name}: {} lines were no rows and were skipped", shards.skipped()));
     }
     let (lasts, history) = shards.finish();
-    let ends = Ends::of(lasts.into_iter());
+    let ends = match &keeping {
+        None => Ends::of(lasts.into_iter()),
+        Some(keeping) if args.format == StreamFormat::Text => Ends::of(keeping.lasts()?.into_iter()),
+        Some(_) => Ends::default(),
+    };
     writer.finish(&ends)?;
     match ended {
         Ended::Whole => {}

@@ -10,7 +10,7 @@ use std::thread;
 use std::time::Duration;
 
 use anyhow::Context;
-use prognoser::{FollowNotice, FollowOptions, Followed, FollowedLog, LogError, LogRow, TimingLog};
+use prognoser::{FollowNotice, FollowOptions, Followed, FollowedLog, LogError, LogPosition, LogRow, TimingLog};
 
 use crate::cli::PrognoseArgs;
 
@@ -45,8 +45,8 @@ pub enum Next<'a> {
 }
 
 impl Rows {
-    /// Opens what the call wants to be read, until `stop` is set.
-    pub fn open(args: &PrognoseArgs, stop: &Arc<AtomicBool>) -> anyhow::Result<Self> {
+    /// Opens what the call wants to be read, until `stop` is set; with a state, from where that is.
+    pub fn open(args: &PrognoseArgs, from: Option<LogPosition>, stop: &Arc<AtomicBool>) -> anyhow::Result<Self> {
         let name = args.log.display().to_string();
         let empty_is_stalled = args.empty_is_stalled;
         if args.log == Path::new("-") {
@@ -54,9 +54,9 @@ impl Rows {
             let log = TimingLog::new(name, source)?.with_empty_as_stalled(empty_is_stalled);
             return Ok(Self::Piped(log, Arc::clone(stop)));
         }
-        if args.follow {
-            let options = FollowOptions { forever: true, poll: POLL, stop: Arc::clone(stop), empty_is_stalled };
-            return Ok(Self::Followed(Box::new(FollowedLog::open(&args.log, None, options)?)));
+        if args.follow || args.state.is_some() {
+            let options = FollowOptions { forever: args.follow, poll: POLL, stop: Arc::clone(stop), empty_is_stalled };
+            return Ok(Self::Followed(Box::new(FollowedLog::open(&args.log, from, options)?)));
         }
         let file = File::open(&args.log).with_context(|| format!("{name}: cannot be read"))?;
         let log = TimingLog::new(name, BufReader::with_capacity(PIECE, file))?;
@@ -71,6 +71,14 @@ impl Rows {
     /// Whether a row must be worked on before the next one is asked for, since that may be long in coming.
     pub fn one_by_one(&self) -> bool {
         matches!(self, Self::Piped(..))
+    }
+
+    /// How far it was read, where it can be gone on from there.
+    pub fn position(&self) -> Option<LogPosition> {
+        match self {
+            Self::Followed(log) => Some(log.position()),
+            Self::Whole(_) | Self::Piped(..) => None,
+        }
     }
 
     /// The columns that are not understood and not used.

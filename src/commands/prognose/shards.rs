@@ -1,6 +1,7 @@
 //! A log on all cores: its valves are shared out among them, its rows come out
 //! in the order in which they went in, the same bytes whatever the number.
 
+use std::collections::HashSet;
 use std::hash::{BuildHasher, BuildHasherDefault, DefaultHasher};
 use std::ops::Range;
 use std::sync::Arc;
@@ -8,10 +9,14 @@ use std::sync::Arc;
 use leak_table::TableBundle;
 use prognoser::{LogError, LogRow, Method, Prognoser, Prognosis, Reading, Status};
 use rayon::prelude::*;
+use state_store::{Progress, Reader, Store};
 
 use super::history::History;
 use super::rows::{Next, Rows};
 use super::writer::RowFormat;
+
+/// Valves that are in memory while the others are in a store.
+const MOST_AT_HAND: usize = 1 << 14;
 
 /// Rows that are read before they are worked on.
 const CHUNK: usize = 1 << 14;
@@ -67,10 +72,14 @@ struct Shard {
     ends: Vec<(usize, usize)>,
     /// Whether a valve came to the end of its life.
     ended: bool,
+    /// Valves with rows since the last commit.
+    touched: HashSet<String>,
 }
 
 /// All valves of a log.
 pub struct Shards {
+    /// Where valves are that are not in memory.
+    store: Option<Arc<Store>>,
     log: String,
     way: Way,
     all: Vec<Shard>,
@@ -81,7 +90,14 @@ pub struct Shards {
 
 impl Shards {
     /// As many shards as there are threads; a single one where rows come one by one or a valve is drawn.
-    pub fn new(log: String, tables: &Arc<TableBundle>, method: &Method, way: Way, history: Option<History>) -> Self {
+    pub fn new(
+        log: String,
+        tables: &Arc<TableBundle>,
+        method: &Method,
+        way: Way,
+        history: Option<History>,
+        store: Option<Arc<Store>>,
+    ) -> Self {
         let count = if way.one_by_one || history.is_some() { 1 } else { rayon::current_num_threads().max(1) };
         let mut history = history;
         let shards = (0..count).map(|_| Shard {
@@ -91,8 +107,9 @@ impl Shards {
             notes: String::new(),
             ends: Vec::new(),
             ended: false,
+            touched: HashSet::new(),
         });
-        Self { log, way, all: shards.collect(), chunk: Chunk::default(), skipped: 0 }
+        Self { store, log, way, all: shards.collect(), chunk: Chunk::default(), skipped: 0 }
     }
 
     /// Reads and works on the next rows of a log, and gives every row with its
@@ -106,7 +123,8 @@ impl Shards {
         let read = self.read(rows, &mut note);
         let chunk = &self.chunk;
         let (name, format) = (self.log.as_str(), self.way.format);
-        let work = |(index, shard): (usize, &mut Shard)| shard.work(index, chunk, name, format);
+        let kept = self.store.as_deref().map(Store::reader).transpose()?;
+        let work = |(index, shard): (usize, &mut Shard)| shard.work(index, chunk, name, format, kept.as_ref());
         if self.all.len() == 1 {
             self.all.iter_mut().enumerate().try_for_each(work)?;
         } else {
@@ -164,6 +182,26 @@ impl Shards {
         if self.skipped == 1 { String::new() } else { format!(" ({} so far)", self.skipped) }
     }
 
+    /// Valves with rows since the last commit.
+    pub fn touched(&self) -> usize {
+        self.all.iter().map(|shard| shard.touched.len()).sum()
+    }
+
+    /// Keeps the valves that had rows, and lets go of some where many are in memory.
+    pub fn commit(&mut self, store: &Store, progress: &Progress) -> anyhow::Result<()> {
+        let mut names: Vec<(&str, &Prognoser)> = Vec::with_capacity(self.touched());
+        for shard in &self.all {
+            names.extend(shard.touched.iter().map(|name| (name.as_str(), &shard.prognoser)));
+        }
+        names.sort_unstable_by_key(|(name, _)| *name);
+        store.commit(progress, names.iter().filter_map(|(name, prognoser)| Some((*name, prognoser.state(name)?))))?;
+        let most = MOST_AT_HAND / self.all.len();
+        for shard in &mut self.all {
+            shard.let_go(most);
+        }
+        Ok(())
+    }
+
     /// Lines that were no rows.
     pub fn skipped(&self) -> u64 {
         self.skipped
@@ -182,13 +220,43 @@ impl Shards {
 }
 
 impl Shard {
-    fn work(&mut self, index: usize, chunk: &Chunk, log: &str, format: RowFormat) -> anyhow::Result<()> {
+    /// Keeps at most so many valves in memory, those with rows since the last commit if there are no more of them.
+    fn let_go(&mut self, most: usize) {
+        if self.prognoser.valves() > most {
+            let all = self.touched.len() > most;
+            let gone = |name: &&str| all || !self.touched.contains(*name);
+            let gone: Vec<String> = self.prognoser.names().filter(gone).map(str::to_owned).collect();
+            for name in &gone {
+                self.prognoser.forget(name);
+            }
+        }
+        self.touched.clear();
+    }
+
+    fn work(
+        &mut self,
+        index: usize,
+        chunk: &Chunk,
+        log: &str,
+        format: RowFormat,
+        kept: Option<&Reader<'_>>,
+    ) -> anyhow::Result<()> {
         self.out.clear();
         self.notes.clear();
         self.ends.clear();
         for row in chunk.rows.iter().filter(|row| row.shard == index) {
             let valve = &chunk.texts[row.valve.clone()];
             let time = row.time.clone().map(|time| &chunk.texts[time]);
+            if let Some(kept) = kept
+                && !self.touched.contains(valve)
+            {
+                if !self.prognoser.knows(valve)
+                    && let Some(state) = kept.valve(valve)?
+                {
+                    self.prognoser.resume(valve, state);
+                }
+                self.touched.insert(valve.to_owned());
+            }
             let before = self.prognoser.last(valve).map(|last| last.status);
             let prognosis = self.prognoser.push(&LogRow { valve, reading: row.reading, time, line: row.line });
             self.ended |= prognosis.status == Status::EolReached && before != Some(Status::EolReached);

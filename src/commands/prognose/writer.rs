@@ -41,16 +41,15 @@ impl RowFormat {
 }
 
 /// Writes formatted rows one by one.
-#[derive(Debug)]
-pub struct Writer<W> {
+pub struct Writer {
     format: RowFormat,
-    out: W,
+    out: Box<dyn Write>,
     lines: u64,
 }
 
-impl<W: Write> Writer<W> {
+impl Writer {
     /// A writer, which begins with what stands above the rows.
-    pub fn new(format: RowFormat, mut out: W) -> anyhow::Result<Self> {
+    pub fn new(format: RowFormat, mut out: Box<dyn Write>) -> anyhow::Result<Self> {
         match format.format {
             StreamFormat::Text if format.rows_as_text => writeln!(
                 out,
@@ -78,6 +77,16 @@ impl<W: Write> Writer<W> {
             StreamFormat::Jsonl | StreamFormat::Text => {}
         }
         Ok(Self { format, out, lines: 0 })
+    }
+
+    /// A writer that goes on below rows that an earlier one wrote.
+    pub fn below(format: RowFormat, out: Box<dyn Write>, rows: u64) -> Self {
+        Self { format, out, lines: rows }
+    }
+
+    /// Rows so far.
+    pub fn rows(&self) -> u64 {
+        self.lines
     }
 
     /// Hands on what was written.

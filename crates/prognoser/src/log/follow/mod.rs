@@ -29,6 +29,13 @@ use super::layout::{Layout, Line};
 use super::lines::LONGEST_LINE;
 use super::reader::LogRow;
 
+/// Bytes that no two logs have in common by chance, though they begin alike.
+const SURELY: u64 = 256;
+/// How long a rotation takes at most, looked at so often: files that are renamed and copied have no name, or not all of
+/// their bytes, for a moment.
+const SOON: Duration = Duration::from_millis(20);
+const TRIES: usize = 25;
+
 /// How a log is followed.
 #[derive(Debug, Clone)]
 pub struct FollowOptions {
@@ -93,27 +100,50 @@ struct Open {
     line: u64,
     /// Whether a row of it was given.
     told: bool,
+    /// Whether nothing that came before it was overlooked.
+    sure: bool,
     window: Window,
 }
 
 impl Open {
     fn from(path: &Path, file: File) -> io::Result<Self> {
         let id = FileId::of(&file.metadata()?);
-        Ok(Self { path: path.to_path_buf(), id, head: Vec::new(), line: 0, told: false, window: Window::at(file, 0)? })
+        Ok(Self {
+            path: path.to_path_buf(),
+            id,
+            head: Vec::new(),
+            line: 0,
+            told: false,
+            sure: true,
+            window: Window::at(file, 0)?,
+        })
     }
 
     fn at(path: &Path, file: File, position: &LogPosition) -> io::Result<Self> {
         let id = FileId::of(&file.metadata()?);
         let window = Window::at(file, position.offset)?;
-        Ok(Self { path: path.to_path_buf(), id, head: position.head.clone(), line: position.line, told: true, window })
+        Ok(Self {
+            path: path.to_path_buf(),
+            id,
+            head: position.head.clone(),
+            line: position.line,
+            told: true,
+            sure: true,
+            window,
+        })
     }
 
     /// Looks for more of the file.
     fn grow(&mut self) -> io::Result<Grown> {
         let (end, _) = self.window.read_to();
+        // So few bytes another file may have too.
+        if end < SURELY && !siblings::head(&self.window.file)?.starts_with(&self.head) {
+            return Ok(Grown::Changed);
+        }
         let grown = self.window.grow()?;
         if grown == Grown::More && self.head.len() < HEAD {
-            let new = self.window.from(end);
+            // What was read by an earlier run is known already.
+            let new = self.window.from(end.max(self.head.len() as u64));
             self.head.extend_from_slice(&new[..new.len().min(HEAD - self.head.len())]);
         }
         Ok(grown)
@@ -136,21 +166,37 @@ impl FollowedLog {
     pub fn open(path: &Path, from: Option<LogPosition>, options: FollowOptions) -> Result<Self, LogError> {
         let name = path.display().to_string();
         let unreadable = |error: io::Error| LogError { log: name.clone(), line: 1, kind: error.into() };
-        let begun = Self::begin(path, name.clone(), options).map_err(unreadable)?;
-        match from {
-            None => begun.with_header(),
-            Some(position) => begun.resumed(position).map_err(unreadable),
+        let Some(position) = from else {
+            return Self::begin(path, name.clone(), options).map_err(unreadable)?.with_header();
+        };
+        // A log that was there before will be there again, and one that is just being rotated is in its place soon.
+        for tries in 0.. {
+            let stopped = options.stop.load(Ordering::Relaxed);
+            if options.forever && !stopped && !path.exists() {
+                thread::sleep(options.poll);
+                continue;
+            }
+            let mut begun = Self::begin(path, name.clone(), options.clone()).map_err(unreadable)?;
+            if begun.resumed(&position).map_err(unreadable)? {
+                return Ok(begun);
+            }
+            if tries >= TRIES || stopped {
+                return begun.gone(position).map_err(unreadable);
+            }
+            thread::sleep(SOON);
         }
+        unreachable!("it returns after a number of tries")
     }
 
     fn begin(path: &Path, name: String, options: FollowOptions) -> io::Result<Self> {
         let (open, beside) = open_with_siblings(path)?;
+        let known = beside.iter().map(Sibling::known).collect();
         Ok(Self {
             path: path.to_path_buf(),
             name,
             options,
             open,
-            known: beside.iter().map(Sibling::known).collect(),
+            known,
             layout: None,
             line: Vec::new(),
             half: Vec::new(),
@@ -176,28 +222,36 @@ impl FollowedLog {
         Ok(self)
     }
 
-    /// Goes on from a place: in the file of that identity, in one that holds what was read, or, where there is none, with
-    /// the oldest that has come since.
-    fn resumed(mut self, position: LogPosition) -> io::Result<Self> {
+    /// Goes on from a place: in the file of that identity, or in one that holds what was read. Says whether there is one.
+    fn resumed(&mut self, position: &LogPosition) -> io::Result<bool> {
         self.layout = Layout::new(&position.header).ok();
         self.at_top = false;
         self.known.clone_from(&position.known);
-        let log = self.open.window.file.try_clone()?;
-        let mut candidates = Vec::new();
-        if self.open.id == position.id {
-            candidates.push((self.path.clone(), log.try_clone()?));
-        }
-        let renamed = siblings::with_id(&self.path, position.id)?.into_iter();
-        let beside = renamed.chain(siblings::siblings(&self.path)?).filter(|one| one.id != self.open.id);
-        candidates.extend(beside.map(|one| (one.path, one.file)));
-        candidates.push((self.path.clone(), log));
-        for (path, file) in candidates {
-            let begins = siblings::head(&file)?.starts_with(&position.head);
-            if begins && holds(&file, position.offset, &position.trace)? {
-                self.open = Open::at(&path, file, &position)?;
-                return Ok(self);
+        let found = |one: &Sibling| -> io::Result<bool> {
+            Ok(one.head.starts_with(&position.head) && holds(&one.file, position.offset, &position.trace)?)
+        };
+        let log = Sibling::of(self.path.clone(), self.open.window.file.try_clone()?)?;
+        let mut candidates: Vec<Sibling> = siblings::with_id(&self.path, position.id)?.into_iter().collect();
+        for copy in siblings::siblings(&self.path)? {
+            // A copy is younger than the place. One of a log that is still whole is no longer than that.
+            let of_whole = log.id == position.id && copy.length <= log.length && copy.is_copy_of(&log.file)?;
+            if !self.known.contains(&copy.known()) && !of_whole {
+                candidates.push(copy);
             }
         }
+        candidates.retain(|one| one.id != log.id);
+        candidates.push(log);
+        for one in candidates {
+            if found(&one)? {
+                self.open = Open::at(&one.path, one.file, position)?;
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
+    /// Goes on with the oldest file that has come since that of a place.
+    fn gone(mut self, position: LogPosition) -> io::Result<Self> {
         self.notices.push(FollowNotice::Lost { line: position.line });
         (self.open.id, self.open.head, self.open.told) = (position.id, position.head, true);
         self.next_file()?;
@@ -223,7 +277,7 @@ impl FollowedLog {
             id: self.open.id,
             offset: window.offset(),
             line: self.open.line,
-            head: self.open.head[..self.open.head.len().min(usize::try_from(window.offset()).unwrap_or(HEAD))].to_vec(),
+            head: self.open.head.clone(),
             trace: window.trace().to_vec(),
             known: self.known.clone(),
             header: self.layout.as_ref().map_or_else(String::new, |layout| layout.header().to_owned()),
@@ -350,7 +404,14 @@ impl FollowedLog {
             thread::sleep(self.options.poll);
         }
         match self.open.grow()? {
-            Grown::More => return Ok(More::Read),
+            Grown::More => {
+                if !std::mem::replace(&mut self.open.sure, true)
+                    && let Some(next) = self.overlooked()?
+                {
+                    (self.open, self.known, self.at_top) = (next.open, next.known, true);
+                }
+                return Ok(More::Read);
+            }
             Grown::Changed => {
                 self.was_cut()?;
                 return Ok(More::Read);
@@ -363,7 +424,8 @@ impl FollowedLog {
             return Ok(self.rest());
         }
         // An editor writes a file anew under the old name.
-        if let Ok(log) = Sibling::open(self.path.clone())
+        if self.open.window.read_to().0 >= SURELY
+            && let Ok(log) = Sibling::open(self.path.clone())
             && self.goes_on_in(log)?
         {
             return Ok(More::Read);
@@ -400,10 +462,13 @@ impl FollowedLog {
     /// The open file became shorter, or holds something else: it was copied and cut back. The copy is read on where there
     /// is one.
     fn was_cut(&mut self) -> io::Result<()> {
-        for one in siblings::siblings(&self.path)? {
-            if one.id != self.open.id && self.goes_on_in(one)? {
-                return Ok(());
+        for _ in 0..TRIES {
+            for one in siblings::siblings(&self.path)? {
+                if one.id != self.open.id && !self.known.contains(&one.known()) && self.goes_on_in(one)? {
+                    return Ok(());
+                }
             }
+            thread::sleep(SOON.min(self.options.poll));
         }
         self.notices.push(FollowNotice::CutBack);
         self.next_file()
@@ -425,10 +490,23 @@ impl FollowedLog {
             next
         } else {
             let (open, beside) = open_with_siblings(&self.path)?;
-            Next { open, known: beside.iter().map(Sibling::known).collect() }
+            Next { known: self.older(&beside, &open.window.file)?, open }
         };
         self.enter(next);
         Ok(())
+    }
+
+    /// A file that came between the last one and the open one, of which only now a first piece was read: a log that was
+    /// copied and cut back in between.
+    fn overlooked(&self) -> io::Result<Option<Next>> {
+        for one in siblings::siblings(&self.path)? {
+            let known = one.id == self.open.id || self.known.contains(&one.known());
+            if !known && !one.begins_as(&self.open.head) && self.kind(&one)? != Kind::Other {
+                let open = Open::from(&one.path, one.file)?;
+                return Ok(Some(Next { open, known: self.known.clone() }));
+            }
+        }
+        Ok(None)
     }
 
     fn enter(&mut self, next: Next) {
@@ -437,6 +515,7 @@ impl FollowedLog {
         }
         self.half.extend_from_slice(self.open.window.rest());
         (self.open, self.known) = (next.open, next.known);
+        self.open.sure = self.open.path != self.path;
         (self.at_top, self.gone, self.discarding) = (true, false, false);
     }
 
@@ -448,7 +527,7 @@ impl FollowedLog {
             Err(error) if error.kind() == io::ErrorKind::NotFound => (None, siblings::siblings(&self.path)?),
             Err(error) => return Err(error),
         };
-        let all = beside.iter().map(Sibling::known).collect();
+        let all = log.as_ref().map(|log| self.older(&beside, &log.window.file)).transpose()?.unwrap_or_default();
         let mut known = self.known.clone();
         known.push(Known::of(self.open.id, &self.open.head));
         let has_row = match &log {
@@ -475,6 +554,17 @@ impl FollowedLog {
             return Ok(Some(Next { open: Open::from(&one.path, one.file)?, known }));
         }
         Ok(log.filter(|_| has_row).map(|open| Next { open, known: all }))
+    }
+
+    /// The files that are older than a log: those beside it that are no copies of it.
+    fn older(&self, beside: &[Sibling], log: &File) -> io::Result<Vec<Known>> {
+        let mut known = Vec::with_capacity(beside.len());
+        for one in beside {
+            if self.kind(one)? != Kind::Rows || !one.is_copy_of(log)? {
+                known.push(one.known());
+            }
+        }
+        Ok(known)
     }
 
     /// What the first lines of a file are.

@@ -142,6 +142,18 @@ pub(super) fn with_id(log: &Path, id: FileId) -> io::Result<Option<Sibling>> {
 
 /// All regular files in the folder of a log but the log itself.
 fn files(log: &Path) -> io::Result<Vec<PathBuf>> {
+    // A file that is renamed while a folder is listed may be missing in the list.
+    let mut files = listed(log)?;
+    loop {
+        let again = listed(log)?;
+        if again == files {
+            return Ok(files);
+        }
+        files = again;
+    }
+}
+
+fn listed(log: &Path) -> io::Result<Vec<PathBuf>> {
     let folder = match log.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
@@ -154,6 +166,7 @@ fn files(log: &Path) -> io::Result<Vec<PathBuf>> {
             files.push(entry.path());
         }
     }
+    files.sort();
     Ok(files)
 }
 
