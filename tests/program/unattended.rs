@@ -6,7 +6,7 @@ use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use crate::support::Sandbox;
+use crate::support::{Sandbox, shown};
 
 const FOLLOW: [&str; 5] = ["prognose", "log.csv", "--tables", "tables", "--follow"];
 
@@ -161,4 +161,31 @@ fn a_rotation_is_followed() {
     let (code, rest, err) = running.end();
     assert_eq!((code, rest.as_str()), (Some(0), ""));
     assert!(err.contains("\nlog.csv: another file has taken its name; reading goes on there\n"), "{err}");
+}
+
+#[test]
+fn logs_that_tell_nothing_are_told_as_that() {
+    let header = "valve,cycle,close_time_s,open_time_s\n";
+    let rows = |times: &str| {
+        let rows: Vec<String> = (1..7).map(|cycle| format!("FV-101,{cycle},{times}\n")).collect();
+        rows.concat()
+    };
+    let cases = [
+        ("no rows", String::new()),
+        ("a dead switch", rows("0,0")),
+        ("a switch that died", format!("{}FV-101,7,0,0\n", rows("0.68,2.04"))),
+        ("a dead end switch", "FV-101,1,0.000,2.04\n".to_owned()),
+        ("a name with commands for terminals", "FV\u{1b}[31m\u{7},1,0.68,2.04\n".to_owned()),
+        ("a rounded cycle", "FV-101,1e17,0.68,2.04\n".to_owned()),
+        ("a number sign", "#12,1,0.68,2.04\n# 12, shift B\n#12,2,0.68,2.04\n".to_owned()),
+    ];
+    let mut texts = String::new();
+    for (what, rows) in cases {
+        let sandbox = Sandbox::with_tables();
+        sandbox.write("log.csv", &format!("{header}{rows}"));
+        let told = shown(&sandbox.valve(&["prognose", "log.csv", "--tables", "tables"]));
+        assert!(!told.contains(['\u{1b}', '\u{7}']), "{told}");
+        texts.extend(["# ", what, "\n", &told, "\n"]);
+    }
+    insta::assert_snapshot!("logs_that_tell_nothing", texts);
 }

@@ -188,7 +188,12 @@ impl<'a> Section<'a> {
     /// A text.
     pub fn text(&self, key: &str, expected: &str) -> Result<Option<&'a str>, TomlFileError> {
         let Some(value) = self.value(key, expected)? else { return Ok(None) };
-        value.as_str().map(Some).ok_or_else(|| self.wrong(key, described_value(value), expected))
+        let text = value.as_str().ok_or_else(|| self.wrong(key, described_value(value), expected))?;
+        // Names go to terminals and into pages, where such characters are commands.
+        if text.chars().any(|letter| letter.is_control() && !"\n\t".contains(letter)) {
+            return Err(self.wrong(key, format!("{text:?}"), "a text without control characters"));
+        }
+        Ok(Some(text))
     }
 
     /// True or false.

@@ -29,6 +29,13 @@ pub enum Notice {
         /// The stroke.
         stroke: Stroke,
     },
+    /// Both times are zero: nothing moved the switches.
+    DeadSwitch,
+    /// A time is zero, which no stroke takes; it is not used.
+    NoStroke {
+        /// The stroke.
+        stroke: Stroke,
+    },
     /// A time is above its limit.
     AboveLimit {
         /// The stroke.
@@ -94,6 +101,8 @@ impl Notice {
             Self::OutOfOrder { .. } => "out-of-order",
             Self::CounterRestarted => "counter-restarted",
             Self::NotFinished { .. } => "not-finished",
+            Self::DeadSwitch => "dead-switch",
+            Self::NoStroke { .. } => "no-stroke",
             Self::AboveLimit { .. } => "above-limit",
             Self::OutsideTables { .. } => "outside-tables",
             Self::Glitch { .. } => "glitch",
@@ -125,6 +134,15 @@ impl fmt::Display for Notice {
             }
             Self::NotFinished { stroke } => {
                 write!(f, "the {stroke} stroke did not finish within the cycle")
+            }
+            Self::DeadSwitch => {
+                write!(
+                    f,
+                    "both times are 0 s, as from a switch that is dead or a valve that was not asked to move; the row tells nothing"
+                )
+            }
+            Self::NoStroke { stroke } => {
+                write!(f, "the {stroke} time is 0 s, which no stroke takes; it is not used")
             }
             Self::AboveLimit { stroke, limit_s } => {
                 write!(f, "the {stroke} time is above its limit of {limit_s} s")

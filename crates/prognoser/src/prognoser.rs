@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use leak_table::TableBundle;
+use leak_table::{Stroke, TableBundle};
 use serde::{Deserialize, Serialize};
 
 use crate::bayes::{BayesConfig, BayesEstimate, BayesEstimator, Change, Noise, ValveRecord};
@@ -248,6 +248,7 @@ impl Valve {
         time: Option<&str>,
         mut notices: Vec<Notice>,
     ) -> Prognosis {
+        let (reading, dead) = &without_zeros(reading, &mut notices);
         let rows = &mut self.rows;
         rows.latest = Some(reading.cycle);
         rows.seen.rotate_right(1);
@@ -287,10 +288,32 @@ impl Valve {
             }
         }
         prognosis.status = rows.ladder.step(&prognosis, rows.over >= OVER_FROM, repaired);
+        if *dead {
+            prognosis.status = rows.ladder.untold();
+        }
         prognosis.notices = notices;
         self.last = Some(Prognosis { notices: Vec::new(), ..prognosis.clone() });
         prognosis
     }
+}
+
+/// A reading without times of zero, which no stroke takes; whether both were.
+fn without_zeros(reading: &Reading, notices: &mut Vec<Notice>) -> (Reading, bool) {
+    let zero = Stroke::ALL.map(|stroke| reading.time_s(stroke) == Some(0.0));
+    let dead = zero == [true, true];
+    if dead {
+        notices.push(Notice::DeadSwitch);
+    } else {
+        notices.extend(
+            Stroke::ALL.into_iter().filter(|stroke| zero[*stroke as usize]).map(|stroke| Notice::NoStroke { stroke }),
+        );
+    }
+    let told = Reading {
+        close_time_s: reading.close_time_s.filter(|_| !zero[Stroke::Close as usize]),
+        open_time_s: reading.open_time_s.filter(|_| !zero[Stroke::Open as usize]),
+        ..*reading
+    };
+    (told, dead)
 }
 
 impl Rows {

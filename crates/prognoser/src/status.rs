@@ -39,6 +39,14 @@ impl Ladder {
         }
         self.status
     }
+
+    /// The status after a row that tells nothing at all: what was healthy is not known to be any more.
+    pub(crate) fn untold(&mut self) -> Status {
+        if self.status == Status::Healthy {
+            *self = Self { status: Status::Unknown, calm: 0 };
+        }
+        self.status
+    }
 }
 
 /// The rung that a row alone speaks for.

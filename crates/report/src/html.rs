@@ -193,6 +193,7 @@ fn write_table(out: &mut String, table: &Table) {
 }
 
 fn escape(text: &str) -> String {
+    let text: String = text.chars().filter(|letter| !letter.is_control() || "\n\t".contains(*letter)).collect();
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 

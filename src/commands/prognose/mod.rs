@@ -96,6 +96,9 @@ pub fn run(args: &PrognoseArgs) -> anyhow::Result<Answer> {
         Some(keeping) if args.format == StreamFormat::Text => Ends::of(keeping.lasts()?.into_iter()),
         Some(_) => Ends::default(),
     };
+    if writer.rows() == 0 {
+        output::note(&format!("{name}: has no rows below its header; nothing is known of any valve"));
+    }
     writer.finish(&ends)?;
     match ended {
         Ended::Whole => {}

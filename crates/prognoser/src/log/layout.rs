@@ -131,6 +131,9 @@ impl Layout {
         if valve.is_empty() {
             return Err(field_error(COLUMNS[0], valve, "the name of a valve"));
         }
+        if valve.contains(char::is_control) {
+            return Err(field_error(COLUMNS[0], valve, "a name without control characters"));
+        }
         if valve.contains('"') {
             return Err(field_error(COLUMNS[0], valve, "a name without quotation marks in it"));
         }
@@ -199,8 +202,17 @@ pub(super) fn field_error(column: &'static str, field: &str, expected: &'static 
 }
 
 pub(super) fn shortened(text: &str, longest: usize) -> String {
-    match text.char_indices().nth(longest) {
-        Some((end, _)) => format!("{}...", &text[..end]),
-        None => text.to_owned(),
+    let mut shown = String::new();
+    for (count, letter) in text.chars().enumerate() {
+        if count == longest {
+            shown.push_str("...");
+            break;
+        }
+        if letter.is_control() {
+            shown.extend(letter.escape_default());
+        } else {
+            shown.push(letter);
+        }
     }
+    shown
 }

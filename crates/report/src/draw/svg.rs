@@ -123,6 +123,8 @@ fn num(value: f64) -> String {
 }
 
 fn escape(text: &str) -> String {
+    // XML has no control characters, not even escaped ones.
+    let text: String = text.chars().filter(|letter| !letter.is_control()).collect();
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
@@ -141,5 +143,6 @@ mod tests {
     #[test]
     fn text_cannot_break_the_document() {
         assert_eq!(escape("a<b & \"c\""), "a&lt;b &amp; &quot;c&quot;");
+        assert_eq!(escape("red\u{1b}[31m\u{7}"), "red[31m");
     }
 }
