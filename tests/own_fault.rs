@@ -41,7 +41,7 @@ fn tables() -> TableBundle {
     let text = file.canonical_model();
     let mut wears = Wear::leaks();
     wears.push(drag());
-    let request = Request { wears, conditions: None };
+    let request = Request { wears, conditions: None, both_leaks: false };
     let built = build_request(&table_model(&file, &text), &request, &Options::default(), &|_| ()).expect("tables");
     let directory = tempfile::tempdir().expect("a temporary directory");
     built.bundle.write(directory.path()).expect("written");

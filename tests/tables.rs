@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use leak_table::{Fault, Stroke, TableBundle, TimeAt};
-use lut_builder::{Options, build, model_hash};
+use lut_builder::{Options, Request, build_request, model_hash};
 use reference_valve::{leaking, periodic, spread, table_model, testbed_file};
 use valve_model::simulate::DEFAULT_STEP_S;
 
@@ -24,7 +24,9 @@ fn built_with(threads: usize) -> TableBundle {
     let text = file.canonical_model();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads can be started");
     let model = table_model(&file, &text);
-    pool.install(|| build(&model, &Options::default(), &|_| {})).expect("the reference valve has tables").bundle
+    let request = Request { both_leaks: true, ..Request::default() };
+    let built = pool.install(|| build_request(&model, &request, &Options::default(), &|_| {}));
+    built.expect("the reference valve has tables").bundle
 }
 
 #[test]
@@ -45,7 +47,29 @@ fn they_are_what_the_builder_writes_whatever_the_number_of_threads() {
             );
             compared += 1;
         }
-        assert_eq!(compared, 3);
+        assert_eq!(compared, 4);
+    }
+}
+
+#[test]
+fn both_leaks_at_once_agree_with_the_simulation() {
+    let tables = TableBundle::read(&checked_in()).expect("tables/ is sound");
+    let both = tables.both_leaks().expect("tables/ has both");
+    let file = testbed_file();
+    // Shares of the limits, away from where a stroke is about to stall.
+    for [atmosphere, supply] in [[0.33, 0.71], [0.87, 0.52], [1.31, 1.13], [0.18, 1.06], [1.62, 1.74]] {
+        let areas =
+            [atmosphere * tables.limit_area_m2(Fault::Atmosphere), supply * tables.limit_area_m2(Fault::Supply)];
+        let mut conditions = leaking(file.valve(), Fault::Atmosphere, areas[0]);
+        conditions.leak_from_supply_m2 = areas[1];
+        let times = periodic(&[(file.valve(), conditions)], &file.schedule(), DEFAULT_STEP_S)[0];
+        for (stroke, equivalent) in Stroke::ALL.into_iter().zip(both.equivalents(areas)) {
+            let curve = tables.table(equivalent.fault).curve(stroke);
+            let told_s = curve.extrapolated_time_and_slope(equivalent.area_m2).0;
+            let simulated_s = if stroke == Stroke::Close { times.close_time_s } else { times.open_time_s };
+            let off_s = (told_s - simulated_s.expect("finished")).abs();
+            assert!(off_s < 2e-3, "{stroke} at {atmosphere} and {supply}: {off_s} s");
+        }
     }
 }
 

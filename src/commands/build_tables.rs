@@ -6,9 +6,11 @@ use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use leak_table::{
-    BundleEntry, Condition, ConditionRange, Degradation, Fault, MANIFEST_FILE, Severity, TableBundle, mm2_from_m2,
+    BundleEntry, Condition, ConditionRange, Degradation, Fault, LeakPairTable, MANIFEST_FILE, Severity, TableBundle,
+    mm2_from_m2,
 };
 use lut_builder::{Request, Wear};
+use prognoser::FaultCall;
 use quantity::Dimension;
 use report::figures::TableFigure;
 use serde::Serialize;
@@ -22,9 +24,10 @@ use crate::output::{self, Align, Outputs, PlotFile, TextTable, next_step, told_i
 /// Builds, writes, says what was built.
 pub fn run(args: &BuildTablesArgs) -> anyhow::Result<Answer> {
     let file = valve_input::read(&args.valve)?;
-    let request = Request { wears: wears(&args.wear)?, conditions: conditions(args, &file)? };
+    let request = Request { wears: wears(&args.wear)?, conditions: conditions(args, &file)?, both_leaks: true };
     let mut outputs = Outputs::new(args.force).reads([&args.valve]);
-    let ids: Vec<&str> = request.wears.iter().map(|wear| &*wear.degradation.id).collect();
+    let wears = request.wears.iter().map(|wear| &*wear.degradation.id);
+    let ids: Vec<&str> = wears.chain([FaultCall::BothLeaks.name()]).collect();
     let dir = TableDir::prepare(&mut outputs, &args.out, args.force, &ids)?;
     let plot = PlotFile::create(&mut outputs, args.plot.as_deref())?;
     let start = Instant::now();
@@ -39,6 +42,9 @@ pub fn run(args: &BuildTablesArgs) -> anyhow::Result<Answer> {
             let mut text = summary(&built.bundle).render();
             if let Some(range) = built.bundle.condition_range() {
                 text = format!("{text}\n{}\n{}", over(&range), summary_over_conditions(&built.bundle));
+            }
+            if let Some(both) = built.bundle.both_leaks() {
+                text = format!("{text}\n{}", over_both_leaks(both));
             }
             let severities = built.simulated;
             let log = timing_log(&args.valve);
@@ -252,6 +258,17 @@ fn over(range: &ConditionRange) -> String {
     }
 }
 
+/// How accurate the table of both leaks at once is.
+fn over_both_leaks(table: &LeakPairTable) -> String {
+    let [atmosphere, supply] = Fault::ALL.map(|fault| table.areas_m2(fault).len());
+    let info = table.info();
+    format!(
+        "leaks of both kinds at once: {atmosphere} by {supply} areas, error to the limits {} ms at worst, measured at {} places\n",
+        milliseconds(info.interpolation_error.up_to_limit_s),
+        info.checked
+    )
+}
+
 fn leaks_only(bundle: &TableBundle) -> bool {
     bundle.len() == Fault::ALL.len()
 }
@@ -272,6 +289,17 @@ struct Document<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     conditions: Option<ConditionsOut>,
     faults: Vec<FaultOut>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    both_leaks: Option<BothLeaksOut>,
+}
+
+#[derive(Serialize)]
+struct BothLeaksOut {
+    leaks_to_atmosphere: usize,
+    leaks_from_supply: usize,
+    error_up_to_limit_s: f64,
+    error_beyond_limit_s: f64,
+    measured_at: usize,
 }
 
 #[derive(Serialize)]
@@ -322,6 +350,13 @@ fn document(bundle: &TableBundle, simulated_areas: usize) -> Document<'_> {
             temperature_k: range.temperature_k,
         }),
         faults: bundle.entries().enumerate().map(|(place, entry)| fault_out(place, &entry)).collect(),
+        both_leaks: bundle.both_leaks().map(|both| BothLeaksOut {
+            leaks_to_atmosphere: both.areas_m2(Fault::Atmosphere).len(),
+            leaks_from_supply: both.areas_m2(Fault::Supply).len(),
+            error_up_to_limit_s: both.info().interpolation_error.up_to_limit_s,
+            error_beyond_limit_s: both.info().interpolation_error.beyond_limit_s,
+            measured_at: both.info().checked,
+        }),
     }
 }
 

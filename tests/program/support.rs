@@ -27,6 +27,7 @@ impl Sandbox {
         for (name, text) in [
             ("atmosphere.csv", include_str!("../../tables/atmosphere.csv")),
             ("supply.csv", include_str!("../../tables/supply.csv")),
+            ("both-leaks.csv", include_str!("../../tables/both-leaks.csv")),
             ("manifest.json", include_str!("../../tables/manifest.json")),
         ] {
             sandbox.write(&format!("tables/{name}"), text);

@@ -11,6 +11,7 @@ use crate::csv_file;
 use crate::degradation::Degradation;
 use crate::error::TableError;
 use crate::fault::Fault;
+use crate::leak_pair::LeakPairTable;
 use crate::manifest::{ConditionFile, CycleSchedule, FaultInfo, FileInfo, Limits, Manifest, ManifestEntry};
 use crate::manifest_file::{self, MANIFEST_FILE};
 use crate::stroke::Stroke;
@@ -48,6 +49,7 @@ pub struct TableBundle {
     manifest: Manifest,
     tables: Vec<SeverityTable>,
     over_conditions: Vec<Option<ConditionTable>>,
+    both_leaks: Option<LeakPairTable>,
 }
 
 /// All that a bundle has of one degradation.
@@ -96,12 +98,39 @@ impl TableBundle {
             reference: info.reference,
             conditions,
             entries,
+            both_leaks: None,
         };
         check_entries(&manifest)?;
         // The manifest rounds its severities as well.
         let text = manifest_file::to_json(&manifest, &ranges(&tables));
         let manifest = manifest_file::from_json(&text, Path::new(MANIFEST_FILE))?;
-        Self { manifest, tables, over_conditions }.checked()
+        Self { manifest, tables, over_conditions, both_leaks: None }.checked()
+    }
+
+    /// The same with a table of both leaks at once, rounded alike.
+    ///
+    /// # Errors
+    /// If what is left of it after rounding is no grid.
+    pub fn with_both_leaks(mut self, table: &LeakPairTable) -> Result<Self, TableError> {
+        let name = "both-leaks.csv";
+        let info = manifest_file::rounded_info(table.info());
+        let text = csv_file::pair_to_csv(table);
+        let table = csv_file::pair_from_csv(text.as_bytes(), name.as_ref(), self.leak_tables(), info)?;
+        let file = file_info(name.to_owned(), &text, table.times_s().len());
+        self.manifest.both_leaks = Some(ConditionFile { file, info });
+        self.both_leaks = Some(table);
+        Ok(self)
+    }
+
+    /// The table of both leaks at once, if there is one.
+    pub fn both_leaks(&self) -> Option<&LeakPairTable> {
+        self.both_leaks.as_ref()
+    }
+
+    /// The tables of the leaks to atmosphere and from the supply.
+    #[inline]
+    pub fn leak_tables(&self) -> [&SeverityTable; 2] {
+        [&self.tables[0], &self.tables[1]]
     }
 
     /// The manifest.
@@ -162,6 +191,7 @@ impl TableBundle {
         let tables: Vec<String> = own
             .map(|(entry, table)| csv_file::to_csv(&entry.degradation, table.points()))
             .chain(over_conditions)
+            .chain(self.both_leaks.as_ref().map(csv_file::pair_to_csv))
             .collect();
         let text = manifest_file::to_json(&self.manifest, &ranges(&self.tables));
         atomic::write_set(dir, &self.manifest, &tables, &text)
@@ -192,7 +222,17 @@ impl TableBundle {
             let conditions = entry.over_conditions.as_ref();
             over_conditions.push(conditions.map(|info| read_over_conditions(dir, entry, info)).transpose()?);
         }
-        Self { manifest, tables, over_conditions }.checked()
+        let both_leaks = match &manifest.both_leaks {
+            Some(info) => {
+                let bytes = atomic::read_file(dir, &info.file)?;
+                let path = dir.join(&info.file.name);
+                let table = csv_file::pair_from_csv(&bytes, &path, [&tables[0], &tables[1]], info.info)?;
+                check_rows(dir, &info.file, table.times_s().len())?;
+                Some(table)
+            }
+            None => None,
+        };
+        Self { manifest, tables, over_conditions, both_leaks }.checked()
     }
 
     /// As [`read`](Self::read), and refuses tables that were built from a

@@ -5,6 +5,8 @@ use std::path::Path;
 use crate::condition_table::{ConditionTable, NodeTimes};
 use crate::degradation::Degradation;
 use crate::error::{RowError, TableError};
+use crate::fault::Fault;
+use crate::leak_pair::LeakPairTable;
 use crate::manifest::ConditionInfo;
 use crate::stroke::Stroke;
 use crate::table::{SeverityPoint, SeverityTable};
@@ -18,6 +20,9 @@ const UNITS: f64 = 1e9;
 const CONDITIONS: &str = "supply_pressure_kpa,temperature_k,";
 /// One kPa in Pa.
 const PA_PER_KPA: f64 = 1e3;
+
+/// The columns of the two severities in a table of both leaks.
+const BOTH_LEAKS: &str = "leak_to_atmosphere_mm2,leak_from_supply_mm2";
 
 /// A number of a file, rounded to the decimals that files hold.
 pub(crate) fn rounded(in_file: f64) -> f64 {
@@ -60,6 +65,59 @@ pub(crate) fn conditions_to_csv(table: &ConditionTable) -> String {
         }
     }
     text
+}
+
+/// The header of a table of both leaks.
+fn pair_header() -> String {
+    format!("{BOTH_LEAKS},{},{}", Stroke::Close.column(), Stroke::Open.column())
+}
+
+/// A table of both leaks as text, rounded alike; without times where a stroke is not finished.
+pub(crate) fn pair_to_csv(table: &LeakPairTable) -> String {
+    let mut text = pair_header();
+    text.push('\n');
+    let mut times = table.times_s().iter();
+    for atmosphere in table.areas_m2(Fault::Atmosphere) {
+        for (supply, times) in table.areas_m2(Fault::Supply).iter().zip(&mut times) {
+            let area = |fault: Fault, area: f64| fault.degradation().severity.file_from_si(area);
+            let [a, b] = [area(Fault::Atmosphere, *atmosphere), area(Fault::Supply, *supply)];
+            let times =
+                times.map_or_else(|| ",".to_owned(), |[close, open]| format!("{close:.DECIMALS$},{open:.DECIMALS$}"));
+            text.extend([&format!("{a:.DECIMALS$},{b:.DECIMALS$},"), &times, "\n"]);
+        }
+    }
+    text
+}
+
+/// The table of both leaks in bytes read from `path`, with the tables of each alone.
+pub(crate) fn pair_from_csv(
+    bytes: &[u8],
+    path: &Path,
+    tables: [&SeverityTable; 2],
+    info: ConditionInfo,
+) -> Result<LeakPairTable, TableError> {
+    let rows = Rows::read(bytes, path, pair_header())?;
+    let severity = |row: usize, fault: Fault| {
+        let in_file = rows.number(row, fault as usize, "a number")?;
+        Ok::<_, TableError>(fault.degradation().severity.si_from_file(in_file))
+    };
+    let (mut areas, mut times) = ([Vec::new(), Vec::new()], Vec::new());
+    for row in 0..rows.records.len() {
+        let at = [severity(row, Fault::Atmosphere)?, severity(row, Fault::Supply)?];
+        let columns = areas[1].len();
+        if at[1] == 0.0 {
+            areas[0].push(at[0]);
+        }
+        if areas[0].len() == 1 {
+            areas[1].push(at[1]);
+        } else if areas[0].last() != Some(&at[0]) || areas[1].get(row % columns.max(1)) != Some(&at[1]) {
+            return Err(rows.refused(RowError::LeakGrid { rows: rows.records.len() }));
+        }
+        let time = |column: usize| rows.number(row, column, "a time in s, or nothing for both");
+        let nothing = [2, 3].iter().all(|column| rows.records[row][*column].trim().is_empty());
+        times.push(if nothing { None } else { Some([time(2)?, time(3)?]) });
+    }
+    LeakPairTable::new(areas, times, tables, info).map_err(|source| rows.refused(source))
 }
 
 /// The fields of a file row by row, with the line of each row.

@@ -47,6 +47,14 @@ pub enum RowError {
         /// The time in s.
         found_s: f64,
     },
+    /// The severities of two leaks are no grid.
+    #[error(
+        "found {rows} rows, expected every pair of severities, each leak evenly from 0 at 4 to 65 places, with positive times and those of the sound valve among them"
+    )]
+    LeakGrid {
+        /// Number of rows.
+        rows: usize,
+    },
     /// A time is present although a smaller severity has none.
     #[error(
         "{stroke} time: found a time after a row without one, expected that a valve which does not get there does not when it is more worn"
@@ -119,7 +127,7 @@ impl RowError {
             | Self::Time { row, .. }
             | Self::TimeAfterGap { row, .. }
             | Self::NotMonotone { row, .. } => Some(row),
-            Self::TooFew { .. } | Self::Grid { .. } | Self::NotMonotoneBetween { .. } => None,
+            Self::TooFew { .. } | Self::LeakGrid { .. } | Self::Grid { .. } | Self::NotMonotoneBetween { .. } => None,
         }
     }
 }

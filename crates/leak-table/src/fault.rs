@@ -23,6 +23,15 @@ pub enum Fault {
 }
 
 impl Fault {
+    /// The leak of the other kind.
+    #[must_use]
+    pub const fn other(self) -> Self {
+        match self {
+            Self::Atmosphere => Self::Supply,
+            Self::Supply => Self::Atmosphere,
+        }
+    }
+
     /// Both faults, in the order used throughout.
     pub const ALL: [Self; 2] = [Self::Atmosphere, Self::Supply];
 

@@ -3,7 +3,8 @@
 //! A pneumatic valve that wears strokes at another pace. For each [`Degradation`] (a leak, friction, a
 //! weakening spring, a clogged path) a [`SeverityTable`] holds, over its severity, the closing and the
 //! opening time of the valve in a repeated cycle. Both are monotone, so that a measured time can be
-//! inverted to a severity. A [`ConditionTable`] has the same over supply pressure and temperature. A
+//! inverted to a severity. A [`ConditionTable`] has the same over supply pressure and temperature, a
+//! [`LeakPairTable`] with leaks of both kinds at once. A
 //! [`TableBundle`] is the tables of all degradations, the two leaks ([`Fault`]) at least, together with a
 //! [`Manifest`] that says which valve, cycle and limits they were computed for and how accurate they are.
 //!
@@ -26,6 +27,7 @@ mod error;
 mod fault;
 mod id;
 mod lagrange;
+mod leak_pair;
 mod manifest;
 mod manifest_file;
 mod stencil;
@@ -41,6 +43,7 @@ pub use degradation::{Degradation, Moves, Severity};
 pub use error::{RowError, TableError};
 pub use fault::Fault;
 pub use id::DegradationId;
+pub use leak_pair::{Equivalent, LeakPairTable};
 pub use manifest::{
     ConditionFile, ConditionInfo, CycleSchedule, FaultInfo, FileInfo, InterpolationError, Limits, Manifest,
     ManifestEntry, StrokeInfo,

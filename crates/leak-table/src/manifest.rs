@@ -179,6 +179,8 @@ pub struct Manifest {
     pub conditions: Option<ConditionRange>,
     /// About each degradation, the two leaks first.
     pub entries: Vec<ManifestEntry>,
+    /// About the table of both leaks at once, if there is one; stalls have no part in it.
+    pub both_leaks: Option<ConditionFile>,
 }
 
 impl Manifest {

@@ -1,7 +1,8 @@
 //! The manifest as JSON. Severities are in the unit of their table there, rounded like the tables'.
 //!
 //! Version 1 has the two leaks and nothing else; it is still what bundles of leaks alone are written as. Version 2
-//! adds `reference`, `conditions`, `wear` and the leaks' own `over_conditions`.
+//! adds `reference`, `conditions`, `wear` and the leaks' own `over_conditions`; version 3 `both_leaks`, and is
+//! written where there is such a table.
 
 use std::borrow::Cow;
 use std::ffi::OsStr;
@@ -22,7 +23,9 @@ use crate::manifest::{
 use crate::stroke::Direction;
 
 /// The newest version of the manifest and of the tables' CSV.
-pub const FORMAT_VERSION: u32 = 2;
+pub const FORMAT_VERSION: u32 = 3;
+/// The version without a table of both leaks at once.
+const WITHOUT_BOTH: u32 = 2;
 /// The version with the two leaks and nothing else.
 const LEAKS_ONLY: u32 = 1;
 /// Name of the manifest in a bundle's directory.
@@ -44,6 +47,8 @@ struct RawManifest {
     supply: RawFault,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     wear: Vec<RawWear>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    both_leaks: Option<RawOverConditions>,
 }
 
 /// The conditions of the tables over the severity alone.
@@ -175,13 +180,14 @@ pub(crate) fn to_json(manifest: &Manifest, ranges: &[(f64, f64)]) -> String {
         let (cold, warm) = range.temperature_k;
         RawConditions { supply_pressure_kpa: [low, high].map(kpa), temperature_k: [cold, warm] }
     });
-    let leaks_only = wear.is_empty() && conditions.is_none();
+    let leaks_only = wear.is_empty() && conditions.is_none() && manifest.both_leaks.is_none();
+    let without_both = if leaks_only { LEAKS_ONLY } else { WITHOUT_BOTH };
     let reference = manifest
         .reference
         .filter(|_| !leaks_only)
         .map(|at| RawReference { supply_pressure_kpa: kpa(at.supply_pressure_pa), temperature_k: at.temperature_k });
     let raw = RawManifest {
-        format_version: if leaks_only { LEAKS_ONLY } else { FORMAT_VERSION },
+        format_version: if manifest.both_leaks.is_some() { FORMAT_VERSION } else { without_both },
         valve: manifest.valve.clone(),
         model_hash: manifest.model_hash.clone(),
         schedule: RawSchedule {
@@ -198,6 +204,7 @@ pub(crate) fn to_json(manifest: &Manifest, ranges: &[(f64, f64)]) -> String {
         atmosphere,
         supply,
         wear,
+        both_leaks: manifest.both_leaks.as_ref().map(raw_over_conditions),
     };
     let mut text =
         serde_json::to_string_pretty(&raw).expect("a manifest has string keys only, which is all that JSON asks for");
@@ -246,6 +253,7 @@ pub(crate) fn from_json(text: &str, path: &Path) -> Result<Manifest, TableError>
             .map(|(raw, fault)| leak_entry(raw, fault.degradation()))
             .chain(raw.wear.into_iter().map(wear_entry))
             .collect(),
+        both_leaks: raw.both_leaks.map(condition_file),
     };
     for file in files(&manifest) {
         if Path::new(&file.name).file_name() != Some(OsStr::new(&file.name)) {
@@ -262,7 +270,8 @@ pub(crate) fn from_json(text: &str, path: &Path) -> Result<Manifest, TableError>
 /// Every file that a manifest tells of.
 pub(crate) fn files(manifest: &Manifest) -> impl Iterator<Item = &FileInfo> {
     let over_conditions = manifest.entries.iter().filter_map(|entry| entry.over_conditions.as_ref());
-    manifest.entries.iter().map(|entry| &entry.file).chain(over_conditions.map(|info| &info.file))
+    let further = over_conditions.chain(&manifest.both_leaks).map(|info| &info.file);
+    manifest.entries.iter().map(|entry| &entry.file).chain(further)
 }
 
 /// Line, from 1, of the first mention of a file's name.

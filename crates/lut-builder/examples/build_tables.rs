@@ -38,7 +38,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         schedule: file.schedule(),
         limits: file.limits(),
     };
-    let request = Request { wears: if all { Wear::catalogue() } else { Wear::leaks() }, conditions };
+    let request = Request { wears: if all { Wear::catalogue() } else { Wear::leaks() }, conditions, both_leaks: true };
     let start = Instant::now();
     let built = build_request(&model, &request, &Options::default(), &|_| {})?;
     println!("{:?} for {} severities", start.elapsed(), built.simulated);

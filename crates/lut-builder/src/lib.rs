@@ -19,6 +19,7 @@
 mod chebyshev;
 mod ends;
 mod error;
+mod leak_pair;
 mod levelled;
 mod limit;
 mod model;
@@ -80,12 +81,14 @@ pub struct Request {
     pub wears: Vec<Wear>,
     /// Over which conditions beyond the valve's own, if any. Where a range has no width its condition is not varied.
     pub conditions: Option<ConditionRange>,
+    /// Whether a table of both leaks at once is built as well.
+    pub both_leaks: bool,
 }
 
 impl Default for Request {
     /// The two leaks at the valve's own conditions.
     fn default() -> Self {
-        Self { wears: Wear::leaks(), conditions: None }
+        Self { wears: Wear::leaks(), conditions: None, both_leaks: false }
     }
 }
 
@@ -139,7 +142,19 @@ pub fn build_request(
             temperature_k: parameters.temperature_k,
         }),
     };
-    Ok(Built { bundle: TableBundle::new(info, &parts)?, notices, simulated })
+    let mut bundle = TableBundle::new(info, &parts)?;
+    if request.both_leaks {
+        match leak_pair::build(model, options, &request.wears, &bundle) {
+            Ok(both) => {
+                bundle = bundle.with_both_leaks(&both.table)?;
+                simulated += both.simulated;
+            }
+            Err(error) => {
+                notices.push(Notice::Omitted { fault: leak_pair::NAME.to_owned(), reason: error.to_string() });
+            }
+        }
+    }
+    Ok(Built { bundle, notices, simulated })
 }
 
 /// The first two, which a bundle must have.

@@ -124,7 +124,7 @@ fn worst_over_conditions(file: &ValveFile, bundle: &TableBundle, id: &str, seed:
 fn everything_that_wears_has_a_table() {
     let file = testbed();
     let wears = Wear::catalogue();
-    let built = tables(&file, &Request { wears: wears.clone(), conditions: None }).expect("tables");
+    let built = tables(&file, &Request { wears: wears.clone(), conditions: None, both_leaks: false }).expect("tables");
     assert_eq!(built.notices, []);
     assert_eq!(built.bundle.len(), wears.len());
     let sound_times = built.bundle.entry(0).table.points()[0];
@@ -155,7 +155,7 @@ fn everything_that_wears_has_a_table() {
 fn tables_of_leaks_are_the_same_whatever_else_is_built() {
     let file = testbed();
     let alone = tables(&file, &Request::default()).expect("tables");
-    let with = Request { wears: Wear::catalogue().into_iter().take(4).collect(), conditions: None };
+    let with = Request { wears: Wear::catalogue().into_iter().take(4).collect(), conditions: None, both_leaks: false };
     let with = tables(&file, &with).expect("tables");
     for index in 0..2 {
         assert_eq!(alone.bundle.entry(index).table, with.bundle.entry(index).table);
@@ -168,7 +168,8 @@ fn tables_over_pressure_agree_with_the_simulation() {
     let file = testbed();
     let t = file.valve().parameters().temperature_k;
     let range = ConditionRange { supply_pressure_pa: psig(66.0, 84.0), temperature_k: (t, t) };
-    let built = tables(&file, &Request { wears: Wear::catalogue(), conditions: Some(range) }).expect("tables");
+    let built = tables(&file, &Request { wears: Wear::catalogue(), conditions: Some(range), both_leaks: false })
+        .expect("tables");
     assert_eq!(built.notices, []);
     for (index, entry) in built.bundle.entries().enumerate() {
         let info = *entry.over_conditions.expect("over conditions").info();
@@ -240,7 +241,7 @@ fn a_wear_of_ones_own_goes_through() {
     let file = testbed();
     let mut wears = Wear::leaks();
     wears.push(drag.clone());
-    let built = tables(&file, &Request { wears, conditions: None }).expect("tables");
+    let built = tables(&file, &Request { wears, conditions: None, both_leaks: false }).expect("tables");
     let entry = built.bundle.get("guide-drag").expect("was built");
     sound(&file, &entry, &drag);
     let directory = tempfile::tempdir().expect("a temporary directory");
@@ -259,7 +260,8 @@ fn what_can_have_no_table_is_left_out_and_told() {
     };
     let mut wears = Wear::leaks();
     wears.push(nothing);
-    let built = tables(&testbed(), &Request { wears, conditions: None }).expect("the leaks have tables");
+    let built =
+        tables(&testbed(), &Request { wears, conditions: None, both_leaks: false }).expect("the leaks have tables");
     assert_eq!(built.bundle.len(), 2);
     let [Notice::Omitted { fault, reason }] = &built.notices[..] else { panic!("{:?}", built.notices) };
     assert!(fault == "nothing" && reason.contains("expected that a limit is crossed"), "{reason}");

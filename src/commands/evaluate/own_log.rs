@@ -40,7 +40,7 @@ struct Score {
 
 /// Reads the log, scores every valve that reached its end.
 pub fn run(args: &EvaluateArgs, file: &ValveFile, path: &Path) -> anyhow::Result<Answer> {
-    let request = Request { wears: Wear::catalogue(), conditions: conditions(path, file)? };
+    let request = Request { wears: Wear::catalogue(), conditions: conditions(path, file)?, both_leaks: true };
     let bundle = Arc::new(tables::build_what(file, &request)?.bundle);
     let limits = bundle.manifest().limits;
     let mut log = open(path)?;

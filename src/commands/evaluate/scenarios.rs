@@ -38,7 +38,7 @@ pub fn run(args: &EvaluateArgs, file: &ValveFile) -> anyhow::Result<Answer> {
         ),
         temperature_k: (parameters.temperature_k - TEMPERATURE_SPAN_K, parameters.temperature_k + TEMPERATURE_SPAN_K),
     };
-    let request = Request { wears: Wear::catalogue(), conditions: Some(conditions) };
+    let request = Request { wears: Wear::catalogue(), conditions: Some(conditions), both_leaks: true };
     let bundle = Arc::new(tables::build_what(file, &request)?.bundle);
     let config = ScenarioConfig {
         scenarios,

@@ -16,7 +16,7 @@ const MOST_CYCLES: usize = 40;
 const SEVERITIES: usize = 56;
 const LARGEST: f64 = 1.1;
 /// Severities of both leaks at once, evenly from 0 to [`LARGEST_BOTH`].
-const BOTH: usize = 33;
+const BOTH: usize = 49;
 const LARGEST_BOTH: f64 = 2.0;
 const SUPPLIES: usize = 9;
 /// Supply pressures of a grid reach so far from the reference, a share of it.
@@ -48,7 +48,7 @@ pub struct SimulatedWorld {
     supply: Vec<Vec<Vec<Times>>>,
     /// Leak by leak: temperature, then severity.
     temperature: Vec<Vec<Vec<Times>>>,
-    /// Leak to the atmosphere, then from the supply.
+    /// Leak to the atmosphere, then from the supply: one over the times, which bends less where a stroke stalls.
     both: Vec<Vec<Times>>,
     limits_s: Times,
     supply_pa: f64,
@@ -89,7 +89,8 @@ impl SimulatedWorld {
                 case.conditions.leak_from_supply_m2 = from_supply * amounts[Wear::Supply as usize];
                 Ok(case)
             });
-            Ok(times(file, &cases.collect::<anyhow::Result<Vec<_>>>()?))
+            let times = times(file, &cases.collect::<anyhow::Result<Vec<_>>>()?);
+            Ok(times.into_iter().map(|times| times.map(f64::recip)).collect())
         });
         let both = both.collect::<anyhow::Result<_>>()?;
         let parameters = file.valve().parameters();
@@ -108,7 +109,9 @@ impl World for SimulatedWorld {
                 .iter()
                 .map(|row| along(row, 0.0, LARGEST_BOTH, state.severity[Wear::Supply as usize]))
                 .collect();
-            return finished(along(&rows, 0.0, LARGEST_BOTH, state.severity[Wear::Atmosphere as usize]));
+            return finished(
+                along(&rows, 0.0, LARGEST_BOTH, state.severity[Wear::Atmosphere as usize]).map(f64::recip),
+            );
         }
         let wear = Wear::ALL.into_iter().find(present).unwrap_or(Wear::Atmosphere);
         let severity = state.severity[wear as usize];

@@ -48,7 +48,7 @@ pub(crate) fn step(
     let mut renewed: Option<Part> = None;
     for part in parts.iter_mut() {
         if cycles > 0.0 {
-            advance(part, cycles, prior, sight.shape);
+            advance(part, plant, cycles, prior, sight.shape);
         }
         let (mut after, met) = assimilate(part, plant, sight);
         if matches!(part.cause, Cause::Wear(_)) && part.mode != Mode::Steady {

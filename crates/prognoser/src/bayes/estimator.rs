@@ -8,7 +8,7 @@ use super::config::{BayesConfig, Noise};
 use super::ending::{Ending, Line, Quantiles, waits};
 use super::estimate::{BayesEstimate, Change, EndEstimate, FaultProbability, fault_call};
 use super::law::Law;
-use super::motion::DRIFT_TURN;
+use super::motion::drift_turn;
 use super::part::{Cause, Mode, Part};
 use super::plant::{Plant, Weather};
 use super::rate_prior::{Corrected, NODES, Node, RatePrior};
@@ -164,17 +164,28 @@ impl BayesEstimator {
             estimate.change = Some(Change::Repaired);
         }
         let mut lines = Vec::with_capacity(24);
-        for ((part, weight), pace) in parts.iter().zip(&weights).zip(&paces).filter(|((part, _), _)| mine(part)) {
+        let named = parts
+            .iter()
+            .zip(&weights)
+            .filter(|(part, _)| mine(part))
+            .max_by(|a, b| a.1.total_cmp(b.1))
+            .map_or(Cause::None, |(part, _)| part.cause);
+        for ((part, weight), pace) in parts.iter().zip(&weights).zip(&paces) {
             let own = weight / share.max(f64::MIN_POSITIVE);
+            // One leak may turn out to be two, and the other way round.
+            let leaks = plant.knows_both_leaks() && [part.cause, named].iter().all(|cause| is_leak(*cause));
+            if wears && own > NEGLIGIBLE && (mine(part) || leaks) {
+                self.lines(part, plant, pace.unwrap_or_else(|| correct(part, 1)), own, sigma2(part), &mut lines);
+            }
+            if !mine(part) {
+                continue;
+            }
             let (severity, growth) = severity_of(part, plant);
             estimate.severity += own * severity;
             estimate.growth += own * growth;
             estimate.curved += if part.law == Law::Linear { 0.0 } else { own };
             estimate.rough += if matches!(part.mode, Mode::Rough | Mode::Wander) { own } else { 0.0 };
             estimate.resting += if part.mode == Mode::Rest { own } else { 0.0 };
-            if wears && own > NEGLIGIBLE {
-                self.lines(part, plant, pace.unwrap_or_else(|| correct(part, 1)), own, sigma2(part), &mut lines);
-            }
         }
         if wears && !lines.is_empty() {
             let ending = Ending::new(lines);
@@ -278,6 +289,11 @@ fn unit(part: &Part, plant: &Plant, stroke: usize, sigma2: f64) -> (f64, f64) {
     (part.mean[i] * scale, (part.cov[i][i] * sigma2).max(0.0).sqrt() * scale)
 }
 
+/// Whether what wears is a leak or two.
+fn is_leak(cause: Cause) -> bool {
+    matches!(cause, Cause::Both | Cause::Wear(0 | 1))
+}
+
 /// Severity and its growth a cycle under a story.
 fn severity_of(part: &Part, plant: &Plant) -> (f64, f64) {
     match part.cause {
@@ -346,7 +362,8 @@ fn crossing(part: &Part, plant: &Plant, sigma2: f64) -> Line {
     let (_, slope) = time_and_slope(stroke, t);
     let known: f64 = (0..4).map(|i| (0..4).map(|j| slope[i] * part.cov[i][j] * slope[j]).sum::<f64>()).sum();
     // The pace goes on changing until then.
-    let turned: f64 = [2, 3].map(|i| (slope[i - 2] * DRIFT_TURN * part.mean[i]).powi(2)).into_iter().sum();
+    let turned: f64 =
+        [2, 3].map(|i| (slope[i - 2] * drift_turn(part.cause, plant) * part.mean[i]).powi(2)).into_iter().sum();
     let variance = known + turned * t.powi(3) / (3.0 * sigma2);
     let pace = slope[0] * part.mean[2] + slope[1] * part.mean[3];
     let sd = ((variance * sigma2).max(0.0).sqrt() / pace.abs().max(1e-9)).min(FOREVER);

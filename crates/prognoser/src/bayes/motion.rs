@@ -17,11 +17,22 @@ const RESUMED_PACE: f64 = 0.3;
 /// Of the stories that begin late, the share at a steady pace.
 const LATE_SHARE: f64 = 0.6;
 /// Relative standard deviation by which a free drift changes in a cycle.
-pub(crate) const DRIFT_TURN: f64 = 0.1;
+const DRIFT_TURN: f64 = 0.1;
+/// The same of each of two leaks that grow together, where there is a table of them.
+const BOTH_TURN: f64 = 0.03;
+
+/// Relative standard deviation by which each of two paces changes in a cycle.
+pub(crate) fn drift_turn(cause: Cause, plant: &Plant) -> f64 {
+    match cause {
+        Cause::Both if plant.knows_both_leaks() => BOTH_TURN,
+        Cause::Both | Cause::Other => DRIFT_TURN,
+        Cause::None | Cause::Wear(_) => 0.0,
+    }
+}
 
 /// Moves one story on by some cycles.
 #[inline]
-pub(crate) fn advance(part: &mut Part, cycles: f64, prior: &GrowthPrior, shape: f64) {
+pub(crate) fn advance(part: &mut Part, plant: &Plant, cycles: f64, prior: &GrowthPrior, shape: f64) {
     let unsteadiness = prior.unsteadiness_of(part.law, part.mode);
     let steps: &[(usize, usize)] = match (part.cause, part.mode) {
         (Cause::None, _) | (Cause::Wear(_), Mode::Rest) => return,
@@ -37,8 +48,9 @@ pub(crate) fn advance(part: &mut Part, cycles: f64, prior: &GrowthPrior, shape: 
         for i in 0..SIZE {
             part.cov[i][level] += cycles * part.cov[i][growth];
         }
-        if matches!(part.cause, Cause::Other | Cause::Both) {
-            part.cov[growth][growth] += cycles * (DRIFT_TURN * part.mean[growth]).powi(2) / sigma2;
+        let turns = drift_turn(part.cause, plant);
+        if turns > 0.0 {
+            part.cov[growth][growth] += cycles * (turns * part.mean[growth]).powi(2) / sigma2;
         }
     }
     if unsteadiness > 0.0 && matches!(part.cause, Cause::Wear(_)) {

@@ -1,7 +1,7 @@
 //! The tables as the estimator sees them: severity 1 is the limit under the
 //! reference conditions.
 
-use leak_table::{Conditions, DegradationId, SeverityAt, Stroke, TableBundle};
+use leak_table::{Conditions, DegradationId, Equivalent, SeverityAt, Stroke, TableBundle};
 
 /// Most kinds of wear with a table that are looked at.
 pub(crate) const MOST_WEARS: usize = 8;
@@ -69,10 +69,26 @@ impl<'t> Plant<'t> {
         self.healthy_s[stroke]
     }
 
+    /// Whether there is a table of both leaks at once.
+    pub(crate) fn knows_both_leaks(&self) -> bool {
+        self.bundle.both_leaks().is_some()
+    }
+
     /// Times in s of both strokes with leaks of both kinds, and their derivatives
-    /// by the two severities: what each leak alone adds to the pace of a stroke,
-    /// or takes from it, adds up, as the flows do.
+    /// by the two severities. Without a table of both, what each leak alone adds to
+    /// the pace of a stroke, or takes from it, adds up, as the flows do.
     pub(crate) fn both_leaks(&self, severities: [f64; 2]) -> [(f64, [f64; 2]); 2] {
+        if let Some(table) = self.bundle.both_leaks() {
+            let limits = [self.limits[0], self.limits[1]];
+            let areas = [0, 1].map(|leak| severities[leak] * limits[leak]);
+            let equivalents = table.equivalents(areas);
+            return [0, 1].map(|stroke| {
+                let Equivalent { fault, area_m2, by } = equivalents[stroke];
+                let limit = limits[fault as usize];
+                let (time, slope) = self.times_and_slopes(fault as u8, area_m2 / limit)[stroke];
+                (time, [0, 1].map(|leak| slope / limit * by[leak] * limits[leak]))
+            });
+        }
         let alone = [0, 1].map(|leak| self.times_and_slopes(leak, severities[usize::from(leak)]));
         [0, 1].map(|stroke| {
             let own = alone.map(|leak| leak[stroke]);

@@ -15,7 +15,9 @@ const ANY_SEVERITY: (f64, f64) = (0.4, 0.4);
 /// a drift that no table has.
 const LEAK: f64 = 0.3;
 const OTHER_WEAR: f64 = 0.08;
-const BOTH: f64 = 0.01;
+const BOTH: f64 = 0.04;
+/// The same of both leaks where there is no table of them.
+const ROUGH_BOTH: f64 = 0.01;
 const OTHER: f64 = 0.02;
 /// Standard deviation of a free drift, share of the healthy time a cycle.
 const DRIFT_SD: f64 = 0.02;
@@ -23,12 +25,13 @@ const DRIFT_SD: f64 = 0.02;
 /// The share of each cause among the faults; they sum to 1.
 pub(crate) fn share(cause: Cause, plant: &Plant) -> f64 {
     let others = f64::from(plant.wears().saturating_sub(2));
-    let total = 2.0 * LEAK + others * OTHER_WEAR + BOTH + OTHER;
+    let both = if plant.knows_both_leaks() { BOTH } else { ROUGH_BOTH };
+    let total = 2.0 * LEAK + others * OTHER_WEAR + both + OTHER;
     let own = match cause {
         Cause::None => 0.0,
         Cause::Wear(0 | 1) => LEAK,
         Cause::Wear(_) => OTHER_WEAR,
-        Cause::Both => BOTH,
+        Cause::Both => both,
         Cause::Other => OTHER,
     };
     own / total

@@ -17,7 +17,10 @@ const SWING_CYCLES: f64 = 24.0;
 const SEASON_K: f64 = 15.0;
 const SEASON_CYCLES: f64 = 120.0;
 /// The smaller of two leaks that grow together, over the larger one.
-const LESSER_LEAK: [f64; 2] = [0.4, 1.0];
+const LESSER_LEAK: [f64; 2] = [0.1, 1.0];
+/// Times the severity of its own end up to which a life with both leaks is looked at.
+/// Leaks that hide each other for longer are drawn anew.
+const LONGEST_TOGETHER: f64 = 1.9;
 /// Decimals of a written time: 0.1 ms.
 const WRITTEN_S: f64 = 1e-4;
 
@@ -114,17 +117,21 @@ fn shares(world: &dyn World, scenario: &Scenario, noise: &mut NoiseSource) -> [f
         share[drawn as usize] = 1.0;
         return share;
     }
-    for wear in scenario.wear {
-        let lesser = LESSER_LEAK[0] + (LESSER_LEAK[1] - LESSER_LEAK[0]) * noise.uniform();
-        share[*wear as usize] = if *wear == drawn { 1.0 } else { lesser };
+    loop {
+        for wear in scenario.wear {
+            let lesser = LESSER_LEAK[0] + (LESSER_LEAK[1] - LESSER_LEAK[0]) * noise.uniform();
+            share[*wear as usize] = if *wear == drawn { 1.0 } else { lesser };
+        }
+        // Together they reach a limit elsewhere than each alone.
+        let over = |scale: f64| {
+            let state = ValveState { severity: share.map(|part| part * scale), ..ValveState::HEALTHY };
+            world.times_s(&state).iter().zip(world.limits_s()).any(|(time, limit)| time.is_none_or(|time| time > limit))
+        };
+        if over(LONGEST_TOGETHER) {
+            let scale = crossing(over, LONGEST_TOGETHER);
+            return share.map(|part| part * scale);
+        }
     }
-    // Together they reach a limit elsewhere than each alone.
-    let over = |scale: f64| {
-        let state = ValveState { severity: share.map(|part| part * scale), ..ValveState::HEALTHY };
-        world.times_s(&state).iter().zip(world.limits_s()).any(|(time, limit)| time.is_none_or(|time| time > limit))
-    };
-    let scale = crossing(over, 2.0);
-    share.map(|part| part * scale)
 }
 
 /// The smallest number at which something is over, by halving.

@@ -1,0 +1,110 @@
+//! The table of both leaks at once: a grid of simulations, held against others in between.
+
+use leak_table::{ConditionInfo, Equivalent, Fault, InterpolationError, LeakPairTable, Stroke, TableBundle};
+use rayon::prelude::*;
+use valve_model::Conditions;
+use valve_model::cycle::cycles;
+use valve_model::real::LANES;
+
+use crate::error::BuildError;
+use crate::model::{Options, TableModel};
+use crate::simulation::stored;
+use crate::ticks;
+use crate::wear::Wear;
+
+/// Its name in messages.
+pub(crate) const NAME: &str = "both-leaks";
+/// Largest severity of either leak, in severities at which it alone ends a life: leaks of both kinds hide each other.
+const REACH: f64 = 2.5;
+/// Places along each severity.
+const PLACES: usize = 21;
+/// Every so many places the table is held against a simulation in the middle between four of them.
+const CHECK_EVERY: usize = 2;
+
+/// What was built.
+pub(crate) struct BothLeaks {
+    pub table: LeakPairTable,
+    pub simulated: usize,
+}
+
+/// Closing and opening time, s, where both strokes are finished.
+type Times = Option<[f64; 2]>;
+
+pub(crate) fn build(
+    model: &TableModel<'_>,
+    options: &Options,
+    wears: &[Wear],
+    bundle: &TableBundle,
+) -> Result<BothLeaks, BuildError> {
+    let areas = Fault::ALL.map(|fault| {
+        let severity = &fault.degradation().severity;
+        let area = |i: usize| REACH * bundle.limit_area_m2(fault) * i as f64 / (PLACES - 1) as f64;
+        (0..PLACES).map(|i| ticks::si(severity, ticks::nearest(severity, area(i)))).collect::<Vec<f64>>()
+    });
+    let middle = |two: &[f64]| f64::midpoint(two[0], two[1]);
+    let between = areas.each_ref().map(|areas| areas.windows(2).step_by(CHECK_EVERY).map(middle).collect::<Vec<_>>());
+    let times = simulate(model, options, wears, &areas)?;
+    let truth = simulate(model, options, wears, &between)?;
+    let simulated = times.len() + truth.len();
+    let table = LeakPairTable::new(areas, times, bundle.leak_tables(), ConditionInfo::default());
+    let table = table.map_err(|source| BuildError::Grid { fault: NAME.to_owned(), source: Box::new(source) })?;
+    let info = measured(&table, bundle, &between, &truth);
+    Ok(BothLeaks { table: table.with_info(info), simulated })
+}
+
+/// How far the table is from simulations between its places.
+fn measured(table: &LeakPairTable, bundle: &TableBundle, between: &[Vec<f64>; 2], truth: &[Times]) -> ConditionInfo {
+    let mut error = InterpolationError::default();
+    let pairs = between[0].iter().flat_map(|a| between[1].iter().map(|s| [*a, *s]));
+    let tables = bundle.leak_tables();
+    let finished = pairs.zip(truth).filter_map(|(areas, times)| times.map(|times| (areas, times)));
+    let mut checked = 0;
+    for (areas, times) in finished {
+        checked += 1;
+        let limits = &bundle.manifest().limits;
+        let within = Stroke::ALL.into_iter().zip(times).all(|(stroke, time)| time <= limits.within_s(stroke));
+        for (stroke, equivalent) in Stroke::ALL.into_iter().zip(table.equivalents(areas)) {
+            let Equivalent { fault, area_m2, .. } = equivalent;
+            let told_s = tables[fault as usize].curve(stroke).extrapolated_time_and_slope(area_m2).0;
+            let off_s = (told_s - times[stroke as usize]).abs();
+            let worst = if within { &mut error.up_to_limit_s } else { &mut error.beyond_limit_s };
+            *worst = worst.max(off_s);
+        }
+    }
+    ConditionInfo { interpolation_error: error, checked, stall_share: None }
+}
+
+/// The times of a periodic cycle at every pair of severities.
+fn simulate(
+    model: &TableModel<'_>,
+    options: &Options,
+    wears: &[Wear],
+    areas_m2: &[Vec<f64>; 2],
+) -> Result<Vec<Times>, BuildError> {
+    let pairs: Vec<[f64; 2]> = areas_m2[0].iter().flat_map(|a| areas_m2[1].iter().map(|s| [*a, *s])).collect();
+    let batch = |pairs: &[[f64; 2]]| -> Result<Vec<Times>, BuildError> {
+        let worn = |areas: &[f64; 2]| {
+            let mut worn = (model.valve.clone(), Conditions::nominal(model.valve.parameters()));
+            for (wear, area) in wears.iter().zip(areas) {
+                worn = wear.worn(&worn.0, worn.1, *area)?;
+            }
+            Ok(worn)
+        };
+        let worn = pairs.iter().map(worn).collect::<Result<Vec<_>, _>>();
+        let worn = worn.map_err(|source| BuildError::Worn {
+            fault: NAME.to_owned(),
+            at: "leaks of both kinds".to_owned(),
+            source: Box::new(source),
+        })?;
+        let runs: Vec<_> = worn.iter().map(|(valve, conditions)| (valve, *conditions)).collect();
+        let simulated = cycles(&runs, &model.schedule, options.most_cycles, options.step_s);
+        let last = simulated.iter().map(|times| {
+            let last = times[times.len() - 1];
+            let both = [last.close_time_s?, last.open_time_s?].map(stored);
+            both.iter().all(|time| *time > 0.0).then_some(both)
+        });
+        Ok(last.collect())
+    };
+    let batches: Vec<Vec<Times>> = pairs.par_chunks(LANES).map(batch).collect::<Result<_, _>>()?;
+    Ok(batches.into_iter().flatten().collect())
+}
