@@ -12,6 +12,10 @@ use crate::record::{Prognosis, Status};
 /// Probability of being a proper reading below which a timing is called a
 /// glitch.
 const GLITCH_BELOW: f64 = 0.05;
+/// Probability from which on wear can be told from none.
+const SEEN: f64 = 0.8;
+/// Probability up to which two leaks are not spoken of where one is named.
+const HARDLY_BOTH: f64 = 0.1;
 /// Most faults that are named together.
 const LARGEST_GROUP: usize = 3;
 /// Standard deviations by which a time may lie outside the tables as noise.
@@ -152,7 +156,19 @@ fn named(estimate: &BayesEstimate, config: &BayesConfig) -> (FaultCall, Vec<Faul
     // Where noise goes on, how far it goes is uncertain too, and an excursion of
     // it looks like wear for a while.
     let name_from = 1.0 - (1.0 - config.name_from) / estimate.inflation.powi(2);
-    let ranked = probability.ranked();
+    // That something wears, but hardly any of it, is as likely a healthy valve whose noise is not as assumed.
+    if estimate.seen < SEEN {
+        return (FaultCall::Undecided, Vec::new());
+    }
+    let mut ranked = probability.ranked();
+    // One leak is two of which one is nothing: that much is no reason to speak of two.
+    let both = ranked.iter().position(|(fault, _)| *fault == FaultCall::BothLeaks);
+    if let Some(both) = both.filter(|place| *place > 0 && ranked[*place].1 < HARDLY_BOTH)
+        && ranked[0].0.fault().is_some()
+    {
+        ranked[0].1 += ranked[both].1;
+        ranked.remove(both);
+    }
     let mut sum = 0.0;
     for (count, (_, share)) in ranked.iter().enumerate().take(LARGEST_GROUP) {
         sum += share;

@@ -2,14 +2,22 @@
 
 #![expect(clippy::needless_range_loop, reason = "rows and columns of matrices")]
 
+use std::f64::consts::TAU;
+
 use super::law::Law;
 use super::part::{Cause, Part, SIZE};
 use super::plant::Plant;
-use super::special::{normal_tail, quick_ln};
+use super::special::{normal_tail, quick_exp, quick_ln};
 
 /// Squared innovation, in expected variances, from which on something else than
 /// noise is considered.
 const SURPRISE: f64 = 12.0;
+/// Share of the readings that stray farther than noise does, and their variance in
+/// that of the noise: few hands and clocks are Gaussian.
+const STRAYS: f64 = 0.02;
+const STRAY_VARIANCE: f64 = 12.0;
+/// Shape of the noise's posterior up to which its size is not known.
+const UNKNOWN_UP_TO: f64 = 30.0;
 /// Moves of the severity up to which the tables are straight enough.
 const STRAIGHT: f64 = 0.004;
 /// The same of a story that is too unlikely to matter.
@@ -141,7 +149,13 @@ fn pass(part: &Part, plant: &Plant, sight: &Sight, at: &[f64; SIZE]) -> (Part, M
             let before = out.noise;
             let density =
                 out.noise.density(stroke, innovation, model_spread, 2.0 * out.scale, shape) * (1.0 - sight.glitches);
-            let total = density + sight.glitches / window_s;
+            let far = model_spread + STRAY_VARIANCE;
+            let sigma2 = out.scale / shape;
+            let stray = quick_exp(-0.5 * innovation * innovation / (far * sigma2)) / (far * sigma2 * TAU).sqrt();
+            // Not before the noise is known: else it would be taken for them.
+            let strays = STRAYS * (1.0 - UNKNOWN_UP_TO / shape).max(0.0);
+            let density = density * (1.0 - strays);
+            let total = density + strays * stray + sight.glitches / window_s;
             met.ln += quick_ln(total);
             let inlier = density / total;
             met.residual_s[stroke] = Some(innovation);

@@ -179,6 +179,8 @@ pub struct BayesEstimate {
     pub rough: f64,
     /// See [`curved`](Self::curved).
     pub resting: f64,
+    /// Given that something wears: probability that its severity can be told from none.
+    pub seen: f64,
 }
 
 /// The end of life.

@@ -29,6 +29,8 @@ const NEGLIGIBLE: f64 = 1e-3;
 const LN_IDLE: f64 = -9.0;
 /// Share up to which a story is told roughly.
 const SMALL: f64 = 0.03;
+/// Standard deviations from which on a severity can be told from none.
+const SEEN_FROM: f64 = 3.0;
 /// Longest life told, cycles.
 const FOREVER: f64 = 1e5;
 
@@ -159,10 +161,16 @@ impl BayesEstimator {
             curved: 0.0,
             rough: 0.0,
             resting: 0.0,
+            seen: 0.0,
         };
         if outcome.renewed {
             estimate.change = Some(Change::Repaired);
         }
+        let wearing = parts.iter().zip(&weights).filter(|(part, _)| part.cause != Cause::None);
+        let (all, seen) = wearing.fold((0.0, 0.0), |(all, seen), (part, weight)| {
+            (all + weight, if is_seen(part, sigma2(part)) { seen + weight } else { seen })
+        });
+        estimate.seen = seen / all.max(f64::MIN_POSITIVE);
         let mut lines = Vec::with_capacity(24);
         let named = parts
             .iter()
@@ -292,6 +300,16 @@ fn unit(part: &Part, plant: &Plant, stroke: usize, sigma2: f64) -> (f64, f64) {
 /// Whether what wears is a leak or two.
 fn is_leak(cause: Cause) -> bool {
     matches!(cause, Cause::Both | Cause::Wear(0 | 1))
+}
+
+/// Whether the wear of a story can be told from none.
+fn is_seen(part: &Part, sigma2: f64) -> bool {
+    let clear = |i: usize| part.mean[i].powi(2) > (SEEN_FROM * SEEN_FROM) * part.cov[i][i] * sigma2;
+    match part.cause {
+        Cause::None => false,
+        Cause::Wear(_) => clear(0) && part.mean[0] > 0.0,
+        Cause::Both | Cause::Other => clear(0) || clear(1),
+    }
 }
 
 /// Severity and its growth a cycle under a story.

@@ -68,7 +68,7 @@ impl NoiseState {
         }
         let mut after = [0.0; 3];
         for (i, r) in CORRELATIONS.into_iter().enumerate() {
-            if i == 0 || self.weight[i] > LEAST {
+            if i == 0 || self.weight[i] > 0.5 * LEAST {
                 after[i] = self.weight[i] * student(innovation - r * left, model_spread + 1.0 - r * r);
             }
         }
