@@ -218,7 +218,13 @@ fn what_a_state_cannot_go_on_from_is_told() {
     tell(&sandbox, "in use", sandbox.valve(&CALL));
     running.kill().expect("killed");
     running.wait().expect("ended");
+    let whole = format!("{} written", sandbox.bytes("out.jsonl").len());
     File::options().write(true).open(sandbox.path("out.jsonl")).and_then(|out| out.set_len(100)).expect("cut");
+    let mut tell = |sandbox: &Sandbox, what: &str, mut output: std::process::Output| {
+        let text = String::from_utf8_lossy(&output.stderr).replace(&whole, "N written");
+        output.stderr = text.into_bytes();
+        tell(sandbox, what, output);
+    };
     tell(&sandbox, "an output that was cut", sandbox.valve(&CALL));
     fs::write(sandbox.path("state/state.redb"), "no database").expect("written");
     tell(&sandbox, "no states", sandbox.valve(&CALL));
