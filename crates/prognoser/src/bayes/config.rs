@@ -196,17 +196,17 @@ impl Default for BayesConfig {
 impl Default for GrowthPrior {
     fn default() -> Self {
         Self {
-            steady: 0.77,
+            steady: 0.74,
             root: 0.01,
             faster: 0.015,
             square: 0.03,
             cube: 0.005,
-            exponential: 0.045,
-            steep_exponential: 0.035,
+            exponential: 0.05,
+            steep_exponential: 0.06,
             rough: 0.09,
             unsteadiness: 0.08,
             wander: 0.12,
-            roughness: 1.0,
+            roughness: 1.25,
             onset: 0.005,
             turn: 0.004,
             new_pace: 1.0,
