@@ -158,6 +158,24 @@ pub enum DataProblem {
         /// Its only value, 0 or 1.
         value: u8,
     },
+    /// The channel that tells the command never crosses the threshold.
+    #[error(
+        "the {channel} lies between {:.2}{unit} and {:.2}{unit} and never crosses the threshold {threshold:.2}{unit} of \
+         command_from with its hysteresis of {hysteresis:.2}{unit}, so no stroke can be told from another; expected a \
+         threshold between open and closed in every run", range[0], range[1]
+    )]
+    NeverCrossed {
+        /// The channel or column.
+        channel: String,
+        /// Its lowest and highest reading.
+        range: [f64; 2],
+        /// The threshold.
+        threshold: f64,
+        /// Its whole width.
+        hysteresis: f64,
+        /// The unit of all of them, after a blank; empty for a column's own numbers.
+        unit: &'static str,
+    },
     /// A channel without a single number.
     #[error("column \"{column}\" holds no number at all; expected readings of the {channel}")]
     NoReadings {

@@ -2,7 +2,7 @@
 
 use crate::error::{DataError, DataProblem};
 use crate::noise::{estimate_noise, estimate_resolution, quantile, range};
-use crate::trace::ReadTrace;
+use crate::trace::{CommandFrom, ReadTrace};
 use crate::types::{Trace, ValveFacts};
 use crate::warning::{Doubt, Warning};
 
@@ -26,7 +26,7 @@ const OUTSIDE: f64 = 0.12;
 pub(crate) fn check(
     read: &ReadTrace,
     file: &str,
-    valve: &ValveFacts,
+    (valve, command_from): (&ValveFacts, Option<&CommandFrom>),
     warnings: &mut Vec<Warning>,
 ) -> Result<(), DataError> {
     let trace = &read.trace;
@@ -47,7 +47,9 @@ pub(crate) fn check(
     if constant {
         let close = trace.command_close[0];
         if !moves_one_way(trace, close, valve.stroke_m) {
-            return error(first_line, DataProblem::CommandNeverChanges { value: u8::from(close) });
+            let never_changes = DataProblem::CommandNeverChanges { value: u8::from(close) };
+            let never_crossed = command_from.map(|from| from.never_crossed(read.signal_range));
+            return error(first_line, never_crossed.unwrap_or(never_changes));
         }
         warn(first_line, if close { Doubt::OnlyClosing } else { Doubt::OnlyOpening });
     }

@@ -36,7 +36,7 @@ impl Campaign {
         let root = document.root();
         root.allow_only(&["name", "sensors", "uncertainty", "columns", "inputs", "command_from", "run", "timings"])?;
         let name = root.text("name", "a text")?.ok_or_else(|| root.missing("name", "the campaign's name, a text"))?;
-        let reader = Reader {
+        let mut reader = Reader {
             folder: Path::new(file_name).parent().unwrap_or(Path::new("")).to_owned(),
             file_name,
             valve,
@@ -44,6 +44,7 @@ impl Campaign {
             mappings: columns::read_mappings(&root, &CHANNELS)?,
             command_from: trace::read_command_from(&root, valve)?,
             inputs: read_inputs(&root)?,
+            left_out: None,
         };
         let mut campaign = Self {
             name: name.to_owned(),
@@ -63,6 +64,9 @@ impl Campaign {
         if let Some(section) = root.section("timings")? {
             reader.timings(&section, &mut campaign)?;
         }
+        if let (true, Some(error)) = (campaign.runs.is_empty(), reader.left_out) {
+            return Err(error.into());
+        }
         if campaign.runs.is_empty() && campaign.planned.is_empty() && campaign.timings.is_empty() {
             return Err(root.missing("run", "at least one [[run]] with a file, or [timings] with a file").into());
         }
@@ -78,6 +82,8 @@ struct Reader<'a> {
     mappings: Vec<Mapping>,
     command_from: Option<CommandFrom>,
     inputs: Inputs,
+    /// Why the first run that was left out was.
+    left_out: Option<DataError>,
 }
 
 impl Reader<'_> {
@@ -94,7 +100,7 @@ impl Reader<'_> {
     }
 
     fn run(
-        &self,
+        &mut self,
         section: &Section<'_>,
         files: &mut Vec<(PathBuf, usize)>,
         campaign: &mut Campaign,
@@ -133,7 +139,17 @@ impl Reader<'_> {
             TraceFormat { mappings: &self.mappings, command_from: self.command_from.as_ref(), valve: self.valve };
         let read = trace::read(&bytes, &shown, &format)?;
         let mut warnings = Vec::new();
-        plausibility::check(&read, &shown, self.valve, &mut warnings)?;
+        if let Err(error) = plausibility::check(&read, &shown, (self.valve, self.command_from.as_ref()), &mut warnings)
+        {
+            if !matches!(*error.problem, DataProblem::NeverCrossed { .. }) {
+                return Err(error.into());
+            }
+            // Other runs may cross it; whether any does is known in the end.
+            let doubt = Doubt::LeftOut { reason: error.problem.to_string() };
+            campaign.warnings.push(Warning { file: shown, line: error.line, doubt });
+            self.left_out.get_or_insert(error);
+            return Ok(());
+        }
         // Files of one recorder are written alike: that is said once.
         let told = |warning: &Warning| {
             let Doubt::Read(kind) = &warning.doubt else { return false };

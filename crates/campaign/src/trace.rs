@@ -23,6 +23,21 @@ pub(crate) struct CommandFrom {
     above_closes: bool,
 }
 
+impl CommandFrom {
+    /// What is said of a recording in which the channel never crosses the threshold.
+    pub(crate) fn never_crossed(&self, (lowest, highest): (f64, f64)) -> DataProblem {
+        let is_pressure = CHANNELS.iter().any(|(name, kind)| *name == self.channel && *kind == Dimension::Pressure);
+        let (scale, unit) = if is_pressure { (1e-3, " kPa") } else { (1.0, "") };
+        DataProblem::NeverCrossed {
+            channel: self.channel.clone(),
+            range: [lowest * scale, highest * scale],
+            threshold: self.threshold * scale,
+            hysteresis: self.hysteresis * scale,
+            unit,
+        }
+    }
+}
+
 /// How traces are to be read.
 #[derive(Debug)]
 pub(crate) struct TraceFormat<'a> {
@@ -39,6 +54,8 @@ pub(crate) struct ReadTrace {
     pub lines: Vec<usize>,
     pub header_line: usize,
     pub position_column: String,
+    /// Lowest and highest reading of what tells the command.
+    pub signal_range: (f64, f64),
     /// What looks wrong, with its line.
     pub doubts: Vec<(usize, Doubt)>,
 }
@@ -162,6 +179,7 @@ pub(crate) fn read_source(
     let mut pressures = columns.pressures.map(|column| column.map(|_| Vec::with_capacity(rows)));
     let mut lines = Vec::with_capacity(rows);
     let (mut without_time, mut without_command) = (0, 0);
+    let mut signal_range = (f64::INFINITY, f64::NEG_INFINITY);
     let (mut first_s, mut command, mut clock) = (0.0, false, Clock::default());
     while let Some(line) = source.next_row()? {
         let error = |problem| DataError::new(source.file(), line, problem);
@@ -185,6 +203,7 @@ pub(crate) fn read_source(
         } else {
             command = next_command(signal, command, trace.time_s.is_empty(), format.command_from)
                 .ok_or_else(|| error(DataProblem::CommandValue { found: signal }))?;
+            signal_range = (signal_range.0.min(signal), signal_range.1.max(signal));
         }
         trace.time_s.push(since_first_s);
         trace.command_close.push(command);
@@ -212,7 +231,7 @@ pub(crate) fn read_source(
     (trace.chamber_pressure_pa, trace.pipe_pressure_pa, trace.supply_pressure_pa) = (chamber, pipe, supply);
     doubts.extend(take_outliers(&mut trace, &lines));
     let position_column = source.headings()[columns.position.index].name.clone();
-    Ok(ReadTrace { trace, lines, header_line, position_column, doubts })
+    Ok(ReadTrace { trace, lines, header_line, position_column, signal_range, doubts })
 }
 
 /// Takes readings that no motion can have made out of every channel.

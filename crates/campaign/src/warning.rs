@@ -74,6 +74,12 @@ pub enum Doubt {
     /// A command that says open throughout, with an opening stroke only.
     #[error("the command is 0 from the first row to the last: taken as an opening stroke that is under way")]
     OnlyOpening,
+    /// A run that nothing could be told of, beside others.
+    #[error("this run was left out: {reason}")]
+    LeftOut {
+        /// What is wrong with it.
+        reason: String,
+    },
     /// Rows without a time.
     #[error("{rows} rows have no time and were left out")]
     RowsWithoutTime {

@@ -155,6 +155,28 @@ fn commands_come_from_a_threshold_on_another_channel() {
 }
 
 #[test]
+fn a_run_that_never_crosses_the_threshold_is_left_out_and_named() {
+    let with = |closed_kpa: f64| {
+        trace("time_s,position_mm,pipe_pressure_kpa", |t| {
+            format!("{:.4},{:.2}", position_mm(t), if command(t) == 1 { closed_kpa } else { 100.0 })
+        })
+    };
+    let from = "[command_from]\nchannel = \"pipe_pressure\"\nthreshold = \"2 barg\"\n";
+    let second = RUN.split_once("[[run]]").unwrap().1.replace("a.csv", "b.csv");
+    let text = format!("{RUN}[[run]]{second}{from}");
+    let both = read_files(&text, &[("a.csv", &with(250.0)), ("b.csv", &with(600.0))]).unwrap();
+    assert_eq!(both.runs.len(), 1);
+    assert_eq!(both.runs[0].file, "b.csv");
+    let warning = both.warnings.iter().find(|one| matches!(one.doubt, Doubt::LeftOut { .. })).unwrap();
+    let said = "a.csv:2: this run was left out: the pipe_pressure lies between 100.00 kPa and 250.00 kPa and never \
+                crosses the threshold 300.00 kPa of command_from";
+    assert!(warning.to_string().starts_with(said), "{warning}");
+    // Without another run nothing is left.
+    let alone = read_files(&format!("{RUN}{from}"), &[("a.csv", &with(250.0))]).unwrap_err().to_string();
+    assert!(alone.starts_with("a.csv:2: the pipe_pressure lies between 100.00 kPa and 250.00 kPa"), "{alone}");
+}
+
+#[test]
 fn planned_runs_have_commands_and_no_trace() {
     let text = "name = \"plan\"\n[[run]]\nsupply_pressure = \"5 bara\"\nend = \"3 s\"\n\
                 commands = [ { at = \"0 s\", close = true }, { at = \"600 ms\", close = false } ]\n";

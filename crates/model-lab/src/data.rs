@@ -9,7 +9,7 @@ use std::sync::Arc;
 use campaign::{Campaign, Run as RecordedRun, TimingRow, ValveFacts, estimate_position_noise_m};
 use valve_model::driven::Driven;
 use valve_model::simulate::DEFAULT_STEP_S;
-use valve_model::{CommandEdge, Conditions, Run, Schedule, Start, Valve};
+use valve_model::{CommandEdge, Conditions, Fidelity, Run, Schedule, Start, Valve};
 
 /// The time over which samples are averaged, s.
 const BLOCK_S: f64 = 4e-3;
@@ -80,21 +80,13 @@ pub struct TimingGroup {
     pub rows: Vec<usize>,
 }
 
-/// How finely the runs of a dataset are simulated.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Fineness {
-    /// Step of the integrator, s.
-    pub step_s: f64,
-    /// Substeps that it takes at most; more would only serve parameters far from any valve.
-    pub most_substeps: u32,
-}
+/// How closely runs are followed for results: to a hundredth of a micrometre of the motion. More substeps would only serve
+/// parameters far from any valve.
+pub const FINE: Fidelity = Fidelity { most_substeps: 4, ..Fidelity::FINE };
 
-impl Fineness {
-    /// For results: a hundredth of a micrometre of the motion.
-    pub const FINE: Self = Self { step_s: DEFAULT_STEP_S, most_substeps: 4 };
-    /// For the way there: a micrometre or so of the motion, in half the time.
-    pub const ROUGH: Self = Self { step_s: 2.0 * DEFAULT_STEP_S, most_substeps: 2 };
-}
+/// For the way there: to a micrometre or so of the motion, in half the time.
+pub const ROUGH: Fidelity =
+    Fidelity { step_s: 2.0 * DEFAULT_STEP_S, most_substeps: 2, roughness: 2.0, ..Fidelity::FINE };
 
 /// Supply pressures and leaks that differ by less than this share are the same condition.
 const SAME_SHARE: f64 = 5e-3;
@@ -140,7 +132,7 @@ pub struct Dataset {
     /// Whether the position noise was stated (or estimated).
     pub noise_is_stated: bool,
     /// How finely it is simulated.
-    pub fineness: Fineness,
+    pub fidelity: Fidelity,
 }
 
 impl Dataset {
@@ -174,7 +166,7 @@ impl Dataset {
             timing_noise_s,
             schedule,
             noise_is_stated: campaign.sensors.position_noise_m.is_some() || campaign.sensors.timing_noise_s.is_some(),
-            fineness: Fineness::FINE,
+            fidelity: FINE,
         }
     }
 
@@ -184,7 +176,7 @@ impl Dataset {
         let runs = self.runs.iter().map(RunData::thinned).collect();
         Self {
             runs,
-            fineness: Fineness::ROUGH,
+            fidelity: ROUGH,
             timing_groups: self.timing_groups.clone(),
             timing_rows: self.timing_rows.clone(),
             ..self.without_units()
@@ -263,7 +255,7 @@ impl Dataset {
             timing_noise_s: self.timing_noise_s,
             schedule: self.schedule,
             noise_is_stated: self.noise_is_stated,
-            fineness: self.fineness,
+            fidelity: self.fidelity,
         }
     }
 }

@@ -1,12 +1,11 @@
 //! The forward simulation of a dataset: residuals of many parameter sets at once.
 
 use rayon::prelude::*;
-use valve_model::cycle::{CycleTimes, cycles, cycles_with};
+use valve_model::cycle::{CycleTimes, cycles};
 use valve_model::real::LANES;
-use valve_model::simulate::DEFAULT_STEP_S;
-use valve_model::{Outcome, Prepared, Run, Trajectory, Valve, simulate};
+use valve_model::{Fidelity, Outcome, Prepared, Run, Trajectory, Valve, simulate};
 
-use crate::data::{Channel, ChannelData, Dataset, Fineness, RunData};
+use crate::data::{Channel, ChannelData, Dataset, FINE, RunData};
 
 /// Residuals beyond this many standard deviations carry no more information.
 const LARGEST_RESIDUAL: f64 = 1e4;
@@ -64,26 +63,25 @@ pub fn residuals(data: &Dataset, valves: &[Valve]) -> Vec<Vec<f64>> {
             jobs.push(Job { valve, run: &data.runs[runs[0]].run, recorded });
         }
     }
-    compare(jobs, data.fineness);
+    compare(jobs, data.fidelity);
     all
 }
 
 /// The residuals of single recordings, each against a run and a valve of its own.
-pub fn residuals_of(recorded: &[(&RunData, Run, Valve)], fineness: Fineness) -> Vec<Vec<f64>> {
+pub fn residuals_of(recorded: &[(&RunData, Run, Valve)], fidelity: Fidelity) -> Vec<Vec<f64>> {
     let mut all: Vec<Vec<f64>> = recorded.iter().map(|(recorded, ..)| vec![0.0; recorded.block_count()]).collect();
     let jobs = recorded.iter().zip(&mut all).map(|((recorded, run, valve), into)| Job {
         valve,
         run,
         recorded: vec![(*recorded, into.as_mut_slice())],
     });
-    compare(jobs.collect(), fineness);
+    compare(jobs.collect(), fidelity);
     all
 }
 
 /// Writes the residuals of every recording of every job.
-fn compare(jobs: Vec<Job<'_>>, fineness: Fineness) {
-    let prepare =
-        |job: &Job<'_>| Prepared::new(job.valve, job.run, fineness.step_s).with_most_substeps(fineness.most_substeps);
+fn compare(jobs: Vec<Job<'_>>, fidelity: Fidelity) {
+    let prepare = |job: &Job<'_>| Prepared::new(job.valve, job.run, fidelity);
     let prepared: Vec<Prepared> = jobs.par_iter().map(prepare).collect();
     let pressures = jobs.iter().flat_map(|job| &job.recorded).any(|(recorded, _)| recorded.channels.len() > 1);
     let length = batch_length(jobs.len());
@@ -178,6 +176,8 @@ fn bounded(residual: f64) -> f64 {
 /// The stroke times of every group of stroke times for each valve.
 pub fn timing_predictions(data: &Dataset, valves: &[Valve]) -> Vec<Vec<CycleTimes>> {
     let groups = data.timing_groups.len();
+    // Stroke times close to a stall want all substeps.
+    let fidelity = if data.fidelity == FINE { Fidelity::FINE } else { data.fidelity };
     let mut times: Vec<Vec<CycleTimes>> =
         vec![vec![CycleTimes { close_time_s: None, open_time_s: None }; groups]; valves.len()];
     for wanted in [1, 2] {
@@ -190,10 +190,7 @@ pub fn timing_predictions(data: &Dataset, valves: &[Valve]) -> Vec<Vec<CycleTime
             .map(|chunk| {
                 let batch: Vec<_> =
                     chunk.iter().map(|(group, set)| (&valves[*set], data.timing_groups[*group].conditions)).collect();
-                match data.fineness {
-                    Fineness::FINE => cycles(&batch, &data.schedule, wanted, DEFAULT_STEP_S),
-                    rough => cycles_with(&batch, &data.schedule, wanted, rough.step_s, rough.most_substeps),
-                }
+                cycles(&batch, &data.schedule, wanted, fidelity)
             })
             .collect();
         for ((group, set), cycle) in jobs.iter().zip(parts.into_iter().flatten()) {

@@ -2,7 +2,7 @@
 
 use crate::command::CommandEdge;
 use crate::conditions::Conditions;
-use crate::integrator::MOST_SUBSTEPS;
+use crate::fidelity::Fidelity;
 use crate::params::Schedule;
 use crate::simulate::{Prepared, Run, simulate};
 use crate::start::Start;
@@ -36,19 +36,9 @@ pub fn cycles(
     valves: &[(&Valve, Conditions)],
     schedule: &Schedule,
     cycles: usize,
-    step_s: f64,
+    fidelity: impl Into<Fidelity>,
 ) -> Vec<Vec<CycleTimes>> {
-    cycles_with(valves, schedule, cycles, step_s, MOST_SUBSTEPS)
-}
-
-/// As [`cycles`], with at most this many substeps close to the leak that stalls the valve.
-pub fn cycles_with(
-    valves: &[(&Valve, Conditions)],
-    schedule: &Schedule,
-    cycles: usize,
-    step_s: f64,
-    most_substeps: u32,
-) -> Vec<Vec<CycleTimes>> {
+    let fidelity = fidelity.into();
     let commands = cycle_commands(schedule);
     let mut runs: Vec<Prepared> = valves
         .iter()
@@ -60,7 +50,7 @@ pub fn cycles_with(
                 driven: None,
                 start: Start::Rest,
             };
-            Prepared::new(valve, &run, step_s).with_most_substeps(most_substeps)
+            Prepared::new(valve, &run, fidelity)
         })
         .collect();
     let mut times: Vec<Vec<CycleTimes>> = vec![Vec::new(); valves.len()];

@@ -4,8 +4,9 @@ use crate::bristles;
 use crate::coefficients::Coefficients;
 use crate::conditions::Conditions;
 use crate::custom::{CustomEffect, CustomTarget};
-use crate::demand::{Cause, Demand};
+use crate::demand::{Cause, Demand, FOLLOWED_RATE};
 use crate::effects::{ActsOn, Assembly, Laws};
+use crate::fidelity::Fidelity;
 use crate::orifice::{Blend, OrificeLaw};
 use crate::params::STANDARD_GRAVITY_M_PER_S2;
 use crate::terms::Terms;
@@ -16,16 +17,8 @@ pub(crate) const NARROWEST_BLEND: f64 = 1e-5;
 
 /// Bound of the rates that catalogue effects bring in, 1/s: sliding bristles, gas at the walls and
 /// cushions settle no faster. What they settle to is not changed, and no stroke shows a difference.
-/// Of a step longer than [`FINE_STEP_S`] it is as much lower.
+/// Where [`Fidelity::roughness`] allows it, it is as much lower.
 const FASTEST_PER_S: f64 = 1500.0;
-
-/// Steps up to this are held to the bounds above; a longer one is meant to be rough, and widens them.
-const FINE_STEP_S: f64 = 1e-3;
-
-/// How many times longer than a fine step a rough one is.
-pub(crate) fn roughness(step_s: f64) -> f64 {
-    (step_s / FINE_STEP_S).max(1.0)
-}
 
 /// Everything about one valve under the conditions of one run.
 #[derive(Debug, Clone)]
@@ -55,8 +48,9 @@ pub(crate) struct Volumes {
 }
 
 impl Equations {
-    /// The equations of a valve under the conditions of a run, for steps of at most `step_s`.
-    pub fn new(valve: &Valve, conditions: &Conditions, step_s: f64) -> Self {
+    /// The equations of a valve under the conditions of a run, to be followed as closely as `fidelity` says.
+    pub fn new(valve: &Valve, conditions: &Conditions, fidelity: impl Into<Fidelity>) -> Self {
+        let fidelity = fidelity.into();
         let p = valve.parameters();
         let zr = p.compressibility * p.specific_gas_constant_j_per_kg_k;
         let zrt = zr * conditions.temperature_k;
@@ -96,12 +90,14 @@ impl Equations {
             line_gain: 0.0,
             bristle_stiffness: f64::INFINITY,
             bristle_damping: 0.0,
-            quickest: roughness(step_s) / FASTEST_PER_S,
+            quickest: fidelity.roughness / FASTEST_PER_S,
             law: OrificeLaw::ideal_nozzle(p.ratio_of_specific_heats),
             port_blend: Blend::new(NARROWEST_BLEND),
             blend: Blend::new(NARROWEST_BLEND),
             line_blend: Blend::new(NARROWEST_BLEND),
         };
+        let cushion = c.supply * c.piston_area * c.piston_area / p.dead_volume_m3;
+        c.make_inert(c.contact.max(cushion), fidelity);
         terms.stop_damping = p.stop_damping_n_s_per_m > 0.0;
         terms.forces |= terms.stop_damping;
         terms.spool = valve.solenoid().travel_time_s > 0.0;
@@ -125,6 +121,9 @@ impl Equations {
             c.bristle_stiffness = bristles::STIFFNESS_N_PER_M;
         }
         c.bristle_damping = bristles::damping_n_s_per_m(c.bristle_stiffness);
+        if terms.friction {
+            c.make_inert(c.contact + c.bristle_stiffness, fidelity);
+        }
         for effect in valve.custom() {
             terms.custom = true;
             terms.friction |= effect.target() == CustomTarget::Friction;
@@ -132,6 +131,19 @@ impl Equations {
         let custom = valve.custom().to_vec();
         let volumes = Volumes { pipe: p.pipe_volume_m3, dead: p.dead_volume_m3 };
         Self { coefficients: c, laws, terms, custom, volumes, demands, bristles, line }
+    }
+}
+
+impl Coefficients<f64> {
+    /// Makes the piston so inert that its swing on a stiffness, N/m, does not ask for shorter steps than wanted, as far
+    /// as that is allowed.
+    fn make_inert(&mut self, stiffness: f64, fidelity: Fidelity) {
+        let wanted = stiffness * (fidelity.step_s / FOLLOWED_RATE).powi(2);
+        let inert = wanted.min(fidelity.most_inert_kg);
+        if inert > self.mass {
+            self.mass = inert;
+            self.inverse_mass = 1.0 / inert;
+        }
     }
 }
 

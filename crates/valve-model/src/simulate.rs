@@ -9,6 +9,7 @@ use crate::conditions::Conditions;
 use crate::dispatch::{InstructionSet, integrate_scalar, integrate_with};
 use crate::driven::Driven;
 use crate::equations::Equations;
+use crate::fidelity::Fidelity;
 use crate::integrator::{LaneRun, Pace, Recorder};
 use crate::params::ParameterError;
 use crate::rest::vented_rest;
@@ -69,10 +70,11 @@ pub struct Prepared {
 }
 
 impl Prepared {
-    /// Makes a run of a valve ready, with steps of at most `step_s`. A run that [`Prepared::check`] refuses is not
-    /// begun.
-    pub fn new(valve: &Valve, run: &Run, step_s: f64) -> Self {
-        let mut equations = Equations::new(valve, &run.conditions, step_s);
+    /// Makes a run of a valve ready, to be followed as closely as `fidelity` says; a number alone is the longest step, s.
+    /// A run that [`Prepared::check`] refuses is not begun.
+    pub fn new(valve: &Valve, run: &Run, fidelity: impl Into<Fidelity>) -> Self {
+        let fidelity = fidelity.into();
+        let mut equations = Equations::new(valve, &run.conditions, fidelity);
         let mut segments = run.segments(valve);
         let mut inputs = Inputs { spool: segments.first().map_or(0.0, |first| first.spool), ..Inputs::default() };
         if let Some(driven) = &run.driven {
@@ -86,8 +88,8 @@ impl Prepared {
             }
         }
         inputs.supply_pressure = equations.coefficients.supply;
-        let refused = refusal(&equations, run, step_s).err();
-        let pace = equations.pace(step_s);
+        let refused = refusal(&equations, run, fidelity).err();
+        let pace = equations.pace(fidelity);
         let initial = if refused.is_some() {
             segments.clear();
             vented_rest(&equations)
@@ -100,14 +102,6 @@ impl Prepared {
     /// Whether it can be begun, and why not. One that cannot ends at once with [`crate::Outcome::Refused`].
     pub fn check(&self) -> Result<(), &RunError> {
         self.refused.as_ref().map_or(Ok(()), Err)
-    }
-
-    /// Takes at most this many substeps where pipe and chamber are nearly at one pressure. Few are
-    /// enough for a fit; stroke times close to the leak that stalls the valve want all of them.
-    #[must_use]
-    pub fn with_most_substeps(mut self, most: u32) -> Self {
-        self.pace.most_substeps = most.max(1);
-        self
     }
 
     /// Ends the run once the valve has opened after the last command, a little beyond its switch; the final
@@ -165,8 +159,8 @@ impl Prepared {
 }
 
 /// Whether a run can be begun.
-fn refusal(equations: &Equations, run: &Run, step_s: f64) -> Result<(), RunError> {
-    equations.affordable(step_s, run.end_s)?;
+fn refusal(equations: &Equations, run: &Run, fidelity: Fidelity) -> Result<(), RunError> {
+    equations.affordable(fidelity, run.end_s)?;
     if let Some(fault) = run.driven.as_ref().and_then(|driven| driven.fault()) {
         return Err(RunError::Driven(fault));
     }

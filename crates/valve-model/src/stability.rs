@@ -5,8 +5,9 @@
 
 use crate::conditions::Conditions;
 use crate::demand::{Cause, Demand, FOLLOWED_RATE};
-use crate::equations::{Equations, NARROWEST_BLEND, roughness};
-use crate::integrator::{MOST_SUBSTEPS, Pace};
+use crate::equations::{Equations, NARROWEST_BLEND};
+use crate::fidelity::Fidelity;
+use crate::integrator::Pace;
 use crate::orifice::BLEND_SLOPE;
 use crate::params::{ParameterError, ParameterId};
 use crate::valve::Valve;
@@ -56,13 +57,13 @@ impl Equations {
         FlowRates { port, solenoid, line: if self.terms.line { fed } else { 0.0 } }
     }
 
-    /// What bounds a step of at most `step_s`.
-    fn demands(&self, flows: &FlowRates, step_s: f64) -> impl Iterator<Item = Demand> {
+    /// What bounds a step.
+    fn demands(&self, flows: &FlowRates, roughness: f64) -> impl Iterator<Item = Demand> {
         let (c, volumes, terms) = (&self.coefficients, &self.volumes, self.terms);
         let swing = |stiffness: f64| libm::sqrt(stiffness * c.inverse_mass);
         let decay = |damping: f64| damping * c.inverse_mass;
         let where_it = |used: bool, rate: f64| if used { rate } else { 0.0 };
-        let rough = roughness(step_s).powi(4);
+        let rough = roughness.powi(4);
         let blended = |rate: f64, widest: f64| rate / libm::sqrt(rough * widest);
         // A piston that weighs nothing is at fault itself.
         let mass = Cause::base(ParameterId::MovingMass, c.mass, -0.5, "softer stops and less friction");
@@ -99,10 +100,11 @@ impl Equations {
     }
 
     /// The step and the blends of the orifice law that keep every state stable, from the rates at which
-    /// a disturbance of each decays: a step of at most `step_s`, or a whole fraction of it.
-    pub fn pace(&self, step_s: f64) -> Pace {
+    /// a disturbance of each decays: a step of at most what is asked for, or a whole fraction of it.
+    pub fn pace(&self, fidelity: impl Into<Fidelity>) -> Pace {
+        let Fidelity { step_s, most_substeps, roughness, .. } = fidelity.into();
         let flows = self.flow_rates();
-        let parts = self.demands(&flows, step_s).map(|demand| demand.parts(step_s)).fold(1.0, f64::max);
+        let parts = self.demands(&flows, roughness).map(|demand| demand.parts(step_s)).fold(1.0, f64::max);
         let step_s = step_s / parts;
         let blend = |rate: f64, limit: f64| {
             let root = rate * step_s / limit;
@@ -113,16 +115,16 @@ impl Equations {
             port_blend: blend(flows.port, PORT_RATE),
             blend: blend(flows.solenoid, SOLENOID_RATE),
             line_blend: if self.terms.line { blend(flows.line, SOLENOID_RATE) } else { 0.0 },
-            most_substeps: MOST_SUBSTEPS,
+            most_substeps: most_substeps.max(1),
             ends_at_m: f64::INFINITY,
         }
     }
 
-    /// Whether a run of this length can be afforded with steps of at most `step_s`; if not, which parameter is to
-    /// blame.
-    pub(crate) fn affordable(&self, step_s: f64, run_s: f64) -> Result<(), ParameterError> {
+    /// Whether a run of this length can be afforded; if not, which parameter is to blame.
+    pub(crate) fn affordable(&self, fidelity: Fidelity, run_s: f64) -> Result<(), ParameterError> {
+        let Fidelity { step_s, roughness, .. } = fidelity;
         let flows = self.flow_rates();
-        let demands = self.demands(&flows, step_s);
+        let demands = self.demands(&flows, roughness);
         let Some(worst) = demands.max_by(|a, b| a.parts(step_s).total_cmp(&b.parts(step_s))) else {
             return Ok(());
         };
@@ -162,8 +164,13 @@ impl Cause {
     }
 }
 
-/// Checks that a run of this length on a valve, with steps of at most `step_s`, takes no absurd number of them.
-/// Names the parameter that is to blame.
-pub fn check(valve: &Valve, conditions: &Conditions, run_s: f64, step_s: f64) -> Result<(), ParameterError> {
-    Equations::new(valve, conditions, step_s).affordable(step_s, run_s)
+/// Checks that a run of this length on a valve takes no absurd number of steps. Names the parameter that is to blame.
+pub fn check(
+    valve: &Valve,
+    conditions: &Conditions,
+    run_s: f64,
+    fidelity: impl Into<Fidelity>,
+) -> Result<(), ParameterError> {
+    let fidelity = fidelity.into();
+    Equations::new(valve, conditions, fidelity).affordable(fidelity, run_s)
 }

@@ -62,7 +62,7 @@ fn likeliest(
         }
     }
     let mut likeliest: Vec<Option<(f64, f64, Vec<f64>)>> = vec![None; data.runs.len()];
-    for ((index, share), left) in tried.into_iter().zip(residuals_of(&simulated, data.fineness)) {
+    for ((index, share), left) in tried.into_iter().zip(residuals_of(&simulated, data.fidelity)) {
         let off = strokes[index].iter().zip(&SOURCES).zip(&scatter.variances);
         let needed = off.filter(|(_, variance)| **variance > 0.0);
         let needed: f64 =

@@ -11,7 +11,7 @@ use valve_model::{EffectKind, ParameterId};
 
 use super::nuisance::{Entry, Nuisance, NuisanceSizes, nuisances};
 use super::problem::{DEFAULT_TOLERANCES, ValveProblem};
-use super::setup::{Fidelity, LEAD_S, Setup};
+use super::setup::{LEAD_S, Resolution, Setup};
 use super::start::Beginning;
 use crate::data::Dataset;
 use crate::space::{Space, Target};
@@ -55,7 +55,6 @@ impl Subject {
     pub fn new(file: &ValveFile, campaign: &Campaign, sizes: &NuisanceSizes) -> Self {
         let data = Dataset::new(campaign, file.schedule());
         let parameters = file.valve().parameters();
-        let (stroke_m, ambient_pa) = (parameters.stroke_m, parameters.ambient_pressure_pa);
         let assumed = DEFAULT_TOLERANCES.map(|(parameter, relative_sigma)| Tolerance { parameter, relative_sigma });
         let tolerances_are_assumed = file.tolerances().is_empty();
         let tolerances = if tolerances_are_assumed { assumed.as_slice() } else { file.tolerances() };
@@ -63,10 +62,10 @@ impl Subject {
             tolerances.iter().filter(|one| parameters.get(one.parameter) > 0.0).copied().collect();
         let space = Space::new(file.valve(), &positive);
         let mut subject = Self {
-            low: Setup::new(campaign, &data, stroke_m, ambient_pa, Fidelity::Low),
-            high: Setup::new(campaign, &data, stroke_m, ambient_pa, Fidelity::High),
+            low: Setup::new(campaign, &data, parameters, Resolution::Low),
+            high: Setup::new(campaign, &data, parameters, Resolution::High),
             nuisances: Vec::new(),
-            screen: Setup::new(campaign, &data, stroke_m, ambient_pa, Fidelity::Low),
+            screen: Setup::new(campaign, &data, parameters, Resolution::Low),
             screen_nuisances: Vec::new(),
             places: Vec::new(),
             space,

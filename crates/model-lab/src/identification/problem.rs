@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use identify::{Coordinate, Linear, Problem, Record, Request, Scope, Stop};
 use rayon::prelude::*;
-use valve_model::cycle::{CycleTimes, cycles_with};
+use valve_model::cycle::{CycleTimes, cycles};
 use valve_model::driven::Driven;
 use valve_model::real::LANES;
 use valve_model::{ParameterId, Prepared, Run, Start, Trajectory, Valve, simulate};
@@ -206,21 +206,21 @@ impl<'a> ValveProblem<'a> {
         of_trace: impl Fn(Request, &Trace, &Valve, &Trajectory) -> T + Sync,
         of_times: impl Fn(Request, Option<&CycleTimes>) -> T + Sync,
     ) -> Vec<Option<T>> {
-        let (step_s, most_substeps) = self.setup.step();
+        let fidelity = self.setup.fidelity();
         let jobs: Vec<Option<(Valve, Run)>> =
             requests.par_iter().map(|request| self.simulation(&points[request.point], request.record)).collect();
         let pressures = self.setup.units.iter().any(Unit::has_pressures);
         let mut results: Vec<Option<T>> = vec![None; requests.len()];
         let mut traces: Vec<(usize, &Trace, &Valve, Prepared)> = Vec::new();
-        let mut cycles: [Vec<(usize, &Valve, &Run)>; 2] = [Vec::new(), Vec::new()];
+        let mut times: [Vec<(usize, &Valve, &Run)>; 2] = [Vec::new(), Vec::new()];
         for (place, job) in jobs.iter().enumerate() {
             let Some((valve, run)) = job else { continue };
             match &self.setup.units[requests[place].record].kind {
                 Kind::Trace(trace) => {
-                    let prepared = Prepared::new(valve, run, step_s).with_most_substeps(most_substeps);
+                    let prepared = Prepared::new(valve, run, fidelity);
                     traces.push((place, trace, valve, prepared));
                 }
-                Kind::Times(times) => cycles[usize::from(times.cycles > 1)].push((place, valve, run)),
+                Kind::Times(of) => times[usize::from(of.cycles > 1)].push((place, valve, run)),
             }
         }
         let length = traces.len().div_ceil(4 * rayon::current_num_threads()).clamp(LANES, 8 * LANES);
@@ -239,12 +239,12 @@ impl<'a> ValveProblem<'a> {
         for (place, found) in of_batches.into_iter().flatten() {
             results[place] = Some(found);
         }
-        for (more, jobs) in cycles.iter().enumerate() {
+        for (more, jobs) in times.iter().enumerate() {
             let of_batches: Vec<Vec<(usize, T)>> = jobs
                 .par_chunks(jobs.len().div_ceil(4 * rayon::current_num_threads()).clamp(LANES, 8 * LANES))
                 .map(|batch| {
                     let valves: Vec<_> = batch.iter().map(|(_, valve, run)| (*valve, run.conditions)).collect();
-                    let cycles = cycles_with(&valves, &self.setup.schedule, more + 1, step_s, most_substeps);
+                    let cycles = cycles(&valves, &self.setup.schedule, more + 1, fidelity);
                     let both = batch.iter().zip(cycles);
                     both.map(|((place, ..), cycle)| (*place, of_times(requests[*place], cycle.last()))).collect()
                 })

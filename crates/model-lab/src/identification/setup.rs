@@ -8,14 +8,14 @@ use std::sync::Arc;
 use campaign::{Campaign, Run as RecordedRun};
 use identify::{GroupPrior, Record, Row, Series};
 use valve_model::driven::Driven;
-use valve_model::{Run, Schedule, Start};
+use valve_model::{Fidelity, Parameters, Run, Schedule, Start};
 
 use super::start::{Beginning, beginning};
 use crate::data::{Channel, ChannelData, Dataset, RunData, TimingGroup, same_conditions};
 
 /// How finely a campaign is simulated and sampled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Fidelity {
+pub enum Resolution {
     /// For the way there.
     Low,
     /// For what decides and is printed.
@@ -100,21 +100,26 @@ pub struct Setup {
     /// Cycle of stroke times without traces.
     pub schedule: Schedule,
     /// How finely it is simulated.
-    pub fidelity: Fidelity,
+    pub resolution: Resolution,
     /// Travel between the stops, m.
     pub stroke_m: f64,
     /// Atmospheric pressure, Pa.
     pub ambient_pa: f64,
     /// Whether a recorded pressure drives the model.
     pub is_driven: bool,
-    /// Step of the integrator, s.
+    /// Longest step of the integrator for what is printed, s.
     pub step_s: f64,
+    /// How inert the piston may be taken, kg.
+    pub most_inert_kg: f64,
     /// How long a stroke travels, s.
     pub travel_s: f64,
 }
 
 /// How much a simulation begins before a record that begins at rest, so that a command may come early, s.
 pub(super) const LEAD_S: f64 = 0.1;
+
+/// The inertia of a stroke that takes its time evenly may be this share of what the supply can push with.
+const INERTIA_SHARE: f64 = 1e-4;
 
 /// The step of the integrator, s: a millisecond, longer where a stroke takes very long, shorter where it is over at once.
 fn step_s(travel_s: f64) -> f64 {
@@ -123,13 +128,15 @@ fn step_s(travel_s: f64) -> f64 {
 
 impl Setup {
     /// Makes a campaign ready. `data` is the same campaign as the comparison sees it.
-    pub fn new(campaign: &Campaign, data: &Dataset, stroke_m: f64, ambient_pa: f64, fidelity: Fidelity) -> Self {
+    pub fn new(campaign: &Campaign, data: &Dataset, parameters: &Parameters, resolution: Resolution) -> Self {
+        let (stroke_m, ambient_pa) = (parameters.stroke_m, parameters.ambient_pressure_pa);
         let travel_s = travel_s(data, stroke_m);
+        let push_n = (parameters.supply_pressure_pa - ambient_pa).abs() * parameters.piston_area_m2;
         let is_driven = campaign.inputs.pipe_pressure || campaign.inputs.chamber_pressure;
         let mut units = Vec::new();
         let mut records: Vec<Record> = Vec::new();
         for (recorded, run) in campaign.runs.iter().zip(&data.runs) {
-            for (unit, record) in trace_units(recorded, run, travel_s, (stroke_m, ambient_pa), fidelity, is_driven) {
+            for (unit, record) in trace_units(recorded, run, travel_s, (stroke_m, ambient_pa), resolution, is_driven) {
                 units.push(unit);
                 records.push(record);
             }
@@ -157,11 +164,12 @@ impl Setup {
             records: Arc::new(records),
             groups: vec![position, position, times],
             schedule: data.schedule,
-            fidelity,
+            resolution,
             stroke_m,
             ambient_pa,
             is_driven,
             step_s: step_s(travel_s),
+            most_inert_kg: INERTIA_SHARE * push_n * travel_s * travel_s / stroke_m,
             travel_s,
         }
     }
@@ -206,12 +214,13 @@ impl Setup {
         unit.run.commands.retain(|edge| !edge.close || edge.time_s > LEAD_S);
     }
 
-    /// The step of the integrator, s, and its substeps at most.
-    pub fn step(&self) -> (f64, u32) {
-        match self.fidelity {
-            Fidelity::Low => (2.0 * self.step_s, 2),
-            Fidelity::High => (self.step_s, 4),
-        }
+    /// How closely a valve is simulated.
+    pub fn fidelity(&self) -> Fidelity {
+        let (step_s, most_substeps) = match self.resolution {
+            Resolution::Low => (2.0 * self.step_s, 2),
+            Resolution::High => (self.step_s, 4),
+        };
+        Fidelity { most_inert_kg: self.most_inert_kg, ..Fidelity::with_step(step_s).with_most_substeps(most_substeps) }
     }
 }
 
@@ -279,7 +288,7 @@ fn trace_units(
     data: &RunData,
     travel_s: f64,
     (stroke_m, ambient_pa): (f64, f64),
-    fidelity: Fidelity,
+    resolution: Resolution,
     is_driven: bool,
 ) -> Vec<(Unit, Record)> {
     let span_pa = (recorded.conditions.supply_pressure_pa - ambient_pa).abs().max(0.1 * ambient_pa);
@@ -310,7 +319,7 @@ fn trace_units(
                 let mut ranges = Vec::with_capacity(cut.len());
                 for range in cut {
                     let first = samples_s.len();
-                    sample(times, samples, range, MOST_SAMPLES[fidelity as usize], &mut samples_s);
+                    sample(times, samples, range, MOST_SAMPLES[resolution as usize], &mut samples_s);
                     ranges.push((first, samples_s.len()));
                 }
                 series.push(Series { rows, group: usize::from(!is_position), is_process: true });

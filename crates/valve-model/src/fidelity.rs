@@ -1,0 +1,46 @@
+//! How closely the equations of motion are followed: what a shorter computation may give up.
+
+use crate::integrator::MOST_SUBSTEPS;
+use crate::simulate::DEFAULT_STEP_S;
+
+/// How closely a run is followed. A step of a millisecond gives stroke times to some microseconds; a search that simulates
+/// thousands of times may ask for less.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fidelity {
+    /// Longest step of the integrator, s.
+    pub step_s: f64,
+    /// Substeps that a step is cut into at most where pressures meet, a power of two. All of them are wanted for stroke
+    /// times close to the leak that stalls the valve.
+    pub most_substeps: u32,
+    /// How many times wider than in a step of a millisecond the orifice law may be blended to a line, and how many times
+    /// lower the bound of the quickest rates may be; at least 1.
+    pub roughness: f64,
+    /// The piston may be as inert as a mass of this, kg, where that lets steps be longer; its weight stays. 0 for the
+    /// piston as it is. The motion of a valve that takes many seconds is a balance of forces in which inertia has no
+    /// part, but how quickly the piston swings on its stops would still bound the step.
+    pub most_inert_kg: f64,
+}
+
+impl Fidelity {
+    /// As results are computed.
+    pub const FINE: Self =
+        Self { step_s: DEFAULT_STEP_S, most_substeps: MOST_SUBSTEPS, roughness: 1.0, most_inert_kg: 0.0 };
+
+    /// With steps of at most this, s. One longer than a millisecond is meant to be rough.
+    pub fn with_step(step_s: f64) -> Self {
+        Self { step_s, roughness: (step_s / DEFAULT_STEP_S).max(1.0), ..Self::FINE }
+    }
+
+    /// With at most this many substeps.
+    #[must_use]
+    pub fn with_most_substeps(self, most_substeps: u32) -> Self {
+        Self { most_substeps: most_substeps.max(1), ..self }
+    }
+}
+
+impl From<f64> for Fidelity {
+    /// [`Fidelity::with_step`].
+    fn from(step_s: f64) -> Self {
+        Self::with_step(step_s)
+    }
+}
