@@ -42,6 +42,13 @@ impl Coordinate {
         Self { name: name.into(), scope, mean: 0.0, sigma: 1.0, lower: -bound, upper: bound, step: 0.05 }
     }
 
+    /// Moves the prior, bounds and all.
+    pub fn shift(&mut self, by: f64) {
+        self.mean += by;
+        self.lower += by;
+        self.upper += by;
+    }
+
     /// Whether the prior is one half of a normal density (the other half lies beyond a bound).
     pub fn is_half(&self) -> bool {
         self.lower == self.mean || self.upper == self.mean

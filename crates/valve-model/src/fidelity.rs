@@ -1,7 +1,11 @@
 //! How closely the equations of motion are followed: what a shorter computation may give up.
 
-use crate::integrator::MOST_SUBSTEPS;
-use crate::simulate::DEFAULT_STEP_S;
+/// The step of the integrator unless said otherwise, s.
+pub const DEFAULT_STEP_S: f64 = 1e-3;
+
+/// Substeps that a lane may take: the blend shrinks with their square, down to a relative pressure
+/// difference of some 1e-5, where no stroke time feels it any more.
+pub(crate) const MOST_SUBSTEPS: u32 = 16;
 
 /// How closely a run is followed. A step of a millisecond gives stroke times to some microseconds; a search that simulates
 /// thousands of times may ask for less.

@@ -9,6 +9,7 @@ use crate::conditions::Conditions;
 use crate::dispatch::{InstructionSet, integrate_scalar, integrate_with};
 use crate::driven::Driven;
 use crate::equations::Equations;
+pub use crate::fidelity::DEFAULT_STEP_S;
 use crate::fidelity::Fidelity;
 use crate::integrator::{LaneRun, Pace, Recorder};
 use crate::params::ParameterError;
@@ -17,9 +18,6 @@ use crate::start::Start;
 use crate::state::{Inputs, State};
 use crate::trajectory::Trajectory;
 use crate::valve::Valve;
-
-/// The step of the integrator unless said otherwise, s.
-pub const DEFAULT_STEP_S: f64 = 1e-3;
 
 /// One recorded or planned run of a valve.
 #[derive(Debug, Clone, PartialEq)]

@@ -11,7 +11,7 @@ use valve_model::{EffectKind, ParameterId};
 
 use super::nuisance::{Entry, Nuisance, NuisanceSizes, nuisances};
 use super::problem::{DEFAULT_TOLERANCES, ValveProblem};
-use super::setup::{LEAD_S, Resolution, Setup};
+use super::setup::{Resolution, Setup};
 use super::start::Beginning;
 use crate::data::Dataset;
 use crate::space::{Space, Target};
@@ -126,7 +126,7 @@ impl Subject {
             let mut u = problem.start();
             for (place, entry) in self.nuisances.iter().enumerate() {
                 if matches!(entry.nuisance.scope(), Scope::Record(record) if entry.nuisance == which(record)) {
-                    u[own + place] = 1.0;
+                    u[own + place] = entry.coordinate.mean + 1.0;
                 }
             }
             u
@@ -216,7 +216,7 @@ impl Subject {
             coordinate.upper = best + 3.0 * coordinate.sigma;
             coordinate.step = 0.01;
             for setup in [&mut self.low, &mut self.high] {
-                setup.begin_earlier(unit, coordinate.upper * travel_s + LEAD_S);
+                setup.begin_earlier(unit, coordinate.upper * travel_s + setup.lead_s);
             }
             self.nuisances.push(entry);
         }

@@ -193,6 +193,9 @@ impl Entry {
     }
 }
 
+/// Standard deviation of what lies anywhere in a stretch, as a share of it.
+const UNIFORM: f64 = 0.288_675;
+
 /// Nuisances end at this many standard deviations.
 const BOUND: f64 = 3.0;
 
@@ -232,8 +235,11 @@ pub fn nuisances(
         if !setup.is_driven {
             let delay = stated.command_delay_s.unwrap_or(sizes.delay_s);
             all.push((Nuisance::Supply(record), stated.supply_pressure.unwrap_or(sizes.supply)));
-            all.push((Nuisance::CloseDelay(record), delay));
-            all.push((Nuisance::OpenDelay(record), delay));
+            for (which, unseen_s) in
+                [Nuisance::CloseDelay(record), Nuisance::OpenDelay(record)].into_iter().zip(unit.unseen_s)
+            {
+                all.push((which, delay.hypot(unseen_s * UNIFORM)));
+            }
         }
     }
     if has_traces {
@@ -254,7 +260,17 @@ pub fn nuisances(
         all.push((Nuisance::PressureZero(channel), sizes.pressure_zero * span_pa(setup)));
         all.push((Nuisance::PressureGain(channel), sizes.gain));
     }
-    all.into_iter().filter(|(_, size)| *size > 0.0).map(|(nuisance, size)| Entry::new(nuisance, size)).collect()
+    let entry = |(nuisance, size): (Nuisance, f64)| {
+        let mut entry = Entry::new(nuisance, size);
+        let unseen_s = match nuisance {
+            Nuisance::CloseDelay(record) => setup.units[record].unseen_s[0],
+            Nuisance::OpenDelay(record) => setup.units[record].unseen_s[1],
+            _ => 0.0,
+        };
+        entry.coordinate.shift(-0.5 * unseen_s / size);
+        entry
+    };
+    all.into_iter().filter(|(_, size)| *size > 0.0).map(entry).collect()
 }
 
 /// The largest gauge pressure of the supply, Pa.

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use campaign::{Campaign, Run as RecordedRun};
 use identify::{GroupPrior, Record, Row, Series};
 use valve_model::driven::Driven;
-use valve_model::{Fidelity, Parameters, Run, Schedule, Start};
+use valve_model::{CommandEdge, Fidelity, Parameters, Run, Schedule, Start};
 
 use super::start::{Beginning, beginning};
 use crate::data::{Channel, ChannelData, Dataset, RunData, TimingGroup, same_conditions};
@@ -84,6 +84,9 @@ pub struct Unit {
     pub origin_s: f64,
     /// How the simulation begins.
     pub beginning: Beginning,
+    /// How long before a command to close, and one to open, the row before it was written, s: when in that time the command
+    /// was given is not recorded. The longest of each.
+    pub unseen_s: [f64; 2],
     /// What it is of.
     pub kind: Kind,
 }
@@ -109,6 +112,8 @@ pub struct Setup {
     pub is_driven: bool,
     /// Longest step of the integrator for what is printed, s.
     pub step_s: f64,
+    /// How much a simulation begins before a record that begins at rest, s.
+    pub lead_s: f64,
     /// How inert the piston may be taken, kg.
     pub most_inert_kg: f64,
     /// How long a stroke travels, s.
@@ -116,7 +121,31 @@ pub struct Setup {
 }
 
 /// How much a simulation begins before a record that begins at rest, so that a command may come early, s.
-pub(super) const LEAD_S: f64 = 0.1;
+const LEAD_S: f64 = 0.1;
+
+/// The same in rows of a slow recorder, which writes a command down up to one of them too late.
+const LEAD_ROWS: f64 = 2.0;
+
+/// How much a simulation begins before this record.
+fn lead_s(data: &RunData) -> f64 {
+    let mut rows: Vec<f64> = data.times_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    rows.sort_by(f64::total_cmp);
+    rows.get(rows.len() / 2).map_or(LEAD_S, |row| LEAD_S.max(LEAD_ROWS * row))
+}
+
+/// How long before each command of a run the row before it was written: the longest time of commands to close, and of those
+/// to open, s.
+fn unseen_s(data: &RunData, commands: &[CommandEdge]) -> [f64; 2] {
+    let mut longest = [0.0_f64; 2];
+    for edge in commands {
+        let row = data.times_s.partition_point(|time| *time < edge.time_s);
+        if row > 0 && row < data.times_s.len() {
+            let of_kind = &mut longest[usize::from(!edge.close)];
+            *of_kind = of_kind.max(data.times_s[row] - data.times_s[row - 1]);
+        }
+    }
+    longest
+}
 
 /// The inertia of a stroke that takes its time evenly may be this share of what the supply can push with.
 const INERTIA_SHARE: f64 = 1e-4;
@@ -169,6 +198,7 @@ impl Setup {
             ambient_pa,
             is_driven,
             step_s: step_s(travel_s),
+            lead_s: data.runs.iter().map(lead_s).fold(LEAD_S, f64::max),
             most_inert_kg: INERTIA_SHARE * push_n * travel_s * travel_s / stroke_m,
             travel_s,
         }
@@ -201,17 +231,18 @@ impl Setup {
 
     /// Lets the simulation of a record begin open and vented, its first command in its first row.
     pub(super) fn begin_open(&mut self, unit: usize) {
-        self.begin_earlier(unit, LEAD_S);
+        self.begin_earlier(unit, self.lead_s);
         self.units[unit].beginning = Beginning::Open;
     }
 
     /// Lets the simulation of a record begin closed and filled.
     pub(super) fn begin_closed(&mut self, unit: usize) {
-        self.begin_earlier(unit, LEAD_S);
+        self.begin_earlier(unit, self.lead_s);
+        let lead_s = self.lead_s;
         let unit = &mut self.units[unit];
         unit.beginning = Beginning::Closed;
         unit.run.start = Start::ClosedRest;
-        unit.run.commands.retain(|edge| !edge.close || edge.time_s > LEAD_S);
+        unit.run.commands.retain(|edge| !edge.close || edge.time_s > lead_s);
     }
 
     /// How closely a valve is simulated.
@@ -330,6 +361,7 @@ fn trace_units(
                 name,
                 run: part.run(data),
                 origin_s: part.origin_s,
+                unseen_s: part.unseen_s(data),
                 beginning: part.beginning,
                 kind: Kind::Trace(Trace { channels }),
             };
@@ -347,6 +379,12 @@ struct Part {
 }
 
 impl Part {
+    fn unseen_s(&self, data: &RunData) -> [f64; 2] {
+        let inside = |edge: &&CommandEdge| edge.time_s >= self.from_s && edge.time_s < self.until_s;
+        let commands: Vec<CommandEdge> = data.run.commands.iter().filter(inside).copied().collect();
+        unseen_s(data, &commands)
+    }
+
     fn run(&self, data: &RunData) -> Run {
         let mut run = data.run.clone();
         run.end_s = self.until_s.min(data.run.end_s) - self.origin_s;
@@ -371,8 +409,9 @@ impl Part {
 /// The cycles of a record: each from a command to close that finds the valve open and at rest to the next such. The
 /// simulation of a later one begins with the cycle before it, which leaves some gas behind.
 fn parts(data: &RunData, start: Beginning, stroke_m: f64, travel_s: f64) -> Vec<Part> {
+    let lead_s = lead_s(data);
     let origin_s = match start {
-        Beginning::Open | Beginning::Closed | Beginning::Filling => -LEAD_S,
+        Beginning::Open | Beginning::Closed | Beginning::Filling => -lead_s,
         Beginning::Moving { .. } => 0.0,
     };
     let rests = |time: f64| {
@@ -399,7 +438,7 @@ fn parts(data: &RunData, start: Beginning, stroke_m: f64, travel_s: f64) -> Vec<
         before = if first && origin_s == 0.0 {
             (cut, before.1, before.2)
         } else {
-            let from = if first { origin_s } else { cuts[parts.len() - 2] - LEAD_S };
+            let from = if first { origin_s } else { cuts[parts.len() - 2] - lead_s };
             (cut, from, if first { start } else { Beginning::Open })
         };
     }
@@ -538,6 +577,7 @@ fn times_unit(data: &Dataset, group: &TimingGroup) -> (Unit, Record) {
     };
     let series = vec![Series { rows, group: 2, is_process: false }];
     let kind = Kind::Times(Times { cycles: group.cycles, closing });
-    let unit = Unit { name: "stroke times".into(), run, origin_s: 0.0, beginning: Beginning::Open, kind };
+    let unit =
+        Unit { name: "stroke times".into(), run, origin_s: 0.0, beginning: Beginning::Open, unseen_s: [0.0; 2], kind };
     (unit, Record { series, condition: 0 })
 }

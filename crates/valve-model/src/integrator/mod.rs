@@ -12,7 +12,7 @@ mod step_control;
 pub(crate) use clock::Clock;
 use clock::Held;
 pub(crate) use recorder::Recorder;
-pub(crate) use step_control::{MOST_SUBSTEPS, Pace};
+pub(crate) use step_control::Pace;
 
 use crate::command::Segment;
 use crate::driven::Driven;

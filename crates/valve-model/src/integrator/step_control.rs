@@ -24,10 +24,6 @@ pub struct Pace {
 /// Steps after which a lane looks again whether it needs substeps.
 pub(super) const BLOCK: u32 = 8;
 
-/// Substeps that a lane may take: the blend shrinks with their square, down to a relative pressure
-/// difference of some 1e-5, where no stroke time feels it any more.
-pub(crate) const MOST_SUBSTEPS: u32 = 16;
-
 /// On a stop, supply, line, pipe and chamber closer than this (relative) are at one pressure for all purposes.
 const REST_GAP: f64 = 1e-4;
 
