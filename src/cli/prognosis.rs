@@ -91,11 +91,15 @@ pub struct PrognoseArgs {
     /// Go on reading as the log grows, over rotations, until interrupted
     #[arg(long)]
     pub follow: bool,
-    /// Keep every valve's estimate in a directory, and go on from there at the next start: nothing is lost and nothing
-    /// written twice, whenever the program or the machine stops
+    /// Keep estimates in a directory, to go on from there at the next start
+    ///
+    /// Every valve's estimate, the place in the log and the length of the output are kept together: nothing is lost and
+    /// nothing written twice, whenever the program or the machine stops.
     #[arg(long, value_name = "DIR", requires = "out", conflicts_with = "plot")]
     pub state: Option<PathBuf>,
-    /// Where the rows go with --state, which stdout could not be cut back to
+    /// Where the rows go with --state
+    ///
+    /// After a sudden stop the file is cut back to what was kept, which stdout cannot be.
     #[arg(long, value_name = "FILE", requires = "state")]
     pub out: Option<PathBuf>,
     /// End at the first line that is no row; without it, --follow and stdin skip it with a word
