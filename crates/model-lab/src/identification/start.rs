@@ -55,26 +55,32 @@ pub fn beginning(
     travel_s: f64,
 ) -> Beginning {
     let window = WINDOW.0.max(WINDOW.1 * travel_s);
+    // A slow recorder has few rows before the first command, and those after it tell of that command.
+    let until_s = commands.iter().map(|edge| edge.time_s).find(|time| *time > 0.0).unwrap_or(f64::INFINITY);
     let rows: Vec<(f64, f64)> = times_s
         .iter()
         .copied()
         .zip(position_m.iter().copied())
-        .filter(|(_, position)| position.is_finite())
+        .filter(|(time, position)| *time < until_s && position.is_finite())
         .enumerate()
         .take_while(|(index, (time, _))| *index < FEWEST_ROWS || *time <= window)
         .map(|(_, row)| row)
         .filter(|(time, _)| *time <= 10.0 * window)
         .collect();
-    if rows.len() < 3 {
+    if rows.is_empty() {
         return Beginning::Open;
     }
     let count = rows.len() as f64;
     let (mean_t, mean_x) = rows.iter().fold((0.0, 0.0), |sum, row| (sum.0 + row.0 / count, sum.1 + row.1 / count));
     let spread: f64 = rows.iter().map(|(t, _)| (t - mean_t).powi(2)).sum::<f64>().max(1e-18);
-    let velocity = rows.iter().map(|(t, x)| (t - mean_t) * (x - mean_x)).sum::<f64>() / spread;
-    let left: f64 = rows.iter().map(|(t, x)| (x - mean_x - velocity * (t - mean_t)).powi(2)).sum();
-    let noise = (left / (count - 2.0)).sqrt().max(noise_m);
-    let sigma = noise / spread.sqrt();
+    let slope = rows.iter().map(|(t, x)| (t - mean_t) * (x - mean_x)).sum::<f64>() / spread;
+    // Of two rows a line tells nothing: whatever the speed is, it is at most that of a stroke.
+    let (velocity, sigma) = if rows.len() < 3 {
+        (0.0, stroke_m / travel_s)
+    } else {
+        let left: f64 = rows.iter().map(|(t, x)| (x - mean_x - slope * (t - mean_t)).powi(2)).sum();
+        (slope, (left / (count - 2.0)).sqrt().max(noise_m) / spread.sqrt())
+    };
     let position = mean_x + velocity * (times_s[0] - mean_t);
     let moves = velocity.abs() > (CLEAR * sigma).max(SLOWEST * stroke_m / travel_s);
     let is_energised = commands.first().is_some_and(|edge| edge.close && edge.time_s <= 0.0);
@@ -135,6 +141,23 @@ mod tests {
                 assert!((position_m - 0.014).abs() < 2e-4, "{position_m}");
             }
             other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn rows_after_the_first_command_tell_nothing_of_the_beginning() {
+        // A recorder of 20 Hz.
+        let times: Vec<f64> = (0..40).map(|row| f64::from(row) * 0.05).collect();
+        let from = |start_m: f64, speed: f64, edge_s: f64| -> Vec<f64> {
+            times.iter().map(|time| start_m + speed * (time - edge_s).max(0.0)).collect()
+        };
+        for edge_s in [0.05, 0.1, 0.2, 0.4] {
+            let close = [CommandEdge { time_s: edge_s, close: true }];
+            let closing = from(0.0254, -0.01, edge_s);
+            assert_eq!(beginning(&times, &closing, 1e-5, &close, 0.0254, 2.0), Beginning::Open, "{edge_s}");
+            let open = [CommandEdge { time_s: edge_s, close: false }];
+            let opening = from(0.0, 0.01, edge_s);
+            assert_eq!(beginning(&times, &opening, 1e-5, &open, 0.0254, 2.0), Beginning::Closed, "{edge_s}");
         }
     }
 
