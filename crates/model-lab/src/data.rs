@@ -82,10 +82,10 @@ pub struct TimingGroup {
 
 /// How closely runs are followed for results: to a hundredth of a micrometre of the motion. More substeps would only serve
 /// parameters far from any valve.
-pub const FINE: Fidelity = Fidelity { most_substeps: 4, ..Fidelity::FINE };
+pub const FINE_FIT: Fidelity = Fidelity { most_substeps: 4, ..Fidelity::FINE };
 
 /// For the way there: to a micrometre or so of the motion, in half the time.
-pub const ROUGH: Fidelity =
+pub const ROUGH_FIT: Fidelity =
     Fidelity { step_s: 2.0 * DEFAULT_STEP_S, most_substeps: 2, roughness: 2.0, ..Fidelity::FINE };
 
 /// Supply pressures and leaks that differ by less than this share are the same condition.
@@ -166,7 +166,7 @@ impl Dataset {
             timing_noise_s,
             schedule,
             noise_is_stated: campaign.sensors.position_noise_m.is_some() || campaign.sensors.timing_noise_s.is_some(),
-            fidelity: FINE,
+            fidelity: FINE_FIT,
         }
     }
 
@@ -176,7 +176,7 @@ impl Dataset {
         let runs = self.runs.iter().map(RunData::thinned).collect();
         Self {
             runs,
-            fidelity: ROUGH,
+            fidelity: ROUGH_FIT,
             timing_groups: self.timing_groups.clone(),
             timing_rows: self.timing_rows.clone(),
             ..self.without_units()

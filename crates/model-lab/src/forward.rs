@@ -5,7 +5,7 @@ use valve_model::cycle::{CycleTimes, cycles};
 use valve_model::real::LANES;
 use valve_model::{Fidelity, Outcome, Prepared, Run, Trajectory, Valve, simulate};
 
-use crate::data::{Channel, ChannelData, Dataset, FINE, RunData};
+use crate::data::{Channel, ChannelData, Dataset, FINE_FIT, RunData};
 
 /// Residuals beyond this many standard deviations carry no more information.
 const LARGEST_RESIDUAL: f64 = 1e4;
@@ -177,7 +177,7 @@ fn bounded(residual: f64) -> f64 {
 pub fn timing_predictions(data: &Dataset, valves: &[Valve]) -> Vec<Vec<CycleTimes>> {
     let groups = data.timing_groups.len();
     // Stroke times close to a stall want all substeps.
-    let fidelity = if data.fidelity == FINE { Fidelity::FINE } else { data.fidelity };
+    let fidelity = if data.fidelity == FINE_FIT { Fidelity::FINE } else { data.fidelity };
     let mut times: Vec<Vec<CycleTimes>> =
         vec![vec![CycleTimes { close_time_s: None, open_time_s: None }; groups]; valves.len()];
     for wanted in [1, 2] {

@@ -2,7 +2,7 @@
 #![allow(dead_code, reason = "each test target uses a part of it")]
 
 use model_lab::Dataset;
-use model_lab::data::{Block, Channel, ChannelData, FINE, RunData};
+use model_lab::data::{Block, Channel, ChannelData, FINE_FIT, RunData};
 use model_lab::forward::record;
 use valve_model::{CommandEdge, Conditions, Prepared, Run, Schedule, Start, Valve, simulate};
 
@@ -70,6 +70,6 @@ pub fn campaign(runs: Vec<RunData>) -> Dataset {
         timing_noise_s: 1e-3,
         schedule: Schedule { close_at_s: 0.0, open_at_s: 4.0, end_s: 12.0 },
         noise_is_stated: true,
-        fidelity: FINE,
+        fidelity: FINE_FIT,
     }
 }
