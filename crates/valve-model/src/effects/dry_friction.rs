@@ -1,9 +1,9 @@
 //! Dry friction: Coulomb, static and Stribeck friction
 //! (Armstrong-Hélouvry, Dupont and Canudas de Wit, Automatica 30(7), 1994).
 
-use super::info::{ActsOn, Allowed, DefaultValue, EffectInfo, EffectParameter, FitRange, Search, fixed};
+use super::info::{ActsOn, Allowed, DefaultValue, EffectInfo, EffectParameter, FitRange, Search};
 use super::scales;
-use super::shared::{OPENING_FACTOR, TYPICAL_FRICTION, bristle_stiffness};
+use super::shared::{OPENING_FACTOR, POSITION_SLOPE, TYPICAL_FRICTION, bristle_stiffness};
 use super::term::{Term, numbers};
 use super::{Assembly, Moment};
 use crate::real::Real;
@@ -59,15 +59,7 @@ pub(super) const INFO: EffectInfo = EffectInfo {
         },
         bristle_stiffness("force per travel before it slides"),
         OPENING_FACTOR,
-        EffectParameter {
-            name: "position_slope",
-            si_unit: "",
-            meaning: "relative change of the friction from closed to open, a: times 1 + a (x/L - 1/2)",
-            default: DefaultValue::Value(0.0),
-            search: Search::Refinement,
-            allowed: Allowed { contains: |value| value.abs() <= 2.0, words: "between -2 and 2" },
-            range: |_| fixed(-1.8, 0.0, 1.8),
-        },
+        POSITION_SLOPE,
     ],
     neutral: 0.0,
 };

@@ -1,7 +1,7 @@
 //! Seal friction: dry friction of lip seals that the gas presses on.
 
 use super::info::{ActsOn, Allowed, DefaultValue, EffectInfo, EffectParameter, FitRange, Search};
-use super::shared::{OPENING_FACTOR, bristle_stiffness};
+use super::shared::{OPENING_FACTOR, POSITION_SLOPE, bristle_stiffness};
 use super::term::{Term, numbers};
 use super::{Assembly, Moment};
 use crate::real::Real;
@@ -31,11 +31,12 @@ pub(super) const INFO: EffectInfo = EffectInfo {
         },
         bristle_stiffness("force per travel before it slides; the softer one counts with dry friction beside it"),
         OPENING_FACTOR,
+        POSITION_SLOPE,
     ],
     neutral: 0.0,
 };
 
-/// It depends on the direction of the motion.
+/// It depends on the direction of the motion, or on the position.
 const UNEVEN: u8 = 1;
 
 numbers! {
@@ -43,6 +44,10 @@ numbers! {
     per_pressure: 0.0,
     /// While opening over that while closing.
     opening: 1.0,
+    /// What it is multiplied by at the closed stop.
+    at_closed: 1.0,
+    /// By how much that rises with the position, 1/m.
+    slope_per_m: 0.0,
 }
 
 impl<R: Real> Term<R> for Law<R> {
@@ -53,14 +58,18 @@ impl<R: Real> Term<R> for Law<R> {
         if at.variants.seal_friction & UNEVEN == 0 {
             return self.per_pressure.mul_add(pressing, sum);
         }
-        sum + self.per_pressure * pressing * zero.select_lt(at.state.v, self.opening, one)
+        let way = zero.select_lt(at.state.v, self.opening, one);
+        let place = self.slope_per_m.mul_add(at.state.x, self.at_closed).max(zero);
+        (self.per_pressure * pressing * way).mul_add(place, sum)
     }
 }
 
 fn add(values: &[f64], to: &mut Assembly<'_>) {
-    to.rubs(values[1], "effect.seal-friction.bristle_stiffness");
-    to.laws.seal_friction = Law { per_pressure: values[0], opening: values[2] };
-    to.laws.variants.seal_friction = if values[2] == 1.0 { 0 } else { UNEVEN };
+    let [per_pressure, stiffness, opening, slope] = [0, 1, 2, 3].map(|index| values[index]);
+    to.rubs(stiffness, "effect.seal-friction.bristle_stiffness");
+    to.laws.seal_friction =
+        Law { per_pressure, opening, at_closed: 1.0 - 0.5 * slope, slope_per_m: slope / to.parameters.stroke_m };
+    to.laws.variants.seal_friction = if opening == 1.0 && slope == 0.0 { 0 } else { UNEVEN };
 }
 
 #[cfg(test)]
@@ -71,9 +80,10 @@ mod tests {
     #[test]
     fn it_grows_with_the_pressure_in_the_chamber() {
         for (v, way) in [(0.05, 0.8), (-0.05, 1.0)] {
-            let mut subject = Subject::with(EffectKind::SEAL_FRICTION, &[6e-5, 3e5, 0.8]).moving(0.01, v);
+            let mut subject = Subject::with(EffectKind::SEAL_FRICTION, &[6e-5, 3e5, 0.8, 0.4]).moving(0.01, v);
             subject = subject.at_pressures(3e5, 3e5);
-            let force = v.signum() * 6e-5 * (3e5 - testbed().ambient_pressure_pa) * way;
+            let place = 1.0 + 0.4 * (0.01 / testbed().stroke_m - 0.5);
+            let force = v.signum() * 6e-5 * (3e5 - testbed().ambient_pressure_pa) * way * place;
             subject.state.bristle = force / 3e5;
             assert!((subject.force() + force).abs() < 1e-9, "{} N at {v} m/s", subject.force());
         }

@@ -42,6 +42,17 @@ pub(super) const OPENING_FACTOR: EffectParameter = EffectParameter {
     search: Search::Refinement,
 };
 
+/// How much a friction changes along the stroke, as a bore does that is worn or not quite round.
+pub(super) const POSITION_SLOPE: EffectParameter = EffectParameter {
+    name: "position_slope",
+    si_unit: "",
+    meaning: "relative change of the friction from closed to open, a: times 1 + a (x/L - 1/2)",
+    allowed: Allowed { contains: |value| value.abs() <= 2.0, words: "between -2 and 2" },
+    default: DefaultValue::Value(0.0),
+    range: |_| fixed(-1.8, 0.0, 1.8),
+    search: Search::Refinement,
+};
+
 /// The area of a leak that was there from the start.
 pub(super) const STANDING_LEAK: EffectParameter = EffectParameter {
     name: "area",
