@@ -13,8 +13,8 @@ use rayon::prelude::*;
 use crate::fit::{Fit, FitOptions, fit};
 use crate::held_out::{HeldOut, folds, held_out};
 use crate::noise::{GroupNoise, Noise};
-use crate::normal::prior_cost;
-use crate::problem::Problem;
+use crate::normal::{Linearised, Posterior, prior_cost};
+use crate::problem::{Linear, Problem};
 use crate::stop::Stop;
 use crate::variance::{Effort, GroupPrior, components, evidence, log_prior};
 
@@ -52,6 +52,10 @@ pub trait Family: Sync {
 
     /// Where fits of a set start from the optimum of another; the best of them is taken.
     fn warm(&self, member: &Self::Member, from: &Self::Member, u: &[f64]) -> Vec<Vec<f64>>;
+
+    /// For each coordinate of a problem, which coordinate of another one of the same level, or of a wider one, it is. Of
+    /// those that are new, the first is the size of an effect that is off at zero.
+    fn shared(&self, from: &Self::Member, to: &Self::Member) -> Vec<Option<usize>>;
 
     /// What is known of the errors, and how a fit goes on.
     fn options(&self) -> FitOptions;
@@ -109,6 +113,8 @@ pub struct SelectOptions {
     pub hopeless: f64,
     /// Sets that are followed to the end, at most.
     pub followed: usize,
+    /// Where a fit may have ended in a false valley, so many of all starts are followed to the end.
+    pub restarts: usize,
     /// What is left counts as nothing where its evidence is below this, nats.
     pub nothing_left: f64,
     /// A model error larger than this is more than instruments and small laws explain (in the units of the rows'
@@ -132,6 +138,7 @@ impl Default for SelectOptions {
             finalists: 3,
             hopeless: 60.0,
             followed: 5,
+            restarts: 2,
             nothing_left: 3.0,
             large: 0.005,
             good_enough: 0.0,
@@ -237,6 +244,13 @@ struct Runner<P> {
     set: Set,
     problem: P,
     fit: Fit,
+    /// Whether it began where a smaller set ended, so that it needs no annealing.
+    is_warm: bool,
+}
+
+/// How a fit goes on whose way an annealed phase, or a fit close by, has shown.
+fn settling(settled: usize, options: FitOptions) -> FitOptions {
+    FitOptions { annealed: 0, settled, ..options }
 }
 
 impl<F: Family> Search<'_, F> {
@@ -361,52 +375,121 @@ impl<F: Family> Search<'_, F> {
 
     fn first_round(&self, sets: &[Set], from: &[usize]) -> Vec<Runner<F::Member>> {
         let family = self.family;
-        let origin = self.models.get(&(from.to_vec(), Level::Low)).and_then(|model| {
-            let member = family.member(from, Level::Screen)?;
-            let u = family.carried(&model.problem, &model.fit.u, &member);
-            Some((member, u))
-        });
         let tasks: Vec<(&Set, bool)> = sets.iter().flat_map(|set| [(set, false), (set, true)]).collect();
-        let options = FitOptions { annealed: self.options.rounds[0], settled: 0, ..family.options() };
+        let little = FitOptions { annealed: self.options.rounds[0], settled: 0, ..family.options() };
         let of = tasks.len();
         tasks
             .par_iter()
             .filter_map(|(set, is_warm)| {
                 let problem = family.member(set, Level::Screen)?;
-                let starts = match (is_warm, &origin) {
-                    (true, Some((origin, u))) => family.warm(&problem, origin, u),
-                    _ => family.cold(&problem),
+                let fit = if *is_warm {
+                    let (of_all, u, noise) = self.foreseen(set, from)?;
+                    let options = FitOptions { known: Some(noise), ..settling(self.options.rounds[0], little.clone()) };
+                    fit(&problem, &family.carried(&of_all, &u, &problem), &options)?
+                } else {
+                    fit(&problem, &best_start(&problem, family.cold(&problem))?, &little)?
                 };
-                let start = best_start(&problem, starts)?;
-                let fit = fit(&problem, &start, &options)?;
                 family.tell(fitted_news(set, &problem, &fit, of));
-                Some(Runner { set: (*set).clone(), problem, fit })
+                Some(Runner { set: (*set).clone(), problem, fit, is_warm: *is_warm })
             })
             .collect()
     }
 
+    /// Where a set with one effect more is likely to be best, and with which errors: from the optimum of the smaller set, by
+    /// the derivatives there and what the effect does at each of several sizes. At a single, very small one this would be
+    /// the score test (Rao, Mathematical Proceedings of the Cambridge Philosophical Society 44(1), 1948).
+    fn foreseen(&self, set: &[usize], from: &[usize]) -> Option<(F::Member, Vec<f64>, Noise)> {
+        let smaller = self.smaller(set, from)?;
+        let problem = self.family.member(set, Level::Low)?;
+        let shared = self.family.shared(&smaller.problem, &problem);
+        let size = shared.iter().position(Option::is_none)?;
+        let coordinates = problem.coordinates();
+        let mut points = self.family.warm(&problem, &smaller.problem, &smaller.fit.u);
+        for point in &mut points {
+            for (u, coordinate) in point.iter_mut().zip(coordinates) {
+                *u = u.clamp(coordinate.lower, coordinate.upper);
+            }
+            if point[size] == 0.0 {
+                point[size] = coordinates[size].step_at(0.0, f64::INFINITY);
+            }
+        }
+        let mut off = points.first()?.clone();
+        off[size] = 0.0;
+        points.push(off);
+        let mut predicted = crate::problem::predict_all(&problem, &points);
+        let without = predicted.pop()??;
+        let mut place = vec![None; smaller.problem.coordinates().len()];
+        for (index, same) in shared.iter().enumerate() {
+            if let Some(same) = same {
+                place[*same] = Some(index);
+            }
+        }
+        let kept = |columns: &[(usize, Vec<f64>)]| -> Vec<(usize, Vec<f64>)> {
+            columns.iter().filter_map(|(index, column)| Some((place[*index]?, column.clone()))).collect()
+        };
+        let groups = self.family.options().groups;
+        let noise = &smaller.fit.noise;
+        let linear = points.into_iter().zip(predicted).filter_map(|(u, predicted)| {
+            let with_effect = predicted?.into_iter().zip(&without).zip(&smaller.fit.linear.columns);
+            let linear = with_effect.map(|((predicted, without), columns)| {
+                let by_size = predicted.iter().zip(without).map(|(with, without)| (with - without) / u[size]);
+                let mut columns = kept(columns);
+                columns.push((size, by_size.collect()));
+                Linear { predicted, columns }
+            });
+            let linear = linear.collect();
+            let at = Linearised::new(&problem, u, linear);
+            let likely = evidence(&problem, &at, &at.normal(&problem, noise), &groups, noise);
+            likely.is_finite().then_some((likely, at))
+        });
+        let (_, at) = linear.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let noise = components(&problem, &at, &groups, noise, Effort::Local);
+        let normal = at.normal(&problem, &noise);
+        let step = Posterior::new(coordinates, &at.u, &normal).newton()?;
+        Some((problem, step.to, noise))
+    }
+
+    /// The set with one effect less that a set grows out of: the one at hand, or, for a set in which one was exchanged, what
+    /// both share.
+    fn smaller(&self, set: &[usize], from: &[usize]) -> Option<&Model<F::Member>> {
+        let smaller: Set = set.iter().copied().filter(|one| from.contains(one)).collect();
+        let of = |level: Level| self.models.get(&(smaller.clone(), level));
+        of(Level::Low).or_else(|| of(Level::High))
+    }
+
     /// Runners that saw a few of the records, before all of them.
     fn with_all_records(&self, runners: Vec<Runner<F::Member>>) -> Vec<Runner<F::Member>> {
-        let options = FitOptions { annealed: 1, settled: 0, ..self.family.options() };
+        let base = self.family.options();
         runners
             .into_par_iter()
             .filter_map(|runner| {
                 let problem = self.family.member(&runner.set, Level::Low)?;
                 let start = self.family.carried(&runner.problem, &runner.fit.u, &problem);
+                let options = if runner.is_warm {
+                    FitOptions { known: Some(runner.fit.noise.clone()), ..settling(1, base.clone()) }
+                } else {
+                    FitOptions { annealed: 1, settled: 0, ..base.clone() }
+                };
                 let fit = fit(&problem, &start, &options)?;
-                Some(Runner { set: runner.set, problem, fit })
+                Some(Runner { problem, fit, ..runner })
             })
             .collect()
     }
 
     fn carried_on(&self, runners: Vec<Runner<F::Member>>, derivatives: usize) -> Vec<Runner<F::Member>> {
         let base = self.family.options();
-        let options =
-            if derivatives == usize::MAX { base } else { FitOptions { annealed: derivatives, settled: 1, ..base } };
         let of = runners.len();
         runners
             .into_par_iter()
             .map(|mut runner| {
+                let options = match (runner.is_warm, derivatives) {
+                    (true, most) => FitOptions {
+                        known: Some(runner.fit.noise.clone()),
+                        ..settling(most.min(base.settled), base.clone())
+                    },
+                    (false, usize::MAX) => base.clone(),
+                    (false, most) => FitOptions { annealed: most, settled: 1, ..base.clone() },
+                };
                 if !runner.fit.converged
                     && let Some(fit) = fit(&runner.problem, &runner.fit.u, &options)
                     && fit.log_evidence > runner.fit.log_evidence
@@ -434,10 +517,14 @@ impl<F: Family> Search<'_, F> {
         runners.into_par_iter().map(again).collect()
     }
 
-    /// The best of a fit and those from other starts.
+    /// The best of a fit and those from other starts: all get a little work, those that got farthest are fitted to the end.
     fn best_of(&self, problem: &F::Member, starts: Vec<Vec<f64>>, known: Fit) -> Fit {
         let options = self.family.options();
-        let fits = starts.into_par_iter().filter_map(|start| fit(problem, &start, &options));
+        let little = FitOptions { annealed: self.options.rounds[0], settled: 0, ..options.clone() };
+        let mut begun: Vec<Fit> = starts.into_par_iter().filter_map(|start| fit(problem, &start, &little)).collect();
+        begun.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));
+        begun.truncate(self.options.restarts);
+        let fits = begun.into_par_iter().filter_map(|begun| fit(problem, &begun.u, &options));
         let best = fits.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence));
         best.filter(|best| best.log_evidence > known.log_evidence).unwrap_or(known)
     }

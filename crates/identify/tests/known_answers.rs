@@ -188,6 +188,11 @@ impl<'a> Family for &'a Regressors {
         vec![std::iter::once(u[0]).chain(member.set.iter().map(of)).collect()]
     }
 
+    fn shared(&self, from: &Member<'a>, to: &Member<'a>) -> Vec<Option<usize>> {
+        let of = |one: &usize| from.set.iter().position(|other| other == one).map(|place| 1 + place);
+        std::iter::once(Some(0)).chain(to.set.iter().map(of)).collect()
+    }
+
     fn options(&self) -> FitOptions {
         let prior = GroupPrior { discrepancy: (1e-4, 3.0), time_s: (1.0, 20.0), multiplier: (0.3, 20.0), ..stated() };
         FitOptions::new(vec![prior])
