@@ -11,7 +11,6 @@ use super::experiment::{Hypothesis, best_experiment};
 use super::outside::outside;
 use super::uncertainty::{Certainty, effect_parameters, moved_parameters};
 use super::{DiagnoseOptions, Progress};
-use crate::identification::setup::Kind;
 use crate::identification::{Catalogue, ValveProblem};
 
 /// A group of indistinguishable alternatives larger than this names nothing.
@@ -123,10 +122,7 @@ fn in_order(catalogue: &Catalogue<'_>, found: &Selection<ValveProblem<'_>>) -> V
 }
 
 fn noise_m(best: &Fitted<'_>) -> Option<f64> {
-    let setup = best.problem.setup();
-    let record = setup.units.iter().position(|unit| matches!(unit.kind, Kind::Trace(_)))?;
-    let sigmas = setup.records[record].series[0].rows.iter().map(|row| row.sigma);
-    Some(best.fit.noise.groups[0].multiplier * sigmas.fold(0.0, f64::max))
+    best.problem.setup().noise_m.map(|noise| best.fit.noise.groups[0].multiplier * noise)
 }
 
 fn remainder(best: &Fitted<'_>, options: &FitOptions) -> Remainder {

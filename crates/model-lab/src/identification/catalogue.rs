@@ -7,11 +7,11 @@ use identify::problem::predict_all;
 use identify::select::{Family, Level, News};
 use identify::{Coordinate, FitOptions, Problem, Scope, Stop};
 use valve_file::{Tolerance, ValveFile};
-use valve_model::{EffectKind, ParameterId};
+use valve_model::{EffectKind, Fidelity, ParameterId};
 
 use super::nuisance::{Entry, Nuisance, NuisanceSizes, nuisances};
 use super::problem::{DEFAULT_TOLERANCES, ValveProblem};
-use super::setup::{Resolution, Setup};
+use super::setup::Setup;
 use super::start::Beginning;
 use crate::data::Dataset;
 use crate::space::{Space, Target};
@@ -50,6 +50,26 @@ const UNREST: f64 = 0.3;
 /// How far an unseen edge may lie from the best one at the values of the valve file, in travel times.
 const UNSEEN_SIGMA: f64 = 0.3;
 
+/// Steps of the integrator, in usual ones, and the most substeps, from cheap to exact; the last one is what the others are
+/// measured by.
+const RUNGS: [(f64, u32); 6] = [(2.0, 2), (2.0, 4), (1.0, 2), (1.0, 4), (0.5, 4), (0.25, 4)];
+
+/// The rung that is usual for what decides.
+const USUAL: usize = 3;
+
+/// What a simulation may be off by, in standard deviations of the rows (root mean square): on the way, where an optimum
+/// must only be close, and for what decides, where it must not look like missing physics. Over a thousand rows 0.2 are worth
+/// 20 nats at most, if an effect does just what the simulation does wrong.
+const OWN_ERROR: (f64, f64) = (0.5, 0.2);
+
+/// Root mean square of errors by record and row, in standard deviations of the rows.
+fn rms_in_noise(setup: &Setup, errors: &[Vec<f64>]) -> f64 {
+    let rows = setup.records.iter().zip(errors).flat_map(|(record, errors)| record.rows().zip(errors));
+    let (sum, count) =
+        rows.fold((0.0, 0.0), |(sum, count), (row, error)| (sum + (error / row.sigma).powi(2), count + 1.0));
+    (sum / f64::max(count, 1.0)).sqrt()
+}
+
 impl Subject {
     /// Makes a campaign ready.
     pub fn new(file: &ValveFile, campaign: &Campaign, sizes: &NuisanceSizes) -> Self {
@@ -61,17 +81,23 @@ impl Subject {
         let positive: Vec<Tolerance> =
             tolerances.iter().filter(|one| parameters.get(one.parameter) > 0.0).copied().collect();
         let space = Space::new(file.valve(), &positive);
+        let setup = Setup::new(campaign, &data, parameters);
         let mut subject = Self {
-            low: Setup::new(campaign, &data, parameters, Resolution::Low),
-            high: Setup::new(campaign, &data, parameters, Resolution::High),
+            low: setup.clone(),
+            high: setup.clone(),
             nuisances: Vec::new(),
-            screen: Setup::new(campaign, &data, parameters, Resolution::Low),
+            screen: setup,
             screen_nuisances: Vec::new(),
             places: Vec::new(),
             space,
             tolerances_are_assumed,
         };
+        let (step, substeps) = RUNGS[0];
+        let step_s = step * subject.high.fidelity.step_s;
+        let roughest = Fidelity::with_step(step_s).with_most_substeps(substeps);
+        subject.low.fidelity = Fidelity { most_inert_kg: subject.high.fidelity.most_inert_kg, ..roughest };
         subject.find_unseen_edges(&campaign.uncertainty, sizes);
+        subject.choose_fidelity();
         subject.find_unrest();
         subject.choose_screen();
         subject
@@ -114,6 +140,47 @@ impl Subject {
                 self.places.push(place);
             }
         }
+    }
+
+    /// How closely to simulate on the way, and for what decides, by what the recorders can see of the difference; what is cut
+    /// short all the same counts as noise.
+    fn choose_fidelity(&mut self) {
+        let usual = self.high.fidelity;
+        let rungs = RUNGS.map(|(step, substeps)| Fidelity {
+            most_inert_kg: usual.most_inert_kg,
+            ..Fidelity::with_step(step * usual.step_s).with_most_substeps(substeps)
+        });
+        let mut setup = self.low.clone();
+        let predicted: Vec<Vec<Vec<f64>>> = rungs
+            .iter()
+            .filter_map(|rung| {
+                setup.fidelity = *rung;
+                let problem = ValveProblem::new(&setup, self.space.clone(), &self.nuisances, Stop::never());
+                predict_all(&problem, &[problem.start()]).remove(0)
+            })
+            .collect();
+        // The valve as its file has it may be none that can be simulated.
+        let Some((exact, others)) = predicted.split_last().filter(|(_, others)| others.len() + 1 == rungs.len()) else {
+            return;
+        };
+        let errors: Vec<Vec<Vec<f64>>> = others
+            .iter()
+            .map(|predicted| {
+                let both = predicted.iter().zip(exact);
+                both.map(|(one, exact)| one.iter().zip(exact).map(|(one, exact)| one - exact).collect()).collect()
+            })
+            .collect();
+        let in_noise: Vec<f64> = errors.iter().map(|errors| rms_in_noise(&setup, errors)).collect();
+        let first = |rungs: std::ops::RangeInclusive<usize>, most: f64| {
+            let last = *rungs.end();
+            rungs.into_iter().find(|rung| in_noise[*rung] <= most).unwrap_or(last)
+        };
+        let low = first(0..=USUAL, OWN_ERROR.0);
+        let high = first(low.max(USUAL)..=errors.len() - 1, OWN_ERROR.1);
+        self.low.fidelity = rungs[low];
+        self.low.add_noise(&errors[low]);
+        self.high = Setup { fidelity: rungs[high], ..setup };
+        self.high.add_noise(&errors[high]);
     }
 
     /// Which delays only a simulation tells: those of records in which a command finds the valve still filling, emptying or
@@ -204,8 +271,10 @@ impl Subject {
         let entries = self.nuisances.split_off(first);
         for ((unit, best), mut entry) in filling.into_iter().zip(best).zip(entries) {
             if best >= longest || best <= 0.0 {
-                for setup in [&mut self.low, &mut self.high] {
-                    if best > 0.0 { setup.begin_closed(unit) } else { setup.begin_open(unit) }
+                if best > 0.0 {
+                    self.low.begin_closed(unit);
+                } else {
+                    self.low.begin_open(unit);
                 }
                 continue;
             }
@@ -215,9 +284,7 @@ impl Subject {
             coordinate.lower = 0.0;
             coordinate.upper = best + 3.0 * coordinate.sigma;
             coordinate.step = 0.01;
-            for setup in [&mut self.low, &mut self.high] {
-                setup.begin_earlier(unit, coordinate.upper * travel_s + setup.lead_s);
-            }
+            self.low.begin_earlier(unit, coordinate.upper * travel_s + self.low.lead_s);
             self.nuisances.push(entry);
         }
     }
@@ -369,6 +436,13 @@ impl<'a> Family for Catalogue<'a> {
         let kinds: Vec<EffectKind> =
             member.space.effects().iter().map(valve_model::Effect::kind).filter(|kind| !has(*kind)).collect();
         Self::varied(member, &start, &kinds)
+    }
+
+    fn shared(&self, from: &Self::Member, to: &Self::Member) -> Vec<Option<usize>> {
+        let theirs = &from.space.coordinates;
+        let of_space = to.space.coordinates.iter();
+        let same = of_space.map(|one| theirs.iter().position(|other| to.space.is_same(one, &from.space, other)));
+        same.chain((0..to.nuisances.len()).map(|place| Some(theirs.len() + place))).collect()
     }
 
     fn options(&self) -> FitOptions {

@@ -9,4 +9,4 @@ pub mod start;
 pub use catalogue::{Catalogue, Subject};
 pub use nuisance::{Entry, Nuisance, NuisanceSizes, nuisances};
 pub use problem::ValveProblem;
-pub use setup::{Resolution, Setup};
+pub use setup::Setup;

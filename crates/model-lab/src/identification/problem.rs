@@ -206,7 +206,7 @@ impl<'a> ValveProblem<'a> {
         of_trace: impl Fn(Request, &Trace, &Valve, &Trajectory) -> T + Sync,
         of_times: impl Fn(Request, Option<&CycleTimes>) -> T + Sync,
     ) -> Vec<Option<T>> {
-        let fidelity = self.setup.fidelity();
+        let fidelity = self.setup.fidelity;
         let jobs: Vec<Option<(Valve, Run)>> =
             requests.par_iter().map(|request| self.simulation(&points[request.point], request.record)).collect();
         let pressures = self.setup.units.iter().any(Unit::has_pressures);

@@ -13,15 +13,6 @@ use valve_model::{CommandEdge, Fidelity, Parameters, Run, Schedule, Start};
 use super::start::{Beginning, beginning};
 use crate::data::{Channel, ChannelData, Dataset, RunData, TimingGroup, same_conditions};
 
-/// How finely a campaign is simulated and sampled.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Resolution {
-    /// For the way there.
-    Low,
-    /// For what decides and is printed.
-    High,
-}
-
 /// Rows over the travel of one stroke.
 const ROWS_A_TRAVEL: f64 = 30.0;
 
@@ -29,7 +20,7 @@ const ROWS_A_TRAVEL: f64 = 30.0;
 const LONGER_AT_REST: f64 = 10.0;
 
 /// Samples of the model in a row, at most.
-const MOST_SAMPLES: [usize; 2] = [2, 8];
+const MOST_SAMPLES: usize = 8;
 
 /// The model error at rest as a share of that at full speed.
 const ACTIVITY_AT_REST: f64 = 0.03;
@@ -100,22 +91,20 @@ pub struct Setup {
     pub records: Arc<Vec<Record>>,
     /// What is known of the errors of each group.
     pub groups: Vec<GroupPrior>,
+    /// Largest noise of a row of positions, before the multiplier, m; none where no positions were recorded.
+    pub noise_m: Option<f64>,
     /// Cycle of stroke times without traces.
     pub schedule: Schedule,
-    /// How finely it is simulated.
-    pub resolution: Resolution,
+    /// How closely it is simulated.
+    pub fidelity: Fidelity,
     /// Travel between the stops, m.
     pub stroke_m: f64,
     /// Atmospheric pressure, Pa.
     pub ambient_pa: f64,
     /// Whether a recorded pressure drives the model.
     pub is_driven: bool,
-    /// Longest step of the integrator for what is printed, s.
-    pub step_s: f64,
     /// How much a simulation begins before a record that begins at rest, s.
     pub lead_s: f64,
-    /// How inert the piston may be taken, kg.
-    pub most_inert_kg: f64,
     /// How long a stroke travels, s.
     pub travel_s: f64,
 }
@@ -147,17 +136,20 @@ fn unseen_s(data: &RunData, commands: &[CommandEdge]) -> [f64; 2] {
     longest
 }
 
+/// Substeps that a step is cut into at most, unless more are needed.
+const MOST_SUBSTEPS: u32 = 4;
+
 /// The inertia of a stroke that takes its time evenly may be this share of what the supply can push with.
 const INERTIA_SHARE: f64 = 1e-4;
 
-/// The step of the integrator, s: a millisecond, longer where a stroke takes very long, shorter where it is over at once.
+/// The usual step of the integrator, s: a millisecond, longer where a stroke takes very long, shorter where it is over at once.
 fn step_s(travel_s: f64) -> f64 {
     (travel_s / 100.0).clamp(2e-4, (travel_s / 600.0).clamp(1e-3, 0.02))
 }
 
 impl Setup {
     /// Makes a campaign ready. `data` is the same campaign as the comparison sees it.
-    pub fn new(campaign: &Campaign, data: &Dataset, parameters: &Parameters, resolution: Resolution) -> Self {
+    pub fn new(campaign: &Campaign, data: &Dataset, parameters: &Parameters) -> Self {
         let (stroke_m, ambient_pa) = (parameters.stroke_m, parameters.ambient_pressure_pa);
         let travel_s = travel_s(data, stroke_m);
         let push_n = (parameters.supply_pressure_pa - ambient_pa).abs() * parameters.piston_area_m2;
@@ -165,7 +157,7 @@ impl Setup {
         let mut units = Vec::new();
         let mut records: Vec<Record> = Vec::new();
         for (recorded, run) in campaign.runs.iter().zip(&data.runs) {
-            for (unit, record) in trace_units(recorded, run, travel_s, (stroke_m, ambient_pa), resolution, is_driven) {
+            for (unit, record) in trace_units(recorded, run, travel_s, (stroke_m, ambient_pa), is_driven) {
                 units.push(unit);
                 records.push(record);
             }
@@ -188,18 +180,22 @@ impl Setup {
             time_s: (block_s, 0.25 * stroke_s(data, travel_s)),
         };
         let times = GroupPrior { multiplier_sigma: 0.3, ..position };
+        let positions = records.iter().flat_map(|record| &record.series).filter(|series| series.group == 0);
+        let noise_m = positions.flat_map(|series| &series.rows).map(|row| row.sigma).reduce(f64::max);
         Self {
             units,
             records: Arc::new(records),
+            noise_m,
             groups: vec![position, position, times],
             schedule: data.schedule,
-            resolution,
+            fidelity: Fidelity {
+                most_inert_kg: INERTIA_SHARE * push_n * travel_s * travel_s / stroke_m,
+                ..Fidelity::with_step(step_s(travel_s)).with_most_substeps(MOST_SUBSTEPS)
+            },
             stroke_m,
             ambient_pa,
             is_driven,
-            step_s: step_s(travel_s),
             lead_s: data.runs.iter().map(lead_s).fold(LEAD_S, f64::max),
-            most_inert_kg: INERTIA_SHARE * push_n * travel_s * travel_s / stroke_m,
             travel_s,
         }
     }
@@ -245,13 +241,21 @@ impl Setup {
         unit.run.commands.retain(|edge| !edge.close || edge.time_s > lead_s);
     }
 
-    /// How closely a valve is simulated.
-    pub fn fidelity(&self) -> Fidelity {
-        let (step_s, most_substeps) = match self.resolution {
-            Resolution::Low => (2.0 * self.step_s, 2),
-            Resolution::High => (self.step_s, 4),
-        };
-        Fidelity { most_inert_kg: self.most_inert_kg, ..Fidelity::with_step(step_s).with_most_substeps(most_substeps) }
+    /// Counts what a simulation cuts short as noise: `errors_m`, by record and row, in the units of the rows. Rows about one
+    /// of them count as well, since a fit moves in time what happens there.
+    pub(super) fn add_noise(&mut self, errors: &[Vec<f64>]) {
+        for (record, errors) in Arc::make_mut(&mut self.records).iter_mut().zip(errors) {
+            let mut first = 0;
+            for series in &mut record.series {
+                let of_series = &errors[first..first + series.rows.len()];
+                first += series.rows.len();
+                for (index, row) in series.rows.iter_mut().enumerate() {
+                    let about = index.saturating_sub(1)..(index + 2).min(of_series.len());
+                    let error = of_series[about].iter().fold(0.0, |most: f64, error| most.max(error.abs()));
+                    row.sigma = row.sigma.hypot(error);
+                }
+            }
+        }
     }
 }
 
@@ -319,7 +323,6 @@ fn trace_units(
     data: &RunData,
     travel_s: f64,
     (stroke_m, ambient_pa): (f64, f64),
-    resolution: Resolution,
     is_driven: bool,
 ) -> Vec<(Unit, Record)> {
     let span_pa = (recorded.conditions.supply_pressure_pa - ambient_pa).abs().max(0.1 * ambient_pa);
@@ -350,7 +353,7 @@ fn trace_units(
                 let mut ranges = Vec::with_capacity(cut.len());
                 for range in cut {
                     let first = samples_s.len();
-                    sample(times, samples, range, MOST_SAMPLES[resolution as usize], &mut samples_s);
+                    sample(times, samples, range, MOST_SAMPLES, &mut samples_s);
                     ranges.push((first, samples_s.len()));
                 }
                 series.push(Series { rows, group: usize::from(!is_position), is_process: true });
