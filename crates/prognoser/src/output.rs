@@ -148,14 +148,14 @@ pub(crate) fn blank(name: &str, cycle: u64) -> Prognosis {
 
 /// The fault to name, and the group it stands for if it cannot be told from
 /// others.
-fn named(estimate: &BayesEstimate, config: &BayesConfig) -> (FaultCall, Vec<FaultCall>) {
+pub(crate) fn named(estimate: &BayesEstimate, config: &BayesConfig) -> (FaultCall, Vec<FaultCall>) {
     let probability = &estimate.probability;
     if probability.none >= config.healthy_from {
         return (FaultCall::None, Vec::new());
     }
     // Where noise goes on, how far it goes is uncertain too, and an excursion of
     // it looks like wear for a while.
-    let name_from = 1.0 - (1.0 - config.name_from) / estimate.inflation.powi(2);
+    let name_from = 1.0 - (1.0 - config.name_from) / estimate.doubt.powi(2);
     // That something wears, but hardly any of it, is as likely a healthy valve whose noise is not as assumed.
     if estimate.seen < SEEN {
         return (FaultCall::Undecided, Vec::new());

@@ -69,7 +69,7 @@ pub struct GrowthPrior {
     pub wander: f64,
     /// Coefficient of variation of the increments of varying growth.
     pub roughness: f64,
-    /// Probability a cycle that wear begins on a healthy valve.
+    /// Probability a cycle that wear begins on a valve of which nothing is known yet.
     pub onset: f64,
     /// Probability a cycle that steady growth becomes another one.
     pub turn: f64,
@@ -121,7 +121,7 @@ pub struct BayesConfig {
     pub name_from: f64,
     /// Probability from which on it is said that nothing wears.
     pub healthy_from: f64,
-    /// Risk that the end comes before `replace_by`.
+    /// Risk that a valve ends in service which is replaced when `replace_by` says so, whatever it said before.
     pub risk: f64,
     /// Lowest and highest supply pressure that are expected, Pa absolute: the end
     /// of life is told for the one under which it comes first. Without them, for
@@ -196,18 +196,18 @@ impl Default for BayesConfig {
 impl Default for GrowthPrior {
     fn default() -> Self {
         Self {
-            steady: 0.74,
+            steady: 0.67,
             root: 0.01,
             faster: 0.015,
             square: 0.03,
             cube: 0.005,
-            exponential: 0.05,
-            steep_exponential: 0.06,
-            rough: 0.09,
-            unsteadiness: 0.08,
+            exponential: 0.055,
+            steep_exponential: 0.065,
+            rough: 0.15,
+            unsteadiness: 0.1,
             wander: 0.12,
-            roughness: 1.25,
-            onset: 0.005,
+            roughness: 1.2,
+            onset: 0.01,
             turn: 0.004,
             new_pace: 1.0,
             loosen: 0.002,

@@ -130,12 +130,13 @@ impl Ending {
         Self { lines, ends }
     }
 
-    /// The remaining cycles within which the end comes with each probability.
-    pub(crate) fn quantiles<const N: usize>(&self, probabilities: [f64; N]) -> [f64; N] {
+    /// The remaining cycles within which the end comes with each probability, and
+    /// the probability that it comes within one.
+    pub(crate) fn quantiles<const N: usize>(&self, probabilities: [f64; N]) -> ([f64; N], f64) {
         let blocks = Block::all(self.lines.iter().map(|line| (line.weight, 0.0, line)));
         let within = |t: f64| blocks.iter().map(|block| block.within(t)).sum();
         let mut curve = Curve::new(within, self.lines.iter().map(|line| line.weight), &self.ends);
-        probabilities.map(|probability| curve.place_of(probability))
+        (probabilities.map(|probability| curve.place_of(probability)), within(1.0))
     }
 
     /// The remaining life with the smallest expected relative error: the median

@@ -162,6 +162,8 @@ pub struct BayesEstimate {
     pub noise_sd_s: f64,
     /// By how much a reading counts less because noise goes on.
     pub inflation: f64,
+    /// The same as expected over all that the noise may yet turn out to be, which is larger.
+    pub doubt: f64,
     /// Relative errors of the tables for this valve, closing and opening, with
     /// their standard deviations.
     pub unit: [(f64, f64); 2],
@@ -190,6 +192,8 @@ pub struct EndEstimate {
     pub cycle: f64,
     /// The distribution.
     pub quantiles: Quantiles,
-    /// The cycle before which the end comes with the configured risk.
+    /// The cycle before which the end comes with what is left of the configured risk.
     pub at_risk: f64,
+    /// Probability that the end comes within a cycle.
+    pub soon: f64,
 }

@@ -31,6 +31,8 @@ const LN_IDLE: f64 = -9.0;
 const SMALL: f64 = 0.03;
 /// Standard deviations from which on a severity can be told from none.
 const SEEN_FROM: f64 = 3.0;
+/// Share of the risk that is always left.
+const LEAST_RISK: f64 = 0.25;
 /// Longest life told, cycles.
 const FOREVER: f64 = 1e5;
 
@@ -104,7 +106,16 @@ impl BayesEstimator {
         record.cycle = reading.cycle;
         record.readings += 1;
         record.keep(&parts);
-        self.estimate(&plant, &parts, &outcome, reading.cycle as f64)
+        let estimate = self.estimate(&plant, &parts, &outcome, reading.cycle as f64);
+        let soon = estimate.end.map_or(0.0, |end| end.soon);
+        let spent = if estimate.change == Some(Change::Repaired) { 0.0 } else { f64::from(self.record.spent) };
+        self.record.spent = single(spent + soon);
+        estimate
+    }
+
+    /// What is left of the risk of an end in service, of which every cycle that the valve stayed takes its part.
+    fn risk_left(&self) -> f64 {
+        (self.config.risk - f64::from(self.record.spent)).max(LEAST_RISK * self.config.risk)
     }
 
     fn estimate(&self, plant: &Plant, parts: &[Part], outcome: &Outcome, cycle: f64) -> BayesEstimate {
@@ -154,6 +165,7 @@ impl BayesEstimator {
             readings: self.record.readings,
             noise_sd_s: sigma2(&heaviest).sqrt(),
             inflation: f64::from(self.record.inflation),
+            doubt: heaviest.noise.expected_inflation(),
             unit: [0, 1].map(|stroke| unit(&heaviest, plant, stroke, sigma2(&heaviest))),
             inlier: outcome.met.inlier,
             residual_s: outcome.met.residual_s,
@@ -197,7 +209,8 @@ impl BayesEstimator {
         }
         if wears && !lines.is_empty() {
             let ending = Ending::new(lines);
-            let at = ending.quantiles([0.05, 0.5, 0.95, self.config.risk]).map(|left| cycle + left.min(FOREVER));
+            let (left, soon) = ending.quantiles([0.05, 0.5, 0.95, self.risk_left()]);
+            let at = left.map(|left| cycle + left.min(FOREVER));
             let quantiles = Quantiles { p05: at[0], p50: at[1], p95: at[2] };
             estimate.end = Some(EndEstimate {
                 cycle: match ending.best() {
@@ -206,6 +219,7 @@ impl BayesEstimator {
                 },
                 quantiles,
                 at_risk: at[3],
+                soon,
             });
         }
         estimate

@@ -41,6 +41,11 @@ impl NoiseState {
         quick_exp(self.weight.iter().zip(LN_INFLATION).map(|(weight, ln)| weight * ln).sum())
     }
 
+    /// The same, expected: what a reading may yet turn out to count for.
+    pub(crate) fn expected_inflation(&self) -> f64 {
+        self.weight.iter().zip(CORRELATIONS).map(|(weight, r)| weight * (1.0 + r) / (1.0 - r)).sum()
+    }
+
     /// Several states as one, by their shares.
     pub(crate) fn mix(&mut self, other: &Self, share: f64) {
         for i in 0..3 {

@@ -10,7 +10,7 @@ use super::noise::NoiseState;
 use super::part::{Cause, Mode, Part, SIZE};
 
 /// Version of [`ValveRecord`]. A record of another version is not understood.
-pub const STATE_VERSION: u32 = 2;
+pub const STATE_VERSION: u32 = 3;
 
 /// Numbers of a symmetric matrix.
 const HALF: usize = SIZE * (SIZE + 1) / 2;
@@ -51,12 +51,22 @@ pub struct ValveRecord {
     pub(crate) shape: f32,
     /// By how much a reading counts less because noise goes on.
     pub(crate) inflation: f32,
+    /// Probability so far that the valve would have ended in service.
+    pub(crate) spent: f32,
     parts: Vec<StoredPart>,
 }
 
 impl ValveRecord {
     pub(crate) fn new(shape: f64) -> Self {
-        Self { version: STATE_VERSION, cycle: 0, readings: 0, shape: single(shape), inflation: 1.0, parts: Vec::new() }
+        Self {
+            version: STATE_VERSION,
+            cycle: 0,
+            readings: 0,
+            shape: single(shape),
+            inflation: 1.0,
+            spent: 0.0,
+            parts: Vec::new(),
+        }
     }
 
     /// Takes the stories out to work on them.

@@ -5,9 +5,10 @@ use leak_table::{Fault, Stroke, TableBundle};
 use super::bound::cycles_below;
 use super::noise::NoiseSource;
 use super::run::TruthTimes;
-use crate::bayes::BayesEstimator;
+use crate::bayes::{BayesConfig, BayesEstimator};
 use crate::fault_call::FaultCall;
 use crate::ols::OlsEstimator;
+use crate::output::named;
 use crate::prognoser::Method;
 use crate::reading::Reading;
 
@@ -89,14 +90,14 @@ pub(crate) fn run_life(
 }
 
 enum Estimator {
-    Bayes(Box<BayesEstimator>, f64),
+    Bayes(Box<BayesEstimator>, Box<BayesConfig>),
     Ols(OlsEstimator),
 }
 
 impl Estimator {
     fn new(method: &Method) -> Self {
         match method {
-            Method::Bayes(config) => Self::Bayes(Box::new(BayesEstimator::new(config)), config.name_from),
+            Method::Bayes(config) => Self::Bayes(Box::new(BayesEstimator::new(config)), Box::new(*config)),
             Method::Ols => Self::Ols(OlsEstimator::new()),
         }
     }
@@ -104,11 +105,11 @@ impl Estimator {
     fn predict(&mut self, tables: &TableBundle, reading: &Reading, truth: &LifeTruth) -> Prediction {
         let cycle = reading.cycle as f64;
         match self {
-            Self::Bayes(estimator, name_from) => {
+            Self::Bayes(estimator, config) => {
                 let estimate = estimator.update(tables, reading);
                 let p = estimate.probability;
-                let wrong =
-                    FaultCall::catalogue().filter(|fault| fault.fault() != truth.fault || truth.fault.is_none());
+                let right = |fault: &FaultCall| fault.fault() == truth.fault && truth.fault.is_some();
+                let (call, group) = named(&estimate, config);
                 let end = estimate.end;
                 Prediction {
                     cycle,
@@ -117,7 +118,7 @@ impl Estimator {
                     covered: end
                         .map(|end| end.quantiles.p05 <= truth.end_cycle && truth.end_cycle <= end.quantiles.p95),
                     isolated: truth.fault.is_some_and(|fault| p.of(fault.into()) > 0.95),
-                    false_call: wrong.map(|fault| p.of(fault)).any(|q| q >= *name_from),
+                    false_call: call.wears() && !right(&call) && !group.iter().any(right),
                 }
             }
             Self::Ols(estimator) => {
