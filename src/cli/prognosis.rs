@@ -39,8 +39,9 @@ mpa, pa) and temperature_UNIT (k, degc, degf). An empty time was not measured; t
 word stalled says that the valve did not get there. Valves may be interleaved.
 
 At the end of a text run every valve is listed, worst first. From good to bad they
-are healthy, unknown, watch, plan, act-now, eol-reached; replace_by_cycle is the
-last cycle before which the end comes with no more than --risk.
+are healthy, unknown, watch, plan, act-now, eol-reached. A valve that is replaced
+as soon as the latest replace_by_cycle is reached ends in service with no more
+than --risk.
 
 Examples:
   valve prognose log.csv --tables tables
@@ -64,7 +65,7 @@ pub struct PrognoseArgs {
     /// One-sigma noise of the stroke times; without it, it is estimated from the log
     #[arg(long, value_name = "TIME", value_parser = duration_s)]
     pub noise: Option<f64>,
-    /// Risk that the end of life comes before `replace_by_cycle`
+    /// Risk of an end in service of a valve that is replaced at the latest `replace_by_cycle`
     #[arg(long, value_name = "FRACTION", value_parser = risk, default_value = "0.05")]
     pub risk: f64,
     /// What sister valves have taught, as `valve learn` writes it
