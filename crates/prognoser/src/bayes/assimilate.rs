@@ -2,12 +2,10 @@
 
 #![expect(clippy::needless_range_loop, reason = "rows and columns of matrices")]
 
-use std::f64::consts::TAU;
-
 use super::law::Law;
 use super::part::{Cause, Part, SIZE};
 use super::plant::Plant;
-use super::special::{normal_tail, quick_exp, quick_ln};
+use super::special::{normal_tail, quick_ln};
 
 /// Squared innovation, in expected variances, from which on something else than
 /// noise is considered.
@@ -97,39 +95,45 @@ impl Expected {
 
 /// Updates a story by a reading. It is linearised where it is expected, and
 /// again where it leads, if that is elsewhere.
-pub(crate) fn assimilate(part: &Part, plant: &Plant, sight: &Sight) -> (Part, Met) {
+pub(crate) fn assimilate(part: &mut Part, plant: &Plant, sight: &Sight) -> Met {
     let levels = match part.cause {
         Cause::None | Cause::Other => 0,
         Cause::Wear(_) => 1,
         Cause::Both => 2,
     };
+    if levels == 0 {
+        let at = part.mean;
+        return pass(part, plant, sight, &at);
+    }
+    let before = *part;
     let curved = part.law != Law::Linear;
     let straight = if part.ln_weight < sight.ln_idle { IDLY_STRAIGHT } else { STRAIGHT };
-    let mut at = part.mean;
-    let mut best = pass(part, plant, sight, &at);
+    let mut at = before.mean;
+    let mut met = pass(part, plant, sight, &at);
     for _ in 1..MOST_PASSES {
-        let moved = (0..levels).map(|i| (best.0.mean[i] - at[i]).abs()).fold(0.0, f64::max);
+        let moved = (0..levels).map(|i| (part.mean[i] - at[i]).abs()).fold(0.0, f64::max);
         if moved < straight && !(curved && moved > 0.1 * at[0].abs()) {
             break;
         }
         // No further than the tables can be trusted to be anything like straight.
         for i in 0..levels {
-            at[i] += (best.0.mean[i] - at[i]).clamp(-0.3, 0.3);
+            at[i] += (part.mean[i] - at[i]).clamp(-0.3, 0.3);
         }
-        at[2] = if levels == 1 { best.0.mean[2] } else { at[2] };
-        at[3] = if levels == 1 { best.0.mean[3] } else { at[3] };
-        best = pass(part, plant, sight, &at);
+        if levels == 1 {
+            (at[2], at[3]) = (part.mean[2], part.mean[3]);
+        }
+        *part = before;
+        met = pass(part, plant, sight, &at);
     }
-    best
+    met
 }
 
 /// One linearised update.
-fn pass(part: &Part, plant: &Plant, sight: &Sight, at: &[f64; SIZE]) -> (Part, Met) {
-    let mut out = *part;
+fn pass(out: &mut Part, plant: &Plant, sight: &Sight, at: &[f64; SIZE]) -> Met {
     let mut met = Met { inlier: [1.0; 2], ..Met::default() };
     let shape = sight.shape;
-    let mut distance = 0.0;
-    for (stroke, expected) in Expected::of(part, plant, at).into_iter().enumerate() {
+    let (mut distance, mut probability) = (0.0, 1.0);
+    for (stroke, expected) in Expected::of(out, plant, at).into_iter().enumerate() {
         if sight.time_s[stroke].is_none() && !sight.stalled[stroke] {
             out.noise.left_s[stroke] = f64::NAN;
             continue;
@@ -147,16 +151,13 @@ fn pass(part: &Part, plant: &Plant, sight: &Sight, at: &[f64; SIZE]) -> (Part, M
         let (innovation, inlier) = if let Some(measured) = sight.time_s[stroke] {
             let innovation = measured - predicted;
             let before = out.noise;
-            let density =
-                out.noise.density(stroke, innovation, model_spread, 2.0 * out.scale, shape) * (1.0 - sight.glitches);
-            let far = model_spread + STRAY_VARIANCE;
-            let sigma2 = out.scale / shape;
-            let stray = quick_exp(-0.5 * innovation * innovation / (far * sigma2)) / (far * sigma2 * TAU).sqrt();
+            let far = (model_spread + STRAY_VARIANCE) * out.scale / shape;
+            let (density, stray) = out.noise.densities(stroke, innovation, model_spread, 2.0 * out.scale, shape, far);
             // Not before the noise is known: else it would be taken for them.
             let strays = STRAYS * (1.0 - UNKNOWN_UP_TO / shape).max(0.0);
-            let density = density * (1.0 - strays);
+            let density = density * (1.0 - sight.glitches) * (1.0 - strays);
             let total = density + strays * stray + sight.glitches / window_s;
-            met.ln += quick_ln(total);
+            probability *= total;
             let inlier = density / total;
             met.residual_s[stroke] = Some(innovation);
             distance += innovation * innovation * shape / ((1.0 + model_spread) * out.scale);
@@ -173,7 +174,7 @@ fn pass(part: &Part, plant: &Plant, sight: &Sight, at: &[f64; SIZE]) -> (Part, M
             let sd = (spread * out.scale / shape).sqrt();
             let late = normal_tail((window_s - predicted) / sd) * (1.0 - sight.glitches);
             let total = late + sight.glitches;
-            met.ln += quick_ln(total);
+            probability *= total;
             distance += if late < 1e-3 { SURPRISE } else { 0.0 };
             // Where it is expected beyond the window, nothing is learnt.
             (window_s - predicted, late / total)
@@ -197,7 +198,8 @@ fn pass(part: &Part, plant: &Plant, sight: &Sight, at: &[f64; SIZE]) -> (Part, M
         }
         out.scale += 0.5 * sight.weight * innovation * innovation * out.inflation * share;
     }
+    met.ln = quick_ln(probability);
     met.surprise = distance > SURPRISE;
     out.ln_weight += met.ln;
-    (out, met)
+    met
 }

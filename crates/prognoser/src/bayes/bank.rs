@@ -50,7 +50,10 @@ pub(crate) fn step(
         if cycles > 0.0 {
             advance(part, plant, cycles, prior, sight.shape);
         }
-        let (mut after, met) = assimilate(part, plant, sight);
+        let before = *part;
+        let after = part;
+        let part = &before;
+        let met = assimilate(after, plant, sight);
         if matches!(part.cause, Cause::Wear(_)) && part.mode != Mode::Steady {
             after.keep_positive(sight.shape);
         }
@@ -59,8 +62,8 @@ pub(crate) fn step(
             let (stepped, by) = with_step(part, plant, config, sight);
             let gain = stepped.ln_weight - after.ln_weight;
             if gain > LN_MINOR {
-                let merged = if gain > -LN_MINOR { stepped } else { Part::merged(&[after, stepped], sight.shape) };
-                after = merged;
+                let merged = if gain > -LN_MINOR { stepped } else { Part::merged(&[*after, stepped], sight.shape) };
+                *after = merged;
                 jumped = (gain > 0.0).then_some(by);
             }
             if renewed.is_none_or(|other| other.ln_weight < part.ln_weight) {
@@ -71,10 +74,10 @@ pub(crate) fn step(
             best = after.ln_weight;
             outcome = Outcome { met, step: jumped, renewed: false };
         }
-        *part = after;
     }
     if let Some(part) = renewed.filter(|_| parts.iter().all(|part| part.cause != Cause::None)) {
-        let (after, met) = assimilate(&as_good_as_new(&part, prior.repair), plant, sight);
+        let mut after = as_good_as_new(&part, prior.repair);
+        let met = assimilate(&mut after, plant, sight);
         if after.ln_weight > best {
             outcome = Outcome { met, step: None, renewed: true };
         }
@@ -87,10 +90,10 @@ pub(crate) fn step(
 /// The story with a step in this cycle, and the size of it.
 fn with_step(part: &Part, plant: &Plant, config: &BayesConfig, sight: &Sight) -> (Part, f64) {
     let prior = &config.growth_prior;
-    let mut before = *part;
-    before.cov[0][0] += prior.step_sd * prior.step_sd * sight.shape / part.scale;
-    before.ln_weight += prior.step.ln();
-    let (mut after, _) = assimilate(&before, plant, sight);
+    let mut after = *part;
+    after.cov[0][0] += prior.step_sd * prior.step_sd * sight.shape / part.scale;
+    after.ln_weight += prior.step.ln();
+    assimilate(&mut after, plant, sight);
     // There is no negative severity.
     let sd = (after.cov[0][0] * after.scale / sight.shape).sqrt();
     after.ln_weight += quick_ln(normal_tail(-after.mean[0] / sd.max(1e-9)).max(1e-12));

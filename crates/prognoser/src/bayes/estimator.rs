@@ -99,7 +99,9 @@ impl BayesEstimator {
         let shape = f64::from(record.shape);
         for part in &mut parts {
             part.inflate();
-            part.retune(start::priors(part, &plant), part.scale / shape);
+            if part.is_untuned(part.scale / shape) {
+                part.retune(start::priors(part, &plant), part.scale / shape);
+            }
         }
         let likeliest = parts.iter().max_by(|a, b| a.ln_weight.total_cmp(&b.ln_weight));
         record.inflation = single(likeliest.map_or(1.0, |part| part.inflation));
@@ -207,22 +209,24 @@ impl BayesEstimator {
             estimate.rough += if matches!(part.mode, Mode::Rough | Mode::Wander) { own } else { 0.0 };
             estimate.resting += if part.mode == Mode::Rest { own } else { 0.0 };
         }
-        if wears && !lines.is_empty() {
-            let ending = Ending::new(lines);
-            let (left, soon) = ending.quantiles([0.05, 0.5, 0.95, self.risk_left()]);
-            let at = left.map(|left| cycle + left.min(FOREVER));
-            let quantiles = Quantiles { p05: at[0], p50: at[1], p95: at[2] };
-            estimate.end = Some(EndEstimate {
-                cycle: match ending.best() {
-                    0.0 => (cycle - ending.ago()).max(0.0),
-                    left => cycle + left.min(FOREVER),
-                },
-                quantiles,
-                at_risk: at[3],
-                soon,
-            });
-        }
+        estimate.end = (wears && !lines.is_empty()).then(|| self.end(lines, cycle));
         estimate
+    }
+
+    /// The end that some lines lead to.
+    fn end(&self, lines: Vec<Line>, cycle: f64) -> EndEstimate {
+        let ending = Ending::new(lines);
+        let (left, soon) = ending.quantiles([0.05, 0.5, 0.95, self.risk_left()]);
+        let at = left.map(|left| cycle + left.min(FOREVER));
+        EndEstimate {
+            cycle: match ending.best() {
+                0.0 => (cycle - ending.ago()).max(0.0),
+                left => cycle + left.min(FOREVER),
+            },
+            quantiles: Quantiles { p05: at[0], p50: at[1], p95: at[2] },
+            at_risk: at[3],
+            soon,
+        }
     }
 
     /// The ways in which a story may come to its end.

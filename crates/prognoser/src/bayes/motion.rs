@@ -81,6 +81,72 @@ fn repaced(part: &Part, relative_sd: f64, shape: f64) -> Part {
     part
 }
 
+/// The pace of a story that has turned into another one.
+#[derive(Clone, Copy, Debug)]
+enum Pace {
+    Same,
+    /// Off by this share.
+    Off(f64),
+    /// Any.
+    Fresh,
+}
+
+/// Logarithms of the probabilities a cycle by which stories turn into each other.
+struct Ways {
+    slow: f64,
+    quick: f64,
+    loosen: f64,
+    resume: f64,
+    resume_rough: f64,
+    pause: f64,
+    roughen: f64,
+    turn: f64,
+    new_pace: f64,
+}
+
+impl Ways {
+    fn new(prior: &GrowthPrior, slow_share: f64) -> Self {
+        Self {
+            slow: slow_share.ln(),
+            quick: (1.0 - slow_share).ln(),
+            loosen: prior.loosen.ln(),
+            resume: (prior.resume * LATE_SHARE).ln(),
+            resume_rough: (prior.resume * (1.0 - LATE_SHARE)).ln(),
+            pause: prior.pause.ln(),
+            roughen: prior.roughen.ln(),
+            turn: (0.5 * prior.turn).ln(),
+            new_pace: prior.new_pace,
+        }
+    }
+}
+
+/// Whether a story may turn into one of a mode: the logarithm of the probability (of a
+/// healthy valve that something begins to wear: in this mode), and what becomes of its pace.
+fn way(part: &Part, to: Mode, ways: &Ways, likely: bool, shape: f64) -> Option<(f64, Pace)> {
+    match (part.cause, part.mode) {
+        (Cause::None, _) => match to {
+            Mode::Late => Some((ways.quick, Pace::Fresh)),
+            Mode::Slow => Some((ways.slow, Pace::Fresh)),
+            _ => None,
+        },
+        (_, from) if from == to => Some((0.0, Pace::Same)),
+        // A pace that goes on or changes is a slow one or not.
+        (_, Mode::Rest | Mode::Steady) if matches!(to, Mode::Late | Mode::Slow) && late(part, shape) != to => None,
+        (_, from) if to == Mode::Wander => {
+            let may = likely && part.law == Law::Linear && matches!(from, Mode::Steady | Mode::Late | Mode::Slow);
+            may.then_some((ways.loosen, Pace::Same))
+        }
+        (_, Mode::Rest) if to == Mode::Rough => Some((ways.resume_rough, Pace::Off(RESUMED_PACE))),
+        (_, Mode::Rest) => Some((ways.resume, Pace::Off(RESUMED_PACE))),
+        // What has hardly grown cannot be seen to rest or to vary.
+        (_, _) if !likely || part.law != Law::Linear => None,
+        (_, _) if to == Mode::Rest => Some((ways.pause, Pace::Same)),
+        (_, Mode::Late | Mode::Slow) if to == Mode::Rough => Some((ways.roughen, Pace::Same)),
+        (_, Mode::Steady) => Some((ways.turn, Pace::Off(ways.new_pace))),
+        _ => None,
+    }
+}
+
 /// Lets stories turn into each other in the course of one cycle.
 pub(crate) fn turn(parts: &mut Vec<Part>, plant: &Plant, config: &BayesConfig, shape: f64, readings: f64) {
     if config.growth == GrowthLaw::Exponential {
@@ -89,56 +155,31 @@ pub(crate) fn turn(parts: &mut Vec<Part>, plant: &Plant, config: &BayesConfig, s
     let prior = &config.growth_prior;
     let onset = prior.onset_after(readings);
     let slow_share = RatePrior::new(config).slow_share;
+    let ways = Ways::new(prior, slow_share);
     let top = parts.iter().map(|part| part.ln_weight).fold(f64::NEG_INFINITY, f64::max);
     let mut made: Vec<Part> = Vec::with_capacity(24);
     let mut inflow: Vec<Part> = Vec::with_capacity(12);
-    let mut sources: Vec<Part> = Vec::with_capacity(12);
     for wear in 0..plant.wears() {
         let cause = Cause::Wear(wear);
         let ln_begin = (onset * share(cause, plant)).ln();
-        sources.clear();
-        sources.extend(parts.iter().filter(|part| part.cause == cause || part.cause == Cause::None).copied());
+        let sources = parts.iter().filter(|part| part.cause == cause || part.cause == Cause::None);
         for mode in [Mode::Late, Mode::Slow, Mode::Rough, Mode::Wander, Mode::Rest] {
             inflow.clear();
-            for part in &sources {
-                let likely = part.ln_weight > top + LN_LIKELY;
-                let (ln_rate, moved) = match (part.cause, part.mode) {
-                    (Cause::None, _) if matches!(mode, Mode::Late | Mode::Slow) => {
-                        let slow = if mode == Mode::Slow { slow_share } else { 1.0 - slow_share };
-                        (ln_begin + slow.ln(), None)
-                    }
-                    (Cause::None, _) => continue,
-                    (_, from) if from == mode => (0.0, Some(*part)),
-                    // A pace that goes on or changes is a slow one or not.
-                    (_, Mode::Rest | Mode::Steady)
-                        if matches!(mode, Mode::Late | Mode::Slow) && late(part, shape) != mode =>
-                    {
-                        continue;
-                    }
-                    (_, from) if mode == Mode::Wander => {
-                        if !likely || part.law != Law::Linear || !matches!(from, Mode::Steady | Mode::Late | Mode::Slow)
-                        {
-                            continue;
-                        }
-                        (prior.loosen.ln(), Some(*part))
-                    }
-                    (_, Mode::Rest) => {
-                        let share = if mode == Mode::Rough { 1.0 - LATE_SHARE } else { LATE_SHARE };
-                        ((prior.resume * share).ln(), Some(repaced(part, RESUMED_PACE, shape)))
-                    }
-                    // What has hardly grown cannot be seen to rest or to vary.
-                    (_, _) if !likely || part.law != Law::Linear => continue,
-                    (_, _) if mode == Mode::Rest => (prior.pause.ln(), Some(*part)),
-                    (_, Mode::Late | Mode::Slow) if mode == Mode::Rough => (prior.roughen.ln(), Some(*part)),
-                    (_, Mode::Steady) => ((0.5 * prior.turn).ln(), Some(repaced(part, prior.new_pace, shape))),
-                    _ => continue,
+            for part in sources.clone() {
+                let Some((ln_rate, pace)) = way(part, mode, &ways, part.ln_weight > top + LN_LIKELY, shape) else {
+                    continue;
                 };
-                let ln_weight = part.ln_weight + ln_rate;
+                let ln_weight = part.ln_weight + if part.cause == Cause::None { ln_begin } else { 0.0 } + ln_rate;
                 if ln_weight < top + LN_NOTHING {
                     continue;
                 }
-                let moved = moved.unwrap_or_else(|| part.with_growth(WideGrowth::of(mode), part.scale / shape));
-                inflow.push(Part { cause, law: Law::Linear, mode, ln_weight, ..moved });
+                let mut moved = match pace {
+                    Pace::Same => *part,
+                    Pace::Off(by) => repaced(part, by, shape),
+                    Pace::Fresh => part.with_growth(WideGrowth::of(mode), part.scale / shape),
+                };
+                (moved.cause, moved.law, moved.mode, moved.ln_weight) = (cause, Law::Linear, mode, ln_weight);
+                inflow.push(moved);
             }
             match inflow.len() {
                 0 => {}

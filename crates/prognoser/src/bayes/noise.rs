@@ -6,6 +6,8 @@
 //! much as n (1 - r)/(1 + r) independent ones, and so a reading counts as that
 //! much noisier.
 
+use std::f64::consts::{PI, TAU};
+
 use super::special::{quick_exp, quick_ln};
 
 /// Correlations tried.
@@ -57,34 +59,52 @@ impl NoiseState {
     }
 
     /// Density of an innovation, given what was left of the last cycle, and the
-    /// correlations it speaks for. `own` is the share of noise in the spread of
-    /// the innovation, whose unit `scale` is (2 b of the inverse gamma), `shape`
-    /// its shape.
+    /// correlations it speaks for; beside it the Gaussian density of a time that strays.
+    /// `model_spread` is the spread of the innovation beside its noise, whose unit `scale` is
+    /// (2 b of the inverse gamma), `shape` its shape, `far` the variance of a stray, in s2.
     #[inline]
-    pub(crate) fn density(&mut self, stroke: usize, innovation: f64, model_spread: f64, scale: f64, shape: f64) -> f64 {
+    pub(crate) fn densities(
+        &mut self,
+        stroke: usize,
+        innovation: f64,
+        model_spread: f64,
+        scale: f64,
+        shape: f64,
+        far: f64,
+    ) -> (f64, f64) {
         let left = self.left_s[stroke];
-        let norm = (shape / (std::f64::consts::PI * scale)).sqrt() * (1.0 - 0.125 / shape);
-        let student = |off: f64, spread: f64| {
-            let square = off * off / (spread * scale);
-            norm / spread.sqrt() * quick_exp(-(shape + 0.5) * quick_ln(1.0 + square))
-        };
-        if left.is_nan() {
-            return student(innovation, model_spread + 1.0);
+        let fresh = left.is_nan();
+        let left = if fresh { 0.0 } else { left };
+        let square_of_norm = shape / (PI * scale) * (1.0 - 0.125 / shape).powi(2);
+        // The correlations and the stray side by side, for the processor's wide registers.
+        let (mut spread, mut ratio) = ([0.0; 4], [0.0; 4]);
+        for (i, r) in CORRELATIONS.into_iter().enumerate() {
+            let off = innovation - r * left;
+            spread[i] = model_spread + 1.0 - if fresh { 0.0 } else { r * r };
+            ratio[i] = off * off / (spread[i] * scale);
+        }
+        spread[3] = square_of_norm * far * TAU;
+        let mut exponent = ratio.map(|ratio| -(shape + 0.5) * quick_ln(1.0 + ratio));
+        exponent[3] = -0.5 * innovation * innovation / far;
+        let mut value = [0.0; 4];
+        for i in 0..4 {
+            value[i] = quick_exp(exponent[i]) * (square_of_norm / spread[i]).sqrt();
+        }
+        if fresh {
+            return (value[0], value[3]);
         }
         let mut after = [0.0; 3];
-        for (i, r) in CORRELATIONS.into_iter().enumerate() {
-            if i == 0 || self.weight[i] > 0.5 * LEAST {
-                after[i] = self.weight[i] * student(innovation - r * left, model_spread + 1.0 - r * r);
-            }
+        for i in 0..3 {
+            after[i] = self.weight[i] * value[i];
         }
         let density: f64 = after.iter().sum();
         if density > 0.0 {
-            let total = density * (1.0 + 2.0 * LEAST);
+            let by_total = 1.0 / (density * (1.0 + 2.0 * LEAST));
             for (weight, after) in self.weight.iter_mut().zip(after) {
-                *weight = (after + LEAST * density) / total;
+                *weight = (after + LEAST * density) * by_total;
             }
             self.weight[0] -= self.weight.iter().sum::<f64>() - 1.0;
         }
-        density
+        (density, value[3])
     }
 }

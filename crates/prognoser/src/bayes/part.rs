@@ -88,14 +88,17 @@ impl Part {
         }
     }
 
+    /// Whether so much more is known of the noise that the priors have to be weighed anew.
+    #[inline]
+    pub(crate) fn is_untuned(&self, sigma2: f64) -> bool {
+        (sigma2 - self.tuned).abs() >= UNTUNED * self.tuned
+    }
+
     /// Weighs the priors anew once more is known of the noise: in units of the
     /// noise variance the data keep their weight, the priors do not. Given are
     /// mean and variance of the prior of each number, variance zero for none.
     pub(crate) fn retune(&mut self, priors: [(f64, f64); SIZE], sigma2: f64) {
         let change = sigma2 - self.tuned;
-        if change.abs() < UNTUNED * self.tuned {
-            return;
-        }
         self.tuned = sigma2;
         for (k, (mean, variance)) in priors.into_iter().enumerate() {
             if variance == 0.0 || self.cov[k][k] == 0.0 {

@@ -1,7 +1,9 @@
 //! The tables as the estimator sees them: severity 1 is the limit under the
 //! reference conditions.
 
-use leak_table::{Conditions, DegradationId, Equivalent, SeverityAt, Stroke, TableBundle};
+use std::cell::OnceCell;
+
+use leak_table::{Conditions, DegradationId, Equivalent, SeverityAt, Slice, Stroke, TableBundle};
 
 /// Most kinds of wear with a table that are looked at.
 pub(crate) const MOST_WEARS: usize = 8;
@@ -23,6 +25,8 @@ pub(crate) struct Plant<'t> {
     healthy_s: [f64; 2],
     /// The conditions, where the tables have them.
     conditions: Option<Conditions>,
+    /// Each table under the conditions, from when it is asked first; none where it does not have them.
+    slices: [OnceCell<Option<Slice>>; MOST_WEARS],
 }
 
 impl<'t> Plant<'t> {
@@ -32,7 +36,14 @@ impl<'t> Plant<'t> {
         for (index, limit) in limits.iter_mut().enumerate().take(wears) {
             *limit = bundle.entry(index).limit_severity;
         }
-        let mut plant = Self { bundle, wears, limits, healthy_s: [0.0; 2], conditions: conditions(bundle, weather) };
+        let mut plant = Self {
+            bundle,
+            wears,
+            limits,
+            healthy_s: [0.0; 2],
+            conditions: conditions(bundle, weather),
+            slices: Default::default(),
+        };
         plant.healthy_s = plant.times_and_slopes(0, 0.0).map(|(time, _)| time);
         plant
     }
@@ -54,12 +65,14 @@ impl<'t> Plant<'t> {
         let wear = usize::from(wear);
         let limit = self.limits[wear];
         let entry = self.bundle.entry(wear);
-        let over = self.conditions.as_ref().zip(entry.over_conditions);
-        let over = over.and_then(|(conditions, table)| table.times(severity * limit, conditions).ok());
-        let times = match over {
-            Some(times) => [times.close, times.open].map(|time| (time.time_s, time.by_severity)),
-            None => Stroke::ALL.map(|stroke| entry.table.curve(stroke).extrapolated_time_and_slope(severity * limit)),
-        };
+        let slice = self.conditions.as_ref().and_then(|conditions| {
+            let table = || entry.over_conditions.and_then(|table| table.slice(conditions).ok());
+            self.slices[wear].get_or_init(table).as_ref()
+        });
+        let times = Stroke::ALL.map(|stroke| {
+            let curve = slice.map_or_else(|| entry.table.curve(stroke), |slice| slice.curve(stroke));
+            curve.extrapolated_time_and_slope(severity * limit)
+        });
         times.map(|(time, slope)| (time, slope * limit))
     }
 
