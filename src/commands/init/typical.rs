@@ -31,6 +31,11 @@ const FRICTION_OF_BORE: f64 = 600.0 / 0.063;
 const PISTON_OVER_SOLENOID: f64 = 6200.0;
 const PORT_OVER_SOLENOID: f64 = 7.0;
 
+/// How far the supply's whole force presses a stop in, m: that of the known valve.
+const PRESSED_IN_M: f64 = 1.6e-3;
+/// No stop is softer, N/m.
+const SOFTEST_STOP_N_PER_M: f64 = 1e6;
+
 impl Size {
     fn bore_m(self) -> f64 {
         (4.0 * self.area_m2 / PI).sqrt()
@@ -43,6 +48,11 @@ impl Size {
     /// Stiffness of the spring, N/m.
     pub fn stiffness_n_per_m(self) -> f64 {
         (CLOSED_SHARE - PRELOAD_SHARE) * self.supply_force_n() / self.stroke_m
+    }
+
+    /// Stiffness of the stops, N/m.
+    pub fn contact_n_per_m(self) -> f64 {
+        SOFTEST_STOP_N_PER_M.max(self.supply_force_n() / PRESSED_IN_M)
     }
 
     /// Compression with the valve open, m.

@@ -25,6 +25,10 @@ struct Entry {
 
 /// Stroke times are looked for in cycles up to this long, s.
 const LONGEST_CYCLE_S: f64 = 1000.0;
+/// Most cycles that are tried before the stroke times are taken as they are.
+const MOST_CYCLES_TRIED: usize = 6;
+/// Cycles after which a valve nearly repeats itself.
+const REPEATS: u32 = 3;
 /// A limit is typically so many times the healthy stroke time.
 const LIMIT_OVER_TIME: f64 = 3.0;
 
@@ -43,8 +47,7 @@ pub fn run(args: &InitValveArgs) -> anyhow::Result<Answer> {
     let name = args.out.display().to_string();
     let probe =
         ValveFile::parse(&draft.text(Schedule { close_at_s: 0.0, open_at_s: 4.0, end_s: 12.0 }, [3.0, 6.0]), &name)?;
-    let times = times_s(&probe);
-    let (schedule, limits) = cycle(times, &draft.limits_s);
+    let (times, schedule, limits) = settled(&probe, &draft.limits_s);
     let file = ValveFile::parse(&draft.text(schedule, limits), &name)?;
     out.write_whole(file.text().as_bytes())?;
     for doubt in file.doubts() {
@@ -69,6 +72,26 @@ fn times_s(file: &ValveFile) -> [Option<f64>; 2] {
     }
 }
 
+/// Stroke times with the cycle and the limits that fit them. How long the valve opens depends on how full it is by then,
+/// so the times are those of the very cycle that the file gets.
+fn settled(file: &ValveFile, given: &[Option<f64>; 2]) -> ([Option<f64>; 2], Schedule, [f64; 2]) {
+    let conditions = Conditions::nominal(file.valve().parameters());
+    let mut times = times_s(file);
+    let (mut schedule, mut limits) = cycle(times, given);
+    for _ in 0..MOST_CYCLES_TRIED {
+        let last = Cycles::simulate(file.valve(), conditions, &schedule, REPEATS, 1e-3).times_s.last().copied();
+        let Some(own) = last.filter(|own| own.iter().all(Option::is_some)) else { break };
+        times = own;
+        let (next, next_limits) = cycle(times, given);
+        limits = next_limits;
+        if next == schedule {
+            break;
+        }
+        schedule = next;
+    }
+    (times, schedule, limits)
+}
+
 /// A cycle with room for both strokes, and limits within it.
 fn cycle(times: [Option<f64>; 2], given: &[Option<f64>; 2]) -> (Schedule, [f64; 2]) {
     let limit = |index: usize, fallback: f64| {
@@ -77,6 +100,11 @@ fn cycle(times: [Option<f64>; 2], given: &[Option<f64>; 2]) -> (Schedule, [f64; 
     let limits = [limit(0, 3.0), limit(1, 6.0)];
     let open_at_s = up(1.3 * limits[0]);
     (Schedule { close_at_s: 0.0, open_at_s, end_s: open_at_s + up(1.3 * limits[1]) }, limits)
+}
+
+/// The typical stiffness of the stops, with its unit.
+fn written_stiffness(size: Size) -> String {
+    format!("{} MN/m", (10.0 * size.contact_n_per_m() / 1e6).round() / 10.0)
 }
 
 /// The next number with one digit, or one and a half.
@@ -206,7 +234,7 @@ impl Collector<'_> {
         let mut entries = vec![
             entry("actuator.stroke", stroke, "travel between the stops"),
             entry("actuator.piston_area", area, &area_comment),
-            entry("stops.contact_stiffness", "1 MN/m".to_owned(), "typical of metal stops"),
+            entry("stops.contact_stiffness", written_stiffness(size), "typical of metal stops"),
             entry("pneumatics.supply_pressure", supply, "at the valve"),
             entry("pneumatics.ambient_pressure", ambient, "of the atmosphere, absolute"),
             entry("pneumatics.temperature", temperature, "of gas and walls"),
