@@ -127,7 +127,7 @@ fn wrong_tables_and_logs_are_refused() {
     sandbox.write("negative.csv", "valve,cycle,close_time_s,open_time_s\nV,1,1.0,2.1\nV,2,-1.0,2.1\n");
     sandbox.write("nan.csv", "valve,cycle,close_time_s,open_time_s\nV,1,NaN,2.1\n");
     sandbox.write("empty.csv", "");
-    let calls: [&[&str]; 12] = [
+    let calls: [&[&str]; 13] = [
         &["prognose", "log.csv", "--tables", "nowhere"],
         &["prognose", "log.csv", "--tables", "torn"],
         &["prognose", "log.csv", "--tables", "tables", "--valve", "other.toml"],
@@ -139,6 +139,7 @@ fn wrong_tables_and_logs_are_refused() {
         &["prognose", "empty.csv", "--tables", "tables"],
         &["prognose", "log.csv", "--tables", "tables", "--noise", "10 mm"],
         &["prognose", "log.csv", "--tables", "tables", "--method", "ols", "--noise", "10 ms"],
+        &["prognose", "log.csv", "--tables", "tables", "--method", "ols", "--expect-supply", "70..80 psig"],
         &["prognose", "log.csv", "--tables", "tables", "--expect-supply", "70..80 psig"],
     ];
     let mut answers = Vec::new();

@@ -21,12 +21,18 @@ use crate::output::{self, Align, TextTable};
 /// Cycles before predictions count.
 const FIRST_CYCLES: u64 = 2;
 
-/// What is kept of a valve: its predictions, and the first cycle of the last run
-/// of readings beyond a limit.
+/// Cycles before the first reading beyond a limit from which on predictions tell the end of a valve under the reference.
+const ABOUT_CYCLES: u64 = 3;
+
+/// What is kept of a valve: its predictions, the first cycle with a reading beyond a
+/// limit, and the first of the last run of them.
 #[derive(Default)]
 struct Life {
     rows: Vec<Prognosis>,
+    first_over: Option<u64>,
     end_cycle: Option<u64>,
+    /// Whether its rows state conditions.
+    stated: bool,
 }
 
 struct Score {
@@ -56,6 +62,8 @@ pub fn run(args: &EvaluateArgs, file: &ValveFile, path: &Path) -> anyhow::Result
             || reading.open_time_s.is_some_and(|time| time > limits.open_within_s);
         let life = lives.entry(row.valve.to_owned()).or_default();
         life.end_cycle = if over { life.end_cycle.or(Some(reading.cycle)) } else { None };
+        life.first_over = life.first_over.or(Some(reading.cycle).filter(|_| over));
+        life.stated |= reading.supply_pressure_pa.is_some() || reading.temperature_k.is_some();
         life.rows.push(prognoser.push(&row));
     }
     let valves = lives.len();
@@ -113,9 +121,17 @@ fn conditions(path: &Path, file: &ValveFile) -> anyhow::Result<Option<ConditionR
 fn score(valve: String, life: &Life) -> Option<Score> {
     // The limit was crossed somewhere in the cycle before.
     let end_cycle = life.end_cycle?;
-    let end = end_cycle as f64 - 0.5;
+    let crossed = |cycle: u64| cycle as f64 - 0.5;
+    // Under low pressure a valve is beyond it early, under high pressure late. Its end under the reference is what the
+    // corrected readings about that time say.
+    let about = life.first_over?.saturating_sub(ABOUT_CYCLES);
+    let mut said: Vec<f64> =
+        life.rows.iter().filter(|one| one.cycle >= about).filter_map(|one| one.eol_cycle).collect();
+    said.sort_by(f64::total_cmp);
+    let corrected = said.get(said.len() / 2).copied().filter(|_| life.stated);
+    let end = corrected.unwrap_or(crossed(end_cycle));
     let first = life.rows.first()?.cycle + FIRST_CYCLES;
-    let rows: Vec<&Prognosis> = life.rows.iter().filter(|one| one.cycle >= first && one.cycle < end_cycle).collect();
+    let rows: Vec<&Prognosis> = life.rows.iter().filter(|one| one.cycle >= first && (one.cycle as f64) < end).collect();
     let accuracy = |one: &&Prognosis| {
         let left = end - one.cycle as f64;
         one.rul_cycles.map_or(0.0, |rul| (1.0 - (left - rul).abs() / left).max(0.0))
@@ -127,8 +143,9 @@ fn score(valve: String, life: &Life) -> Option<Score> {
     });
     let held: Vec<bool> = held.collect();
     let replaced = rows.iter().find(|one| one.replace_by_cycle.is_some_and(|by| by <= one.cycle));
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cycle")]
     Some(Score {
-        end_cycle,
+        end_cycle: end.max(0.0).ceil() as u64,
         fault: life.rows.last()?.fault.name(),
         relative_accuracy: rows.iter().map(accuracy).sum::<f64>() / rows.len().max(1) as f64,
         coverage_90: (!held.is_empty()).then(|| held.iter().filter(|held| **held).count() as f64 / held.len() as f64),

@@ -27,6 +27,12 @@ pub fn method(args: &PrognoseArgs, tables: &TableBundle) -> anyhow::Result<Metho
                 "leave --noise, --start, --growth, --life and --prior out, or use --method bayes",
             ));
         }
+        if args.expect_supply.is_some() {
+            return Err(Hinted::error(
+                "--method ols knows no supply pressure",
+                "leave --expect-supply out, or use --method bayes",
+            ));
+        }
         return Ok(Method::Ols);
     }
     let learned = args.prior.as_deref().map(read_prior).transpose()?;
