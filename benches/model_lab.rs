@@ -7,9 +7,10 @@ use blind_benchmark::draw::{DrawSpec, draw};
 use blind_score::Drawn;
 use criterion::{Criterion, criterion_group, criterion_main};
 use identify::Stop;
-use model_lab::calibrate::{CalibrateOptions, Calibration};
+use model_lab::calibrate::Calibration;
 use model_lab::compare::Comparison;
 use model_lab::diagnosis::{DiagnoseOptions, explain};
+use model_lab::identification::{NuisanceSizes, Subject};
 
 /// Campaigns of the testbed valve with 0.03 mm of noise: with nothing hidden, and with one effect.
 fn campaigns() -> [(String, Drawn); 2] {
@@ -30,12 +31,17 @@ fn campaigns() -> [(String, Drawn); 2] {
 
 fn model_lab(criterion: &mut Criterion) {
     for (name, drawn) in campaigns() {
-        let Drawn { file, campaign, data, space } = &drawn;
+        let Drawn { file, campaign, data } = &drawn;
         let mut group = criterion.benchmark_group(name);
         group.sample_size(10).measurement_time(Duration::from_secs(5));
-        group.bench_function("compare", |b| b.iter(|| Comparison::new(black_box(data), file.valve())));
+        group.bench_function("compare", |b| {
+            b.iter(|| {
+                let subject = Subject::new(black_box(file), campaign, &NuisanceSizes::default());
+                Comparison::new(&subject, file.valve(), data)
+            });
+        });
         group.bench_function("calibrate 7 parameters", |b| {
-            b.iter(|| Calibration::of(black_box(space), data, file.valve(), CalibrateOptions::default()));
+            b.iter(|| Calibration::new(black_box(file), campaign, Stop::never()));
         });
         group.bench_function("explain", |b| {
             b.iter(|| explain(black_box(file), campaign, &DiagnoseOptions::default(), &|_| (), Stop::never()));

@@ -9,9 +9,9 @@ use super::Format;
 /// Options of `compare`.
 #[derive(Debug, Args)]
 #[command(after_long_help = "\
-Errors of times are simulated minus measured: a model that is late has a positive
-one. The normalised error is in units of the sensor's noise: at 1 the noise
-explains it.
+Errors are measured minus simulated: of times, a model that is late has a negative
+one. The error in units of the noise is 1 where the noise explains it. It is that
+of the step datasheet in calibrate, explain and adopt.
 
 Examples:
   valve compare valve.toml campaign.toml

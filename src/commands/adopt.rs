@@ -5,7 +5,8 @@ use std::fmt::Write;
 use answers::CampaignInput;
 use identify::Stop;
 use model_lab::diagnosis::adopt::{Addition, Rung, sequence};
-use model_lab::diagnosis::{DiagnoseOptions, FittedParameter, StepReport};
+use model_lab::diagnosis::{DiagnoseOptions, FittedParameter};
+use model_lab::errors::StepReport;
 use model_lab::space::Target;
 use quantity::Dimension;
 use serde_json::json;
@@ -46,8 +47,8 @@ pub fn run(args: &AdoptArgs) -> anyhow::Result<Answer> {
     let lives = args.log.as_deref().map(|log| Lives::read(log, &models)).transpose()?;
     let names: Vec<&str> = additions.iter().map(Addition::name).collect();
     let action = if names.is_empty() { "calibrated".to_owned() } else { format!("added {}", names.join(" and ")) };
-    let last = &steps[steps.len() - 1];
-    let entry = HistoryEntry::new(&action, &input.campaign.name, steps[0].normalised_rms, last.normalised_rms);
+    let [before, after] = [&steps[0], &steps[steps.len() - 1]].map(|step| step.errors.normalised_rms);
+    let entry = HistoryEntry::new(&action, &input.campaign.name, before, after);
     out.write_whole(adopted(&file, best)?.with_history(entry)?.text().as_bytes())?;
     match args.format {
         Format::Text => {
@@ -72,6 +73,7 @@ pub fn run(args: &AdoptArgs) -> anyhow::Result<Answer> {
             output::print_text(&text)?;
         }
         Format::Json => output::print_json(&json!({
+            "schema": answers::SCHEMA,
             "effects": names,
             "steps": answers::steps::value(&steps),
             "parameters": answers::explanation::parameters(&sequence.parameters),

@@ -5,12 +5,12 @@ use std::path::Path;
 
 use answers::CampaignInput;
 use answers::calibration::{document, verdict_words};
-use model_lab::calibrate::{CalibrateOptions, Calibration, Verdict};
-use model_lab::scatter::Origin;
+use identify::Stop;
+use model_lab::calibrate::{Calibration, Verdict};
 use quantity::Dimension;
 use report::figures::{ParameterShift, ParametersFigure};
 
-use super::campaign_input;
+use super::{campaign_input, explain, ladder};
 use crate::cli::{CalibrateArgs, Format};
 use crate::failure::Answer;
 use crate::output::{self, Align, Outputs, PlotFile, ProgressLine, TextTable, free_name_beside, next_step, told_in};
@@ -22,10 +22,10 @@ pub fn run(args: &CalibrateArgs) -> anyhow::Result<Answer> {
     let out = args.out.as_deref().map(|out| outputs.file(out)).transpose()?;
     let plot = PlotFile::create(&mut outputs, args.plot.as_deref())?;
     let line = ProgressLine::new("fitting the parameters that have a tolerance");
-    let calibration = Calibration::new(&input.file, &input.campaign, CalibrateOptions::default())?;
+    let calibration = Calibration::new(&input.file, &input.campaign, Stop::never())?;
     drop(line);
     // Values that only stand in for missing physics are in nobody's valve.
-    let withheld = calibration.has_strayed() && !args.force;
+    let withheld = calibration.has_strayed && !args.force;
     let written = args.out.as_deref().filter(|_| !withheld);
     if let Some(out) = out.filter(|_| !withheld) {
         out.write_whole(calibration.adopted(&input.file, &input.campaign.name)?.text().as_bytes())?;
@@ -64,7 +64,7 @@ fn outcome(args: &CalibrateArgs, written: Option<&Path>) -> String {
 /// What to do with what was found.
 fn next(args: &CalibrateArgs, calibration: &Calibration, written: Option<&Path>) -> String {
     let (valve, campaign) = (args.valve.display().to_string(), args.campaign.display().to_string());
-    if calibration.verdict == Verdict::BeyondTolerance {
+    if calibration.verdict != Verdict::Explained {
         return next_step("find the effect that is missing", &["explain", &valve, &campaign]);
     }
     if let Some(out) = written {
@@ -83,11 +83,6 @@ fn text(input: &CampaignInput, calibration: &Calibration) -> String {
     let _ = writeln!(text, "{}", verdict_words(calibration));
     for reason in calibration.reasons.iter().filter(|reason| *reason != verdict_words(calibration)) {
         let _ = writeln!(text, "  {reason}");
-    }
-    if calibration.verdict == Verdict::BeyondTolerance {
-        for words in super::compare::findings(&calibration.before) {
-            let _ = writeln!(text, "  before calibration, {words}");
-        }
     }
     text.push('\n');
     text.push_str(&parameter_table(calibration).render());
@@ -122,8 +117,8 @@ pub fn parameter_table(calibration: &Calibration) -> TextTable {
             parameter.id.key().to_owned(),
             show(parameter.before, 5),
             show(parameter.after, 5),
-            show(parameter.standard_error, 2),
-            format!("{:+.2}", parameter.shift),
+            show(parameter.sigma, 2),
+            format!("{:+.2}", parameter.pull),
         ]);
     }
     table
@@ -153,52 +148,12 @@ fn significant(value: f64, digits: usize) -> String {
     format!("{value:.places$}")
 }
 
-/// How large the error is, what was held out and how far strokes repeat, a line each.
+/// How large the error is before and after, fitted and held out, and what instruments took.
 pub fn error_words(calibration: &Calibration) -> String {
-    let mut text = String::new();
-    let (before, after) = (&calibration.before.overall, &calibration.after.overall);
-    let _ = writeln!(
-        text,
-        "error in units of the noise: {:.3} before, {:.3} after",
-        before.normalised_rms, after.normalised_rms
-    );
-    if let (Some(before), Some(after)) = (before.rmse_m, after.rmse_m) {
-        let unit = told_in(Dimension::Length);
-        let [before, after] = [before, after].map(|error| format!("{} {}", unit.number(error, 4), unit.name()));
-        let _ = writeln!(text, "error: {before} before, {after} after");
-    }
-    match &calibration.held_out {
-        Some(held_out) => {
-            let _ = writeln!(
-                text,
-                "error on conditions held out of the fit: {:.3} before, {:.3} after",
-                held_out.before, held_out.after
-            );
-        }
-        None => text.push_str("too few conditions to hold any out\n"),
-    }
-    if let Some(repeatability) = &calibration.repeatability {
-        let _ = writeln!(
-            text,
-            "repeatability: the strokes themselves differ by {:.3} times the noise",
-            repeatability.normalised
-        );
-        for (source, size) in &repeatability.sources {
-            let _ = writeln!(text, "  {source}: {size:.4}");
-        }
-    } else {
-        text.push_str("repeatability: unknown, no stroke was repeated\n");
-    }
-    if calibration.scatter.origin == Origin::Supposed {
-        let left = calibration.fit.normalised_rms(&calibration.scatter);
-        let _ = writeln!(text, "  with what single strokes would differ by taken out, the error is {left:.3}");
-    }
-    if calibration.inflation > 1.0 {
-        let _ = writeln!(
-            text,
-            "what is left is not white: standard errors are {:.1} times those of white noise",
-            calibration.inflation.sqrt()
-        );
+    let mut text = ladder::table(&calibration.steps);
+    let nuisances = explain::nuisance_lines(&calibration.nuisances);
+    if !nuisances.is_empty() {
+        let _ = write!(text, "instruments and conditions were found to be off by:\n{nuisances}");
     }
     text
 }
@@ -226,8 +181,8 @@ pub fn picture(input: &CampaignInput, calibration: &Calibration) -> ParametersFi
             .iter()
             .map(|parameter| ParameterShift {
                 name: parameter.id.key().to_owned(),
-                calibrated: parameter.shift,
-                calibrated_error: parameter.shift_error,
+                calibrated: parameter.pull,
+                calibrated_error: parameter.pull_sigma,
                 repaired: None,
             })
             .collect(),

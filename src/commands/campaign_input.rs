@@ -19,7 +19,7 @@ pub fn read(valve: &Path, campaign: &Path) -> anyhow::Result<CampaignInput> {
     output::detail(&format!(
         "{}: {} readings of {} traces and {} rows of stroke times; noise {}; {} parameters with a tolerance",
         input.campaign.name,
-        input.data.residual_count(),
+        input.data.reading_count(),
         input.campaign.runs.len(),
         input.campaign.timings.len(),
         input.noise_source(),

@@ -8,10 +8,11 @@ use model_lab::residual_force::ResidualForce;
 use quantity::Dimension;
 use valve_file::ValveFile;
 
-use super::{campaign_input, compare_figures as figures};
+use super::{campaign_input, compare_figures as figures, ladder};
 use crate::cli::{CompareArgs, Format};
 use crate::failure::{Answer, Hinted};
 use crate::output::{self, Align, Outputs, PlotFile, TextTable, free_name_beside, next_step, told_in};
+use answers::comparison::Compared;
 use answers::{CampaignInput, comparison as json};
 
 /// Compares and prints.
@@ -26,8 +27,9 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<Answer> {
         ));
     }
     let plots = Plots::create(args, &input)?;
-    let comparison = Comparison::new(&input.data, input.file.valve());
-    let against = other.as_ref().map(|file| (file, Comparison::new(&input.data, file.valve())));
+    let compared_file = compared(&input, &input.file)?;
+    let comparison = &compared_file.comparison;
+    let against = other.as_ref().map(|file| Ok::<_, anyhow::Error>((file, compared(&input, file)?))).transpose()?;
     let force = if wants_force(args) {
         ResidualForce::new(&input.data, input.file.valve(), input.file.tolerances())
     } else {
@@ -35,16 +37,26 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<Answer> {
     };
     match args.format {
         Format::Text => {
-            let text = text(&input, &comparison, against.as_ref(), force.as_ref());
-            output::print_text(&(text + &next(args, &input, &comparison)))?;
+            let text = text(&input, &compared_file, against.as_ref(), force.as_ref());
+            output::print_text(&(text + &next(args, &input, comparison)))?;
         }
         Format::Json => {
-            output::print_json(&json::document(&input, &comparison, against.as_ref(), force.as_ref()))?;
+            output::print_json(&json::document(&input, &compared_file, against.as_ref(), force.as_ref()))?;
         }
     }
-    plots.draw(&input, &comparison, against.as_ref(), force.as_ref())?;
-    let bad = args.fail_above.is_some_and(|limit| comparison.overall.normalised_rms > limit);
+    plots.draw(&input, comparison, against.as_ref(), force.as_ref())?;
+    let bad = args.fail_above.is_some_and(|limit| comparison.overall.errors.normalised_rms > limit);
     Ok(if bad { Answer::BadNews } else { Answer::Fine })
+}
+
+/// A valve file beside a campaign.
+pub fn compared(input: &CampaignInput, file: &ValveFile) -> anyhow::Result<Compared> {
+    Compared::new(input, file).ok_or_else(|| {
+        Hinted::error(
+            format!("{}: its strokes cannot be simulated", file.file_name()),
+            "look at the valve with `valve simulate`, and at the effects' parameters with `valve effects`",
+        )
+    })
 }
 
 /// An error up to so many times the noise is none.
@@ -53,7 +65,7 @@ const NOISE_ALONE: f64 = 1.1;
 /// What to do with what was found.
 fn next(args: &CompareArgs, input: &CampaignInput, comparison: &Comparison) -> String {
     let (valve, campaign) = (args.valve.display().to_string(), args.campaign.display().to_string());
-    if comparison.overall.normalised_rms <= NOISE_ALONE {
+    if comparison.overall.errors.normalised_rms <= NOISE_ALONE {
         let why = "the noise explains the error: build the tables that a timing log is read with";
         return next_step(why, &["build-tables", &valve, "--out", &free_name_beside(&args.valve, "tables")]);
     }
@@ -93,7 +105,7 @@ impl Plots {
         self,
         input: &CampaignInput,
         comparison: &Comparison,
-        against: Option<&(&ValveFile, Comparison)>,
+        against: Option<&(&ValveFile, Compared)>,
         force: Option<&ResidualForce>,
     ) -> anyhow::Result<()> {
         if let Some(plot) = self.overlay {
@@ -121,26 +133,35 @@ impl Plots {
 
 fn text(
     input: &CampaignInput,
-    comparison: &Comparison,
-    against: Option<&(&ValveFile, Comparison)>,
+    compared: &Compared,
+    against: Option<&(&ValveFile, Compared)>,
     force: Option<&ResidualForce>,
 ) -> String {
+    let comparison = &compared.comparison;
     let mut text = format!("{}: {}\n\n", input.file.file_name(), input.campaign.name);
     for words in findings(comparison) {
         push(&mut text, &words);
     }
     text.push('\n');
-    text.push_str(&run_table(comparison, against.map(|(_, other)| other)).render());
+    for line in error_lines(compared) {
+        push(&mut text, &line);
+    }
+    text.push('\n');
+    text.push_str(&run_table(comparison, against.map(|(_, other)| &other.comparison)).render());
+    text.push_str("times are measured minus simulated: where the model is late, they are negative\n");
     if !comparison.overall.phases.is_empty() {
         text.push('\n');
         text.push_str(&phase_table(&comparison.overall.phases).render());
     }
     text.push('\n');
-    text.push_str(&noise_words(input, comparison));
+    text.push_str(&noise_words(input, compared));
     if let Some((file, other)) = against {
         push(&mut text, &format!("\n{}:", file.file_name()));
-        for words in findings(other) {
+        for words in findings(&other.comparison) {
             push(&mut text, &words);
+        }
+        for line in error_lines(other) {
+            push(&mut text, &line);
         }
     }
     if let Some(force) = force {
@@ -177,6 +198,13 @@ fn milliseconds(seconds: Option<f64>) -> String {
     seconds.map_or_else(|| "-".to_owned(), |seconds| format!("{:+.1}", seconds * 1e3))
 }
 
+/// The error as it stands, and allowing for instruments, in a line each.
+pub fn error_lines(compared: &Compared) -> impl Iterator<Item = String> {
+    let errors = [&compared.comparison.overall.errors, &compared.allowing.errors].map(ladder::words);
+    let starts = ["error: ", "allowing for what instruments and conditions may be off by: "];
+    starts.into_iter().zip(errors).map(|(start, words)| format!("{start}{words}"))
+}
+
 /// The error of every run.
 pub fn run_table(comparison: &Comparison, against: Option<&Comparison>) -> TextTable {
     let pressure = told_in(Dimension::Pressure);
@@ -194,14 +222,14 @@ pub fn run_table(comparison: &Comparison, against: Option<&Comparison>) -> TextT
         columns.push(("other, in noise", Align::Right));
     }
     let mut table = TextTable::new(&columns);
-    let others = |index: usize| against.map(|other| other.runs[index].score.normalised_rms);
+    let others = |index: usize| against.map(|other| other.runs[index].score.errors.normalised_rms);
     for (index, run) in comparison.runs.iter().enumerate() {
         let score = &run.score;
         let mut row = vec![
             run.file.clone(),
             pressure.number(run.conditions.supply_pressure_pa, 0),
-            length(score.rmse_m),
-            format!("{:.2}", score.normalised_rms),
+            length(score.errors.rmse_m),
+            format!("{:.2}", score.errors.normalised_rms),
             milliseconds(score.close_time_error_s),
             milliseconds(score.open_time_error_s),
         ];
@@ -212,12 +240,12 @@ pub fn run_table(comparison: &Comparison, against: Option<&Comparison>) -> TextT
     let mut row = vec![
         "all".to_owned(),
         String::new(),
-        length(score.rmse_m),
-        format!("{:.2}", score.normalised_rms),
+        length(score.errors.rmse_m),
+        format!("{:.2}", score.errors.normalised_rms),
         milliseconds(score.close_time_error_s),
         milliseconds(score.open_time_error_s),
     ];
-    row.extend(against.map(|other| format!("{:.2}", other.overall.normalised_rms)));
+    row.extend(against.map(|other| format!("{:.2}", other.overall.errors.normalised_rms)));
     table.row(row);
     table
 }
@@ -229,10 +257,10 @@ fn phase_table(phases: &[PhaseScore]) -> TextTable {
         ("phase", Align::Left),
         (&closing, Align::Right),
         ("share", Align::Right),
-        ("longer by (ms)", Align::Right),
+        ("off by (ms)", Align::Right),
         (&opening, Align::Right),
         ("share", Align::Right),
-        ("longer by (ms)", Align::Right),
+        ("off by (ms)", Align::Right),
     ]);
     for phase in Phase::ALL {
         let mut row = vec![phase.id().replace('_', " ")];
@@ -248,7 +276,10 @@ fn phase_table(phases: &[PhaseScore]) -> TextTable {
     table
 }
 
-fn noise_words(input: &CampaignInput, comparison: &Comparison) -> String {
+/// A model error below this share of the stroke is not worth a word.
+const LEAST_MODEL_ERROR: f64 = 1e-4;
+
+fn noise_words(input: &CampaignInput, Compared { comparison, allowing }: &Compared) -> String {
     let mut text = String::new();
     let source = input.noise_source();
     if let Some(noise) = comparison.noise_m {
@@ -258,13 +289,15 @@ fn noise_words(input: &CampaignInput, comparison: &Comparison) -> String {
     if let Some(noise) = comparison.timing_noise_s {
         let _ = writeln!(text, "noise of stroke times: {:.2} ms ({source})", noise * 1e3);
     }
-    let longest = comparison.averages.iter().max_by(|a, b| a.excess_sigmas().total_cmp(&b.excess_sigmas()));
-    if let Some(average) = longest.filter(|average| average.excess_sigmas() > 4.0) {
+    if let (Some(size), Some(time_s)) = (allowing.discrepancy, allowing.correlation_time_s)
+        && size > LEAST_MODEL_ERROR
+        && comparison.noise_m.is_some()
+    {
         let _ = writeln!(
             text,
-            "the error is not white: averages over {:.0} ms are {:.1} times what noise would leave",
-            average.average_s * 1e3,
-            average.mean_square.sqrt()
+            "what they leave is not white: {:.2} % of the stroke at full speed that hangs together over {:.0} ms",
+            100.0 * size,
+            1e3 * time_s
         );
     }
     text

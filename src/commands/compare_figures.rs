@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use answers::comparison::Compared;
 use model_lab::compare::{Comparison, Direction, RunComparison};
 use model_lab::data::{Channel, RunData};
 use model_lab::residual_force::{Axis, Bin, ResidualForce, Signature};
@@ -63,11 +64,7 @@ pub fn overlay(input: &CampaignInput, comparison: &Comparison) -> OverlayFigure 
         .collect();
     OverlayFigure {
         title: format!("{} beside {}", input.file.name(), input.campaign.name),
-        subtitle: format!(
-            "rms error {:.3} mm, {:.2} times the noise",
-            comparison.overall.rmse_m.unwrap_or(0.0) * 1e3,
-            comparison.overall.normalised_rms
-        ),
+        subtitle: format!("error: {}", super::ladder::words(&comparison.overall.errors)),
         runs,
         noise_mm: comparison.noise_m.map(|noise| noise * 1e3),
     }
@@ -77,14 +74,14 @@ pub fn overlay(input: &CampaignInput, comparison: &Comparison) -> OverlayFigure 
 pub fn strips(
     input: &CampaignInput,
     comparison: &Comparison,
-    against: Option<&(&ValveFile, Comparison)>,
+    against: Option<&(&ValveFile, Compared)>,
 ) -> StripsFigure {
     let first = short_name(input.file.file_name());
     let mut stages = vec![(first.to_owned(), rows(input, comparison))];
     if let Some((file, other)) = against {
         let name = short_name(file.file_name());
         let name = if name == first { format!("the other {name}") } else { name.to_owned() };
-        stages.push((name, rows(input, other)));
+        stages.push((name, rows(input, &other.comparison)));
     }
     StripsFigure {
         title: format!("what {} leaves of {}", input.file.name(), input.campaign.name),

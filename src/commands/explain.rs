@@ -5,10 +5,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use identify::Stop;
-use model_lab::diagnosis::errors::Errors;
 use model_lab::diagnosis::experiment::DECISIVE;
 use model_lab::diagnosis::outside::Outside;
-use model_lab::diagnosis::{DiagnoseOptions, Explanation, Progress, TwinReport, Verdict, explain};
+use model_lab::diagnosis::{DiagnoseOptions, Explanation, NuisanceReport, Progress, TwinReport, Verdict, explain};
+use model_lab::errors::Errors;
 use quantity::Dimension;
 
 use super::adopt::{parameter_lines, with_error};
@@ -102,7 +102,7 @@ fn text(answer: &Explanation, input: &CampaignInput) -> String {
     for twin in &answer.twins {
         twin_text(&mut text, twin);
     }
-    let nuisances = nuisance_lines(answer);
+    let nuisances = nuisance_lines(&answer.nuisances);
     if !nuisances.is_empty() {
         let _ = writeln!(text, "\nInstruments and conditions were found to be off by:\n{nuisances}");
     }
@@ -146,9 +146,9 @@ fn twin_text(text: &mut String, twin: &TwinReport) {
 }
 
 /// One line for each instrument or condition that was found to be off by much.
-pub fn nuisance_lines(answer: &Explanation) -> String {
+pub fn nuisance_lines(nuisances: &[NuisanceReport]) -> String {
     let mut text = String::new();
-    for nuisance in &answer.nuisances {
+    for nuisance in nuisances {
         let told = Dimension::of_si_unit(nuisance.unit).filter(|one| *one != Dimension::Pure).map(told_in);
         let (value, sigma, unit) = match &told {
             Some(told) => {
@@ -240,12 +240,12 @@ fn candidate_table(answer: &Explanation) -> String {
     ]);
     for candidate in explain_figures::distinct(answer).into_iter().take(12) {
         let why = candidate.rejected.clone().unwrap_or_else(|| "chosen".into());
-        let held_out = candidate.held_out_normalised_rms.map_or_else(String::new, |error| format!("{error:.2}"));
+        let held_out = candidate.held_out.map_or_else(String::new, |errors| format!("{:.2}", errors.normalised_rms));
         table.row(vec![
             explanation::joined(&candidate.kinds),
             format!("{:+.1}", candidate.gain),
-            candidate.rmse_m.map_or_else(|| "-".into(), |rmse| unit.number(rmse, 4)),
-            format!("{:.2}", candidate.normalised_rms),
+            candidate.errors.rmse_m.map_or_else(|| "-".into(), |rmse| unit.number(rmse, 4)),
+            format!("{:.2}", candidate.errors.normalised_rms),
             held_out,
             why,
         ]);

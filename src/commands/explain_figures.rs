@@ -2,7 +2,8 @@
 
 use answers::explanation::joined;
 use model_lab::diagnosis::outside::Outside;
-use model_lab::diagnosis::{CandidateReport, Explanation, StepReport};
+use model_lab::diagnosis::{CandidateReport, Explanation};
+use model_lab::errors::StepReport;
 use model_lab::forward::{Predicted, record};
 use report::figures::{
     Candidate, ExperimentFigure, LeaderboardFigure, MissingPoint, Prediction, Standing, UnexplainedFigure,
@@ -16,7 +17,7 @@ pub fn distinct(answer: &Explanation) -> Vec<&CandidateReport> {
     let mut distinct: Vec<&CandidateReport> = Vec::new();
     for one in &answer.candidates {
         match distinct.iter_mut().find(|other| is_set(&other.kinds, &one.kinds)) {
-            Some(other) if other.held_out_normalised_rms.is_none() && one.held_out_normalised_rms.is_some() => {
+            Some(other) if other.held_out.is_none() && one.held_out.is_some() => {
                 *other = one;
             }
             Some(_) => {}
@@ -49,19 +50,19 @@ pub fn leaderboard(answer: &Explanation, campaign: &str, headline: &str) -> Lead
         if one.kinds.len() == 1 || standing != Standing::Rejected {
             candidates.push(Candidate {
                 name: joined(&one.kinds),
-                fitted: one.normalised_rms,
-                held_out: one.held_out_normalised_rms,
+                fitted: one.errors.normalised_rms,
+                held_out: one.held_out.map(|errors| errors.normalised_rms),
                 standing,
-                text: text(one.rmse_m),
+                text: text(one.errors.rmse_m),
             });
         }
     }
     let found = |name: String, step: &StepReport| Candidate {
         name,
-        fitted: step.normalised_rms,
-        held_out: step.held_out_normalised_rms,
+        fitted: step.errors.normalised_rms,
+        held_out: step.held_out.map(|errors| errors.normalised_rms),
         standing: Standing::Recommended,
-        text: text(step.rmse_m),
+        text: text(step.errors.rmse_m),
     };
     let is_there = candidates.iter().any(|one| one.standing == Standing::Recommended);
     if let Some(last) = answer.steps.last().filter(|_| !is_there && !answer.recommended.is_empty()) {
@@ -73,7 +74,7 @@ pub fn leaderboard(answer: &Explanation, campaign: &str, headline: &str) -> Lead
         title: campaign.to_owned(),
         subtitle: headline.to_owned(),
         candidates,
-        without: calibrated.map(|step| step.normalised_rms),
+        without: calibrated.map(|step| step.errors.normalised_rms),
     }
 }
 
@@ -84,7 +85,7 @@ pub fn steps(answer: &Explanation) -> Vec<StepReport> {
 
 fn formula_step(answer: &Explanation) -> Option<StepReport> {
     let outside = answer.outside.as_ref()?;
-    Some(outside.errors.step(format!("formula ({})", outside.effect.name()), outside.held_out, None))
+    Some(StepReport::of(format!("formula ({})", outside.effect.name()), outside.errors, outside.held_out))
 }
 
 /// Points of a formula's curve.

@@ -27,7 +27,9 @@ fn a_right_model_leaves_the_noise() {
     let overall = &answer["overall"];
     let size = overall["normalised_rms"].as_f64().unwrap();
     assert!((size - 1.0).abs() < 0.03, "{size}");
-    assert!((overall["rmse_m"].as_f64().unwrap() - 3e-5).abs() < 1e-6);
+    // Rows are means of samples, whose noise is 30 um each.
+    assert!((3e-6..3e-5).contains(&overall["rmse_m"].as_f64().unwrap()), "{overall}");
+    assert!(overall["time_rmse_s"].as_f64().unwrap() < 1e-3, "{overall}");
     assert_eq!(overall["noise_source"], "stated");
     assert!(overall["close_time_error_s"].as_f64().unwrap().abs() < 3e-3);
     assert_eq!(answer["runs"].as_array().unwrap().len(), 3);
@@ -50,7 +52,7 @@ fn a_late_solenoid_is_found_in_the_dead_time() {
     let worst = &answer["findings"][0];
     assert_eq!(worst["direction"], "opening");
     assert_eq!(worst["phase"], "dead_time");
-    assert!((worst["time_error_s"].as_f64().unwrap() + 0.049).abs() < 2e-3, "{worst}");
+    assert!((worst["time_error_s"].as_f64().unwrap() - 0.049).abs() < 2e-3, "{worst}");
     let words = worst["words"].as_str().unwrap();
     assert!(words.contains("the model breaks away") && words.contains("ms early"), "{words}");
     assert!(words.contains("the rest of the stroke is then right"), "{words}");

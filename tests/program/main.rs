@@ -7,6 +7,7 @@ mod chain;
 mod cli;
 mod compare;
 mod docs;
+mod error;
 mod explain;
 mod fleet;
 mod init;

@@ -1,28 +1,56 @@
-//! `compare` and `calibrate` for programs: fractions and SI units throughout.
+//! `compare` for programs: fractions and SI units throughout.
 
-use model_lab::compare::averages::LongAverage;
+use identify::Stop;
 use model_lab::compare::{Comparison, Direction, Finding, Phase, PhaseError, RunComparison, Score, StrokeComparison};
 use model_lab::data::Channel;
+use model_lab::errors::StepReport;
+use model_lab::identification::{NuisanceSizes, Subject};
 use model_lab::residual_force::{Axis, Bin, ResidualForce, Signature};
 use serde_json::{Map, Value, json};
 use valve_file::ValveFile;
 use valve_model::Conditions;
 
-use crate::CampaignInput;
+use crate::{CampaignInput, SCHEMA, error, steps};
+
+/// A model beside a campaign: as it stands, and allowing for what instruments and conditions may be off by.
+#[derive(Debug, Clone)]
+pub struct Compared {
+    /// As it stands.
+    pub comparison: Comparison,
+    /// With that fitted and nothing else, as all fits state their errors.
+    pub allowing: StepReport,
+}
+
+impl Compared {
+    /// A valve file beside a campaign; nothing where its strokes cannot be simulated.
+    pub fn new(input: &CampaignInput, file: &ValveFile) -> Option<Self> {
+        let subject = Subject::new(file, &input.campaign, &NuisanceSizes::default());
+        let comparison = Comparison::new(&subject, file.valve(), &input.data)?;
+        let stated = subject.stated(Stop::never())?;
+        Some(Self { comparison, allowing: StepReport::new("datasheet", &stated) })
+    }
+}
+
+fn compared_value(input: &CampaignInput, compared: &Compared) -> Value {
+    let mut value = comparison_value(input, &compared.comparison);
+    value["allowing_for_instruments"] = steps::step(&compared.allowing);
+    value
+}
 
 /// The whole answer of `compare`.
 pub fn document(
     input: &CampaignInput,
-    comparison: &Comparison,
-    against: Option<&(&ValveFile, Comparison)>,
+    compared: &Compared,
+    against: Option<&(&ValveFile, Compared)>,
     force: Option<&ResidualForce>,
 ) -> Value {
-    let mut document = comparison_value(input, comparison);
+    let mut document = compared_value(input, compared);
     let root = &mut document;
+    root["schema"] = json!(SCHEMA);
     root["valve"] = json!(input.file.file_name());
     root["campaign"] = json!(input.campaign.name);
     if let Some((file, other)) = against {
-        let mut value = comparison_value(input, other);
+        let mut value = compared_value(input, other);
         value["valve"] = json!(file.file_name());
         root["against"] = value;
     }
@@ -40,7 +68,6 @@ pub fn comparison_value(input: &CampaignInput, comparison: &Comparison) -> Value
     overall["noise_m"] = json!(comparison.noise_m);
     overall["noise_source"] = json!(source);
     overall["timing_noise_s"] = json!(comparison.timing_noise_s);
-    overall["averages"] = averages_value(&comparison.averages);
     json!({
         "overall": overall,
         "runs": comparison.runs.iter().map(|run| run_value(run, source)).collect::<Vec<_>>(),
@@ -61,7 +88,6 @@ fn score_value(score: &Score) -> Value {
                 .map(|phase| {
                     let value = json!({
                         "rmse_m": phase.rmse_m,
-                        "normalised_rms": phase.normalised_rms,
                         "share": phase.share,
                         "time_error_s": phase.time_error_s,
                         "time_standard_error_s": phase.time_standard_error_s.filter(|error| error.is_finite()),
@@ -72,13 +98,11 @@ fn score_value(score: &Score) -> Value {
             phases.insert(direction.name().to_owned(), Value::Object(of_direction));
         }
     }
-    json!({
-        "rmse_m": score.rmse_m,
-        "normalised_rms": score.normalised_rms,
-        "close_time_error_s": score.close_time_error_s,
-        "open_time_error_s": score.open_time_error_s,
-        "phases": phases,
-    })
+    let mut value = error::value(&score.errors);
+    value["close_time_error_s"] = json!(score.close_time_error_s);
+    value["open_time_error_s"] = json!(score.open_time_error_s);
+    value["phases"] = Value::Object(phases);
+    value
 }
 
 fn run_value(run: &RunComparison, noise_source: &str) -> Value {
@@ -98,12 +122,10 @@ fn run_value(run: &RunComparison, noise_source: &str) -> Value {
                 Channel::PipePressure => "pipe_pressure_pa",
             };
             json!({ "channel": name, "rmse": score.rmse, "noise": score.noise,
-                    "normalised_rms": score.rmse / score.noise })
+                    "normalised_rms": score.normalised_rms })
         })
         .collect();
     value["strokes"] = run.strokes.iter().map(stroke_value).collect();
-    value["averages"] = averages_value(&run.averages);
-    value["neighbour_correlation"] = json!(run.neighbour_correlation);
     value
 }
 
@@ -124,16 +146,6 @@ fn stroke_value(stroke: &StrokeComparison) -> Value {
         "time_error_s": stroke.time_error_s(),
         "levels": levels,
     })
-}
-
-fn averages_value(averages: &[LongAverage]) -> Value {
-    averages
-        .iter()
-        .map(|average| {
-            json!({ "average_s": average.average_s, "chi2_per_average": average.mean_square,
-                    "count": average.count, "excess_sigmas": average.excess_sigmas() })
-        })
-        .collect()
 }
 
 /// Conditions, SI.

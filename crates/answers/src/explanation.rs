@@ -9,10 +9,7 @@ use model_lab::diagnosis::{Explanation, FittedParameter, Verdict};
 use serde_json::{Map, Value, json};
 use valve_model::EffectKind;
 
-use crate::steps;
-
-/// The version of the document; raised when a key changes its meaning.
-const SCHEMA: u32 = 2;
+use crate::{SCHEMA, error, moved, steps};
 
 /// Effects in words.
 pub fn joined(kinds: &[EffectKind]) -> String {
@@ -71,9 +68,11 @@ pub fn headline_in(answer: &Explanation, length: &dyn Fn(f64) -> String) -> Stri
 /// The error that is left, in words.
 fn left(answer: &Explanation, length: &dyn Fn(f64) -> String) -> String {
     let last = answer.steps.last();
-    match last.and_then(|step| step.held_out_rmse_m.or(step.rmse_m)) {
+    match last.and_then(|step| step.held_out.and_then(|errors| errors.rmse_m).or(step.errors.rmse_m)) {
         Some(rmse) => length(rmse),
-        None => last.and_then(|step| step.time_rmse_s).map_or("some".into(), |rmse| format!("{:.1} ms", 1e3 * rmse)),
+        None => {
+            last.and_then(|step| step.errors.time_rmse_s).map_or("some".into(), |rmse| format!("{:.1} ms", 1e3 * rmse))
+        }
     }
 }
 
@@ -96,17 +95,14 @@ pub fn document(answer: &Explanation, campaign: &str) -> Value {
         .candidates
         .iter()
         .map(|candidate| {
-            json!({
-                "effects": ids(&candidate.kinds),
-                "parameters": parameters(&candidate.parameters),
-                "log_evidence_gain": candidate.gain,
-                "probability": candidate.probability,
-                "normalised_rms": candidate.normalised_rms,
-                "held_out_normalised_rms": candidate.held_out_normalised_rms,
-                "rmse_m": candidate.rmse_m,
-                "delta_bic": candidate.delta_bic,
-                "rejected": candidate.rejected,
-            })
+            let mut value = Value::Object(error::with_held_out(&candidate.errors, candidate.held_out.as_ref()));
+            value["effects"] = json!(ids(&candidate.kinds));
+            value["parameters"] = parameters(&candidate.parameters);
+            value["log_evidence_gain"] = json!(candidate.gain);
+            value["probability"] = json!(candidate.probability);
+            value["delta_bic"] = json!(candidate.delta_bic);
+            value["rejected"] = json!(candidate.rejected);
+            value
         })
         .collect();
     let models: Vec<Value> = answer
@@ -118,39 +114,14 @@ pub fn document(answer: &Explanation, campaign: &str) -> Value {
         .collect();
     let effects: Map<String, Value> =
         answer.inclusion.iter().map(|(kind, share)| (kind.id().to_owned(), json!(share))).collect();
-    let nuisances: Vec<Value> = answer
-        .nuisances
-        .iter()
-        .map(|nuisance| {
-            json!({
-                "what": nuisance.what,
-                "run": nuisance.record,
-                "value": nuisance.value,
-                "standard_error": nuisance.sigma,
-                "prior_standard_deviation": nuisance.prior,
-                "unit": nuisance.unit,
-                "at_bound": nuisance.is_at_bound,
-            })
-        })
-        .collect();
-    let moved: Vec<Value> = answer
-        .moved
-        .iter()
-        .map(|moved| {
-            json!({
-                "key": moved.id.key(), "before": moved.before, "after": moved.after,
-                "standard_error": moved.sigma, "pull": moved.pull, "unit": moved.id.si_unit(),
-            })
-        })
-        .collect();
     json!({
         "schema": SCHEMA,
         "campaign": campaign,
         "verdict": answer.verdict.id(),
         "recommended": ids(&answer.recommended),
         "parameters": parameters(&answer.parameters),
-        "calibrated_parameters": moved,
-        "nuisances": nuisances,
+        "calibrated_parameters": moved::parameters(&answer.moved),
+        "nuisances": moved::nuisances(&answer.nuisances),
         "indistinguishable": indistinguishable,
         "candidates": candidates,
         "probability": { "effects": effects, "models": models },
@@ -239,10 +210,7 @@ fn outside(found: &Outside) -> Value {
         "custom": { "acts_on": found.effect.target().id(), "formula": found.effect.formula().source(), "parameters": custom },
         "toml": effect_toml(found),
         "log_evidence_gain": found.gain,
-        "normalised_rms_with_custom": found.errors.normalised_rms,
-        "rmse_m_with_custom": found.errors.rmse_m,
-        "held_out_normalised_rms": found.held_out.map(|errors| errors.normalised_rms),
-        "held_out_rmse_m": found.held_out.and_then(|errors| errors.rmse_m),
+        "with_custom": error::with_held_out(&found.errors, found.held_out.as_ref()),
     })
 }
 

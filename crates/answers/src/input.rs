@@ -56,7 +56,7 @@ impl CampaignInput {
         let cycle = file.schedule();
         read.doubt_times_beyond(cycle.open_at_s - cycle.close_at_s, cycle.end_s - cycle.open_at_s);
         let data = Dataset::new(&read, file.schedule());
-        if data.residual_count() == 0 {
+        if data.is_empty() {
             return Err(InputError::OnlyPlanned { file: campaign.display().to_string() });
         }
         Ok(Self { file, campaign: read, campaign_path: campaign.to_path_buf(), data })

@@ -5,8 +5,13 @@
 
 pub mod calibration;
 pub mod comparison;
+pub mod error;
 pub mod explanation;
 mod input;
+pub mod moved;
 pub mod steps;
 
 pub use input::{CampaignInput, InputError};
+
+/// The version of the documents; raised when a key changes its name or meaning.
+pub const SCHEMA: u32 = 3;

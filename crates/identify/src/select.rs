@@ -192,14 +192,42 @@ impl<P: Problem> Selection<P> {
     }
 }
 
+/// The empty set as every search begins with it: cheaply, from where fits start that know nothing, and from there as it is
+/// reported; nothing where it cannot be fitted.
+pub fn base<F: Family>(family: &F) -> Option<[Model<F::Member>; 2]> {
+    let low = base_at(family, Level::Low, None)?;
+    let high = base_at(family, Level::High, Some(&low))?;
+    Some([low, high])
+}
+
+/// The values of the empty set are told to people: half a nat short of the optimum is one standard deviation beside it.
+const TOLD_TOLERANCE: f64 = 0.02;
+
+fn base_at<F: Family>(family: &F, level: Level, from: Option<&Model<F::Member>>) -> Option<Model<F::Member>> {
+    let problem = family.member(&[], level)?;
+    let starts = match from {
+        Some(from) => vec![family.carried(&from.problem, &from.fit.u, &problem)],
+        None => family.cold(&problem),
+    };
+    let mut options = family.options();
+    if level == Level::High {
+        options.tolerance = options.tolerance.min(TOLD_TOLERANCE);
+    }
+    let fits: Vec<Fit> = starts.par_iter().filter_map(|start| fit(&problem, start, &options)).collect();
+    let fit = fits.into_iter().max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))?;
+    let held_out = (level == Level::High).then(|| held_out(&problem, &fit, &folds(&problem))).flatten();
+    Some(Model { set: Vec::new(), level, problem, fit, held_out })
+}
+
 /// Searches a family for the effects that records need; nothing where not even the empty set can be fitted.
 pub fn select<F: Family>(family: &F, options: &SelectOptions) -> Option<Selection<F::Member>> {
     let mut search = Search { family, options, models: HashMap::new(), reduced: Vec::new() };
-    for level in [Level::Low, Level::High] {
-        search.base(level)?;
+    for model in base(family)? {
+        search.models.insert((Vec::new(), model.level), model);
     }
     if !search.is_explained(&[]) {
-        search.base(Level::Screen)?;
+        let screen = base_at(family, Level::Screen, search.models.get(&(Vec::new(), Level::Low)))?;
+        search.models.insert((Vec::new(), Level::Screen), screen);
     }
     let mut steps: Vec<Set> = vec![Vec::new()];
     loop {
@@ -254,19 +282,6 @@ fn settling(settled: usize, options: FitOptions) -> FitOptions {
 }
 
 impl<F: Family> Search<'_, F> {
-    fn base(&mut self, level: Level) -> Option<()> {
-        let problem = self.family.member(&[], level)?;
-        let mut starts = self.family.cold(&problem);
-        if let Some(low) = self.models.get(&(Vec::new(), Level::Low)) {
-            starts = vec![self.family.carried(&low.problem, &low.fit.u, &problem)];
-        }
-        let options = self.family.options();
-        let fits: Vec<Fit> = starts.par_iter().filter_map(|start| fit(&problem, start, &options)).collect();
-        let best = fits.into_iter().max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))?;
-        self.keep(Vec::new(), level, problem, best);
-        Some(())
-    }
-
     fn keep(&mut self, set: Set, level: Level, problem: F::Member, fit: Fit) {
         let better =
             self.models.get(&(set.clone(), level)).is_none_or(|known| known.fit.log_evidence < fit.log_evidence);
@@ -695,7 +710,7 @@ fn best_start<P: Problem>(problem: &P, starts: Vec<Vec<f64>>) -> Option<Vec<f64>
 
 /// What another effect could gain at most, nats: what a model error explains, and what coordinates and noise had to leave
 /// their prior means for beyond what they do by chance.
-fn left_to_explain<P: Problem>(problem: &P, fit: &Fit, options: &FitOptions) -> f64 {
+pub fn left_to_explain<P: Problem>(problem: &P, fit: &Fit, options: &FitOptions) -> f64 {
     let coordinates = problem.coordinates();
     let strain = 0.5 * (prior_cost(coordinates, &fit.u) - coordinates.len() as f64);
     left_nats(problem, fit, options).max(0.0) + strain.max(0.0) - log_prior(&options.groups, &fit.noise)

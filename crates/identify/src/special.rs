@@ -1,5 +1,6 @@
-//! Special functions of the normal distribution.
+//! Special functions of the normal distribution, and of Student's.
 
+use statrs::distribution::{ContinuousCDF, StudentsT};
 use statrs::function::erf::erfc;
 
 /// The logarithm of the standard normal distribution function, accurate far into the lower tail.
@@ -12,9 +13,26 @@ pub fn ln_normal_cdf(x: f64) -> f64 {
     -0.5 * square - (-x).ln() - 0.918_938_533_204_672_7 + (-1.0 / square + 2.5 / (square * square)).ln_1p()
 }
 
+/// The value that Student's t of so many degrees of freedom (more than zero) exceeds with a probability of 5 %.
+pub fn t_quantile_95(freedom: f64) -> f64 {
+    const NORMAL: f64 = 1.644_853_626_951_472_7;
+    if freedom.is_infinite() {
+        return NORMAL;
+    }
+    StudentsT::new(0.0, 1.0, freedom).map_or(NORMAL, |student| student.inverse_cdf(0.95))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn few_degrees_of_freedom_make_wide_intervals() {
+        // Tables of Student's t (Abramowitz and Stegun 26.10).
+        for (freedom, exact) in [(1.0, 6.314), (3.0, 2.353), (12.0, 1.782), (f64::INFINITY, 1.645)] {
+            assert!((t_quantile_95(freedom) - exact).abs() < 1e-3, "{freedom}: {}", t_quantile_95(freedom));
+        }
+    }
 
     #[test]
     fn the_tail_joins_the_centre() {

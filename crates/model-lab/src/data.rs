@@ -1,23 +1,15 @@
-//! What was recorded, made ready to be compared: block means in units of their noise.
-//!
-//! The motion of a valve is slow against the sampling of a recorder. A few neighbouring samples are
-//! averaged into a block, which loses nothing (the model is averaged over the same samples) and makes
-//! every fit as many times cheaper.
+//! What was recorded, made ready to be compared: channels with their noise, stroke times by their conditions.
 
 use std::sync::Arc;
 
 use campaign::{Campaign, Run as RecordedRun, TimingRow, ValveFacts, estimate_position_noise_m};
 use valve_model::driven::Driven;
-use valve_model::simulate::DEFAULT_STEP_S;
-use valve_model::{CommandEdge, Conditions, Fidelity, Run, Schedule, Start, Valve};
-
-/// The time over which samples are averaged, s.
-const BLOCK_S: f64 = 4e-3;
+use valve_model::{CommandEdge, Conditions, Run, Schedule, Start, Valve};
 
 /// Relative noise of a stroke time whose noise is not stated, at least, s.
 const LEAST_TIMING_NOISE_S: f64 = 1e-4;
 
-/// Which recorded channel a block belongs to.
+/// A recorded channel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Channel {
     /// Position, m.
@@ -26,21 +18,6 @@ pub enum Channel {
     ChamberPressure,
     /// Pipe pressure, Pa.
     PipePressure,
-}
-
-/// The mean of a few neighbouring samples of one channel.
-#[derive(Debug, Clone, Copy)]
-pub struct Block {
-    /// Index of its first sample.
-    pub first: usize,
-    /// Index after its last sample.
-    pub end: usize,
-    /// Mean of its valid samples, SI.
-    pub mean: f64,
-    /// One over the standard deviation of that mean, 1/SI.
-    pub inverse_sigma: f64,
-    /// Mean time of its samples, s.
-    pub time_s: f64,
 }
 
 /// One channel of one run.
@@ -52,8 +29,6 @@ pub struct ChannelData {
     pub samples: Vec<f64>,
     /// One standard deviation of a sample, SI.
     pub noise: f64,
-    /// The blocks with at least one valid sample, in order of time.
-    pub blocks: Vec<Block>,
 }
 
 /// One recorded run.
@@ -79,14 +54,6 @@ pub struct TimingGroup {
     /// The rows of the campaign, by index into [`Dataset::timing_rows`].
     pub rows: Vec<usize>,
 }
-
-/// How closely runs are followed for results: to a hundredth of a micrometre of the motion. More substeps would only serve
-/// parameters far from any valve.
-pub const FINE_FIT: Fidelity = Fidelity { most_substeps: 4, ..Fidelity::FINE };
-
-/// For the way there: to a micrometre or so of the motion, in half the time.
-pub const ROUGH_FIT: Fidelity =
-    Fidelity { step_s: 2.0 * DEFAULT_STEP_S, most_substeps: 2, roughness: 2.0, ..Fidelity::FINE };
 
 /// Supply pressures and leaks that differ by less than this share are the same condition.
 const SAME_SHARE: f64 = 5e-3;
@@ -131,8 +98,6 @@ pub struct Dataset {
     pub schedule: Schedule,
     /// Whether the position noise was stated (or estimated).
     pub noise_is_stated: bool,
-    /// How finely it is simulated.
-    pub fidelity: Fidelity,
 }
 
 impl Dataset {
@@ -166,128 +131,21 @@ impl Dataset {
             timing_noise_s,
             schedule,
             noise_is_stated: campaign.sensors.position_noise_m.is_some() || campaign.sensors.timing_noise_s.is_some(),
-            fidelity: FINE_FIT,
         }
     }
 
-    /// The same blocks for the way to a result: each one sample at its mean time, simulated roughly.
-    #[must_use]
-    pub fn rough(&self) -> Self {
-        let runs = self.runs.iter().map(RunData::thinned).collect();
-        Self {
-            runs,
-            fidelity: ROUGH_FIT,
-            timing_groups: self.timing_groups.clone(),
-            timing_rows: self.timing_rows.clone(),
-            ..self.without_units()
-        }
+    /// Samples of all channels and stroke times, as they were recorded.
+    pub fn reading_count(&self) -> usize {
+        let channels = self.runs.iter().flat_map(|run| &run.channels);
+        let samples: usize =
+            channels.map(|channel| channel.samples.iter().filter(|sample| sample.is_finite()).count()).sum();
+        let times = self.timing_rows.iter().flat_map(|row| [row.close_time_s, row.open_time_s]);
+        samples + times.flatten().count()
     }
 
-    /// How many residuals the dataset has: blocks of all channels, two for each row of stroke times.
-    pub fn residual_count(&self) -> usize {
-        let blocks: usize = self.runs.iter().map(RunData::block_count).sum();
-        blocks + 2 * self.timing_rows.len()
-    }
-
-    /// The units in which a dataset can be taken apart: runs first, then groups of stroke times.
-    pub fn unit_count(&self) -> usize {
-        self.runs.len() + self.timing_groups.len()
-    }
-
-    /// The conditions of a unit.
-    pub fn unit_conditions(&self, unit: usize) -> &Conditions {
-        match self.runs.get(unit) {
-            Some(run) => &run.run.conditions,
-            None => &self.timing_groups[unit - self.runs.len()].conditions,
-        }
-    }
-
-    /// The units by condition: every supply pressure, temperature and opened leak is one group.
-    pub fn units_by_condition(&self) -> Vec<Vec<usize>> {
-        let mut groups: Vec<Vec<usize>> = Vec::new();
-        for unit in 0..self.unit_count() {
-            let conditions = self.unit_conditions(unit);
-            match groups.iter_mut().find(|group| same_conditions(self.unit_conditions(group[0]), conditions)) {
-                Some(group) => group.push(unit),
-                None => groups.push(vec![unit]),
-            }
-        }
-        groups
-    }
-
-    /// The dataset with only these units.
-    #[must_use]
-    pub fn only(&self, keep: impl Fn(usize) -> bool) -> Self {
-        let runs = self.runs.iter().enumerate().filter(|(unit, _)| keep(*unit)).map(|(_, run)| run.clone()).collect();
-        let mut timing_rows = Vec::new();
-        let mut timing_groups = Vec::new();
-        for (index, group) in self.timing_groups.iter().enumerate() {
-            if keep(self.runs.len() + index) {
-                let first = timing_rows.len();
-                timing_rows.extend(group.rows.iter().map(|row| self.timing_rows[*row]));
-                timing_groups.push(TimingGroup { rows: (first..timing_rows.len()).collect(), ..group.clone() });
-            }
-        }
-        Self { runs, timing_groups, timing_rows, ..self.without_units() }
-    }
-
-    /// The entries of a residual vector that belong to some of the units.
-    pub fn rows_of(&self, residual: &[f64], keep: impl Fn(usize) -> bool) -> Vec<f64> {
-        let lengths = self.runs.iter().map(RunData::block_count);
-        let lengths = lengths.chain(self.timing_groups.iter().map(|group| 2 * group.rows.len()));
-        let mut rows = Vec::with_capacity(residual.len());
-        let mut start = 0;
-        for (unit, length) in lengths.enumerate() {
-            if keep(unit) {
-                rows.extend_from_slice(&residual[start..start + length]);
-            }
-            start += length;
-        }
-        rows
-    }
-
-    fn without_units(&self) -> Self {
-        Self {
-            name: self.name.clone(),
-            runs: Vec::new(),
-            timing_groups: Vec::new(),
-            timing_rows: Vec::new(),
-            timing_noise_s: self.timing_noise_s,
-            schedule: self.schedule,
-            noise_is_stated: self.noise_is_stated,
-            fidelity: self.fidelity,
-        }
-    }
-}
-
-impl RunData {
-    /// Blocks of all its channels.
-    pub fn block_count(&self) -> usize {
-        self.channels.iter().map(|channel| channel.blocks.len()).sum()
-    }
-
-    /// One sample for each block.
-    fn thinned(&self) -> Self {
-        let mut cells: Vec<(usize, f64)> =
-            self.channels.iter().flat_map(|c| c.blocks.iter().map(|block| (block.first, block.time_s))).collect();
-        cells.sort_by_key(|cell| cell.0);
-        cells.dedup_by_key(|cell| cell.0);
-        let thin = |channel: &ChannelData| {
-            let mut samples = vec![f64::NAN; cells.len()];
-            let blocks = channel.blocks.iter().map(|block| {
-                let cell = cells.partition_point(|(first, _)| *first < block.first);
-                samples[cell] = block.mean;
-                Block { first: cell, end: cell + 1, ..*block }
-            });
-            let blocks = blocks.collect();
-            ChannelData { samples, blocks, ..*channel }
-        };
-        Self {
-            name: self.name.clone(),
-            run: self.run.clone(),
-            times_s: cells.iter().map(|(_, time)| *time).collect(),
-            channels: self.channels.iter().map(thin).collect(),
-        }
+    /// Whether nothing is recorded.
+    pub fn is_empty(&self) -> bool {
+        self.runs.is_empty() && self.timing_rows.is_empty()
     }
 }
 
@@ -310,7 +168,7 @@ fn run_data(recorded: &RecordedRun, campaign: &Campaign, position_noise: f64) ->
         driven: driven.map(Arc::new),
         start: Start::Rest,
     };
-    let mut channels = vec![channel(Channel::Position, &trace.time_s, &trace.position_m, position_noise)];
+    let mut channels = vec![channel(Channel::Position, &trace.position_m, position_noise)];
     let pressures = [
         (Channel::ChamberPressure, &trace.chamber_pressure_pa, campaign.inputs.chamber_pressure),
         (Channel::PipePressure, &trace.pipe_pressure_pa, campaign.inputs.pipe_pressure),
@@ -319,7 +177,7 @@ fn run_data(recorded: &RecordedRun, campaign: &Campaign, position_noise: f64) ->
         // A channel that drives the model cannot judge it.
         if let (Some(samples), false) = (samples, drives) {
             let noise = campaign.sensors.pressure_noise_pa.unwrap_or_else(|| difference_noise(samples));
-            channels.push(channel(kind, &trace.time_s, samples, noise));
+            channels.push(channel(kind, samples, noise));
         }
     }
     RunData { name: recorded.file.clone(), run, times_s: trace.time_s.clone(), channels }
@@ -363,31 +221,11 @@ fn bridge(times: &[f64], samples: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-fn channel(kind: Channel, times: &[f64], samples: &[f64], noise: f64) -> ChannelData {
+fn channel(kind: Channel, samples: &[f64], noise: f64) -> ChannelData {
     // A recorder's resolution adds the variance of rounding.
     let resolution = resolution(samples);
     let noise = (noise * noise + resolution * resolution / 12.0).sqrt();
-    let mut blocks = Vec::new();
-    let mut first = 0;
-    while first < samples.len() {
-        let mut end = first + 1;
-        while end < samples.len() && times[end] - times[first] < BLOCK_S - 1e-9 {
-            end += 1;
-        }
-        let valid: Vec<usize> = (first..end).filter(|i| samples[*i].is_finite()).collect();
-        if !valid.is_empty() {
-            let count = valid.len() as f64;
-            blocks.push(Block {
-                first,
-                end,
-                mean: valid.iter().map(|i| samples[*i]).sum::<f64>() / count,
-                inverse_sigma: count.sqrt() / noise,
-                time_s: valid.iter().map(|i| times[*i]).sum::<f64>() / count,
-            });
-        }
-        first = end;
-    }
-    ChannelData { channel: kind, samples: samples.to_vec(), noise, blocks }
+    ChannelData { channel: kind, samples: samples.to_vec(), noise }
 }
 
 /// The smallest difference between two samples of a channel that is rounded, 0 if it is not.

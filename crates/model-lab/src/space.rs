@@ -4,8 +4,7 @@
 //! size of an effect moves linearly from its neutral value (u = 0) through its typical size (u = 1),
 //! its shape parameters logarithmically about their defaults.
 
-use nalgebra::{DMatrix, DVector};
-use valve_file::{Tolerance, ValveFile};
+use valve_file::Tolerance;
 use valve_model::custom::CustomEffect;
 use valve_model::effects::{DefaultValue, Search};
 use valve_model::{Effect, EffectKind, ParameterId, Parameters, Switches, Valve};
@@ -96,11 +95,6 @@ pub struct Space {
 }
 
 impl Space {
-    /// The tolerated parameters of a valve file; its effects stay as they are.
-    pub fn tolerated(file: &ValveFile) -> Self {
-        Self::new(file.valve(), file.tolerances())
-    }
-
     /// The tolerated parameters of a valve; its effects stay as they are.
     pub fn new(valve: &Valve, tolerances: &[Tolerance]) -> Self {
         let coordinates = tolerances
@@ -124,6 +118,12 @@ impl Space {
             custom: valve.custom().to_vec(),
             coordinates,
         }
+    }
+
+    /// The same valve with nothing that may move.
+    #[must_use]
+    pub fn fixed(&self) -> Self {
+        Self { coordinates: Vec::new(), ..self.clone() }
     }
 
     /// The effects of the catalogue in the space.
@@ -251,26 +251,6 @@ impl Space {
     /// Where a fit starts.
     pub fn start(&self) -> Vec<f64> {
         self.coordinates.iter().map(|coordinate| coordinate.start).collect()
-    }
-
-    /// Normal equations (matrix and gradient of half the cost) at a point with what the priors say.
-    pub fn with_priors(
-        &self,
-        u: &[f64],
-        (mut matrix, mut gradient): (DMatrix<f64>, DVector<f64>),
-    ) -> (DMatrix<f64>, DVector<f64>) {
-        for (index, coordinate) in self.coordinates.iter().enumerate() {
-            if let Some((mean, sigma)) = coordinate.prior {
-                matrix[(index, index)] += 1.0 / (sigma * sigma);
-                gradient[index] += (u[index] - mean) / (sigma * sigma);
-            }
-        }
-        (matrix, gradient)
-    }
-
-    /// A point moved to within the bounds.
-    pub fn clamped(&self, u: &[f64]) -> Vec<f64> {
-        self.coordinates.iter().zip(u).map(|(coordinate, u)| u.clamp(coordinate.lower, coordinate.upper)).collect()
     }
 
     /// The coordinates of an effect, by position in the space.

@@ -2,13 +2,13 @@
 
 mod recorded;
 
-use campaign::{Campaign, Inputs, Run, RunConditions, Sensors, Trace, Uncertainty};
+use campaign::Campaign;
 use identify::Stop;
 use model_lab::diagnosis::{DiagnoseOptions, explain};
-use recorded::Noise;
+use recorded::{Noise, Off, campaign, stroke};
 use valve_file::ValveFile;
 use valve_model::effects::{ActsOn, Allowed, DefaultValue, EffectInfo, EffectParameter, FitRange, Search};
-use valve_model::{CommandEdge, Conditions, Effect, EffectKind, Prepared, Start, Valve, measurement::Record, simulate};
+use valve_model::{Effect, EffectKind, Valve};
 
 /// A filter before the solenoid that is clogged: less gas comes in, and as much goes out.
 static CLOGGED_FILTER: EffectInfo = EffectInfo {
@@ -34,52 +34,11 @@ static CLOGGED_FILTER: EffectInfo = EffectInfo {
 
 const OWN: EffectKind = EffectKind::of(&CLOGGED_FILTER);
 
-/// Noise of the recorded position, m.
-const NOISE_M: f64 = 5e-5;
-
 /// Strokes of a valve under some supply pressures, as they are recorded.
 fn campaign_of(valve: &Valve) -> Campaign {
     let mut noise = Noise(16);
-    let runs = [4.8e5, 5.6e5, 6.4e5, 7.2e5].map(|supply_pressure_pa| {
-        let nominal = Conditions::nominal(valve.parameters());
-        let commands = vec![CommandEdge { time_s: 0.2, close: true }, CommandEdge { time_s: 3.5, close: false }];
-        let conditions = Conditions { supply_pressure_pa, ..nominal };
-        let run = valve_model::Run { conditions, commands, end_s: 7.0, driven: None, start: Start::Rest };
-        let time_s: Vec<f64> = (0..700).map(|row| f64::from(row) * 0.01).collect();
-        let mut record = Record::default();
-        simulate(&[Prepared::new(valve, &run, 1e-3)], false, |_, nodes, _| {
-            valve.measurement().record(nodes, &time_s, &mut record);
-        });
-        let trace = Trace {
-            command_close: time_s.iter().map(|time| (0.2..3.5).contains(time)).collect(),
-            position_m: record.position_m.iter().map(|x| x + NOISE_M * noise.normal()).collect(),
-            time_s,
-            ..Trace::default()
-        };
-        Run {
-            file: format!("{supply_pressure_pa}.csv"),
-            conditions: RunConditions {
-                supply_pressure_pa,
-                temperature_k: nominal.temperature_k,
-                leak_to_atmosphere_m2: 0.0,
-                leak_from_supply_m2: 0.0,
-            },
-            trace,
-            commands: [(0.2, true), (3.5, false)].map(|(time_s, close)| campaign::CommandEdge { time_s, close }).into(),
-            commands_inferred: false,
-        }
-    });
-    Campaign {
-        name: "own effect".into(),
-        sensors: Sensors { position_noise_m: Some(NOISE_M), ..Sensors::default() },
-        uncertainty: Uncertainty::default(),
-        inputs: Inputs::default(),
-        runs: runs.into(),
-        planned: Vec::new(),
-        timings: Vec::new(),
-        timings_file: None,
-        warnings: Vec::new(),
-    }
+    let off = Off::default();
+    campaign([4.8e5, 5.6e5, 6.4e5, 7.2e5].map(|supply_pa| stroke(valve, supply_pa, &off, &mut noise)).into())
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! The sections about recorded strokes: the model beside them, calibrated to them, and what it lacks.
 
-use model_lab::calibrate::{CalibrateOptions, Calibration};
-use model_lab::compare::Comparison;
+use identify::Stop;
+use model_lab::calibrate::Calibration;
 use model_lab::diagnosis::{DiagnoseOptions, Explanation};
 use model_lab::residual_force::ResidualForce;
 use report::Figure;
@@ -13,10 +13,10 @@ use answers::{CampaignInput, explanation};
 
 /// Compares, calibrates and explains.
 pub fn sections(input: &CampaignInput) -> anyhow::Result<Vec<Section>> {
-    let mut sections = vec![compared(input)];
+    let mut sections = vec![compared(input)?];
     // Without tolerances there is nothing to calibrate.
     if !input.file.tolerances().is_empty() {
-        let calibration = Calibration::new(&input.file, &input.campaign, CalibrateOptions::default())?;
+        let calibration = Calibration::new(&input.file, &input.campaign, Stop::never())?;
         sections.push(calibrated(input, &calibration));
     }
     let answer = explain::search(input, &DiagnoseOptions::default())?;
@@ -28,20 +28,22 @@ fn figure(figure: Figure) -> Block {
     Block::Figure(Box::new(figure))
 }
 
-fn compared(input: &CampaignInput) -> Section {
-    let comparison = Comparison::new(&input.data, input.file.valve());
+fn compared(input: &CampaignInput) -> anyhow::Result<Section> {
+    let compared = compare::compared(input, &input.file)?;
+    let comparison = &compared.comparison;
     let mut blocks: Vec<Block> = comparison.words().into_iter().map(Block::Callout).collect();
-    blocks.push(Block::Table(compare::run_table(&comparison, None).into()));
+    blocks.extend(compare::error_lines(&compared).map(Block::Text));
+    blocks.push(Block::Table(compare::run_table(comparison, None).into()));
     if !input.data.runs.is_empty() {
-        blocks.push(figure(compare_figures::overlay(input, &comparison).figure()));
-        blocks.push(figure(compare_figures::strips(input, &comparison, None).figure()));
+        blocks.push(figure(compare_figures::overlay(input, comparison).figure()));
+        blocks.push(figure(compare_figures::strips(input, comparison, None).figure()));
         if let Some(force) = ResidualForce::new(&input.data, input.file.valve(), input.file.tolerances()) {
             blocks.push(figure(compare_figures::missing_force(&force).figure()));
             let signature = force.signature.as_ref();
             blocks.extend(signature.map(|found| figure(compare_figures::signature(input.file.name(), found).figure())));
         }
     }
-    Section { title: format!("Recorded strokes: {}", input.campaign.name), blocks }
+    Ok(Section { title: format!("Recorded strokes: {}", input.campaign.name), blocks })
 }
 
 fn calibrated(input: &CampaignInput, calibration: &Calibration) -> Section {
@@ -49,7 +51,11 @@ fn calibrated(input: &CampaignInput, calibration: &Calibration) -> Section {
     let mut blocks = vec![Block::Callout(verdict.to_owned())];
     blocks.extend(calibration.reasons.iter().filter(|reason| *reason != verdict).cloned().map(Block::Text));
     blocks.push(Block::Table(calibrate::parameter_table(calibration).into()));
-    blocks.extend(calibrate::error_words(calibration).lines().map(|line| Block::Text(line.to_owned())));
+    blocks.push(Block::Table(ladder::rows(&calibration.steps).into()));
+    blocks.push(Block::Text(format!("left: {}", ladder::words(&calibration.steps[1].errors))));
+    blocks.extend(
+        explain::nuisance_lines(&calibration.nuisances).lines().map(|line| Block::Text(line.trim().to_owned())),
+    );
     blocks.push(figure(calibrate::picture(input, calibration).figure()));
     Section { title: "Calibration".to_owned(), blocks }
 }
@@ -60,7 +66,9 @@ fn explained(input: &CampaignInput, answer: &Explanation) -> Section {
     let parameters = adopt::parameter_lines(&answer.parameters);
     blocks.extend(parameters.lines().map(|line| Block::Text(line.to_owned())));
     blocks.extend(answer.notes.iter().cloned().map(Block::Text));
-    blocks.push(figure(ladder::figure(name, &headline, &explain_figures::steps(answer)).figure()));
+    let steps = explain_figures::steps(answer);
+    blocks.push(Block::Table(ladder::rows(&steps).into()));
+    blocks.push(figure(ladder::figure(name, &headline, &steps).figure()));
     blocks.push(figure(explain_figures::leaderboard(answer, name, &headline).figure()));
     for twin in &answer.twins {
         if let Some(plan) = &twin.experiment {

@@ -5,9 +5,9 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use blind_benchmark::Campaign;
 use identify::Stop;
+use model_lab::Dataset;
 use model_lab::data::valve_facts;
 use model_lab::diagnosis::{DiagnoseOptions, Explanation, explain};
-use model_lab::{Dataset, Space};
 use valve_file::ValveFile;
 
 /// A fitted parameter of an effect.
@@ -53,8 +53,6 @@ pub struct Drawn {
     pub campaign: campaign::Campaign,
     /// The records.
     pub data: Dataset,
-    /// What may move.
-    pub space: Space,
 }
 
 impl Drawn {
@@ -68,8 +66,7 @@ impl Drawn {
         let file = ValveFile::read(&folder.join("valve.toml"))?;
         let campaign = campaign::Campaign::read(&folder.join("campaign.toml"), &valve_facts(file.valve()))?;
         let data = Dataset::new(&campaign, file.schedule());
-        let space = Space::tolerated(&file);
-        Ok(Self { file, campaign, data, space })
+        Ok(Self { file, campaign, data })
     }
 }
 
@@ -98,8 +95,8 @@ fn answer(said: &Explanation) -> Answer {
         groups: groups.collect(),
         parameters: fitted.collect(),
         nuisances: String::new(),
-        held_out: said.steps.last().and_then(|step| step.held_out_normalised_rms),
-        held_out_mm: said.steps.last().and_then(|step| step.held_out_rmse_m).map(|rmse| 1e3 * rmse),
+        held_out: said.steps.last().and_then(|step| step.held_out).map(|errors| errors.normalised_rms),
+        held_out_mm: said.steps.last().and_then(|step| step.held_out?.rmse_m).map(|rmse| 1e3 * rmse),
         lack: Some(said.remainder.nats),
     }
 }

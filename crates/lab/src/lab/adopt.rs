@@ -20,9 +20,13 @@ fn adopted(subject: &Subject, model: &Model) -> Result<ValveFile, Refusal> {
     if new.text() == input.file.text() {
         return Ok(new);
     }
-    let error = |file: &ValveFile| Comparison::new(&input.data, file.valve()).overall.normalised_rms;
+    let error = |file: &ValveFile| {
+        Comparison::new(&subject.identified, file.valve(), &input.data)
+            .map(|comparison| comparison.overall.errors.normalised_rms)
+            .ok_or_else(|| Refusal::new("the strokes of this model cannot be simulated"))
+    };
     let action = model.action(&input.file);
-    let entry = HistoryEntry::new(action, &input.campaign.name, error(&input.file), error(&new));
+    let entry = HistoryEntry::new(action, &input.campaign.name, error(&input.file)?, error(&new)?);
     new.with_history(entry).map_err(Refusal::new)
 }
 

@@ -36,10 +36,12 @@ pub fn document(subject: &Subject) -> Value {
 fn runs(subject: &Subject) -> Vec<Value> {
     let data = &subject.input.data;
     let mut groups: Vec<usize> = Vec::new();
-    (0..data.unit_count())
+    let of_runs = data.runs.iter().map(|run| &run.run.conditions);
+    let all: Vec<_> = of_runs.chain(data.timing_groups.iter().map(|group| &group.conditions)).collect();
+    (0..all.len())
         .map(|unit| {
-            let conditions = data.unit_conditions(unit);
-            let known = groups.iter().position(|group| same_conditions(data.unit_conditions(*group), conditions));
+            let conditions = all[unit];
+            let known = groups.iter().position(|group| same_conditions(all[*group], conditions));
             let condition = known.unwrap_or_else(|| {
                 groups.push(unit);
                 groups.len() - 1

@@ -6,10 +6,11 @@ use std::time::Instant;
 
 use answers::{CampaignInput, calibration, explanation, steps};
 use identify::Stop;
-use model_lab::calibrate::{CalibrateOptions, Calibration};
+use model_lab::calibrate::Calibration;
 use model_lab::diagnosis::adopt::sequence;
 use model_lab::diagnosis::experiment::DECISIVE;
-use model_lab::diagnosis::{DiagnoseOptions, Explanation, Progress, StepReport, TwinReport, explain};
+use model_lab::diagnosis::{DiagnoseOptions, Explanation, Progress, TwinReport, explain};
+use model_lab::errors::StepReport;
 use model_lab::space::Target;
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
@@ -242,10 +243,9 @@ fn fitted(subject: &Subject, model: &Model, stop: &Stop) -> Result<Value, String
     let file = model.without_the_rest(&input.file).map_err(words)?;
     let additions = model.additions(&input.file).map_err(words)?;
     if additions.is_empty() {
-        let calibration =
-            Calibration::new(&file, &input.campaign, CalibrateOptions::default()).map_err(|error| error.to_string())?;
+        let calibration = Calibration::new(&file, &input.campaign, stop).map_err(|error| error.to_string())?;
         let fitted = sliders(
-            &calibration.fit.valve(),
+            &calibration.valve,
             calibration.parameters.iter().map(|parameter| (parameter.id.key(), parameter.after)),
         );
         let plain = CampaignInput { file, ..input.clone() };
@@ -254,6 +254,7 @@ fn fitted(subject: &Subject, model: &Model, stop: &Stop) -> Result<Value, String
             "how": "as `valve calibrate` does it",
             "headline": calibration::verdict_words(&calibration),
             "model": fitted,
+            "steps": steps::value(&calibration.steps),
             "calibration": document,
         }));
     }

@@ -102,7 +102,8 @@ pub struct Request {
 pub fn simulated(subject: &Subject, request: &Request) -> Result<Value, Refusal> {
     let input = &subject.input;
     let valve = request.model.valve(&input.file)?;
-    let comparison = Comparison::new(&input.data, &valve);
+    let comparison = Comparison::new(&subject.identified, &valve, &input.data)
+        .ok_or_else(|| Refusal::new("the strokes of this model cannot be simulated"))?;
     let show = &request.show;
     let runs: Vec<Value> = show
         .runs(subject)

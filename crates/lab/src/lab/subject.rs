@@ -6,6 +6,7 @@ use std::thread;
 use std::time::{Duration, SystemTime};
 
 use answers::{CampaignInput, InputError};
+use model_lab::identification::{NuisanceSizes, Subject as Identified};
 use serde_json::json;
 
 use super::Lab;
@@ -20,12 +21,19 @@ pub struct Subject {
     pub version: u64,
     /// What they say.
     pub input: CampaignInput,
+    /// The campaign made ready for fits.
+    pub identified: Identified,
 }
 
 impl Subject {
     /// Reads them for the first time.
     pub fn read(valve: &Path, campaign: &Path) -> Result<Self, InputError> {
-        Ok(Self { version: 1, input: CampaignInput::read(valve, campaign)? })
+        Ok(Self::new(1, CampaignInput::read(valve, campaign)?))
+    }
+
+    fn new(version: u64, input: CampaignInput) -> Self {
+        let identified = Identified::new(&input.file, &input.campaign, &NuisanceSizes::default());
+        Self { version, input, identified }
     }
 }
 
@@ -79,7 +87,7 @@ impl Current {
     fn renew(&self) -> Result<u64, InputError> {
         let input = CampaignInput::read(&self.valve, &self.campaign)?;
         let version = self.get().version + 1;
-        *self.subject.write().unwrap_or_else(PoisonError::into_inner) = Arc::new(Subject { version, input });
+        *self.subject.write().unwrap_or_else(PoisonError::into_inner) = Arc::new(Subject::new(version, input));
         Ok(version)
     }
 }

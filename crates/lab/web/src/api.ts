@@ -213,8 +213,7 @@ export interface FitAnswer extends Answered {
   parameters?: FittedParameter[];
   calibration?: {
     reasons: string[];
-    normalised_rms: { before: number; after: number };
-    parameters: { parameter: string; standard_error: number; shift_tolerances: number }[];
+    parameters: { parameter: string; standard_error: number; pull: number }[];
   };
 }
 

@@ -82,7 +82,7 @@ export class Scores {
     const { closing, opening } = now.overall.phases;
     if (!closing || !opening) return h("p", {}, "Stroke times alone know no phases.");
     const cells = (score: PhaseScore | undefined) => [mm(score?.rmse_m), fixed(score?.share, 3), ms(score?.time_error_s)];
-    return table("error by phase", ["phase", "closing (mm)", "share", "longer by (ms)", "opening (mm)", "share", "longer by (ms)"],
+    return table("error by phase", ["phase", "closing (mm)", "share", "off by (ms)", "opening (mm)", "share", "off by (ms)"],
       PHASES.map(([id, name]) => [name, ...cells(closing[id]), ...cells(opening[id])]));
   }
 }

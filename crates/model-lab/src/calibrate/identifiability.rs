@@ -22,11 +22,24 @@ pub struct SingularDirection {
     pub words: String,
 }
 
+/// What counts as known of a parameter that ended at its bound.
+const HELD: f64 = 1e12;
+
 /// The combinations that the data fix no better than the tolerances, the least known first.
-/// `information` is that of the data alone, in units of the tolerances.
-pub fn singular_directions(space: &Space, information: &DMatrix<f64>) -> Vec<SingularDirection> {
-    let eigen = information.clone().symmetric_eigen();
-    let mut directions: Vec<SingularDirection> = (0..information.nrows())
+/// `covariance` is that of the coordinates, in units of the tolerances; what the tolerances tell is taken out of it.
+pub fn singular_directions(space: &Space, covariance: &DMatrix<f64>) -> Vec<SingularDirection> {
+    let free: Vec<usize> = (0..covariance.nrows()).filter(|index| covariance[(*index, *index)] > 0.0).collect();
+    let block = DMatrix::from_fn(free.len(), free.len(), |i, j| covariance[(free[i], free[j])]);
+    let mut information = DMatrix::from_diagonal_element(covariance.nrows(), covariance.ncols(), HELD);
+    if let Some(inverse) = block.try_inverse() {
+        for (i, row) in free.iter().enumerate() {
+            for (j, column) in free.iter().enumerate() {
+                information[(*row, *column)] = inverse[(i, j)] - f64::from(u8::from(i == j));
+            }
+        }
+    }
+    let eigen = information.symmetric_eigen();
+    let mut directions: Vec<SingularDirection> = (0..covariance.nrows())
         .filter(|index| eigen.eigenvalues[*index] < LEAST_INFORMATION)
         .map(|index| {
             let vector = eigen.eigenvectors.column(index);

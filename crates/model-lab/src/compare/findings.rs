@@ -27,7 +27,7 @@ pub struct PhaseError {
     pub phase: Option<Phase>,
     /// Strokes that tell it.
     pub strokes: usize,
-    /// Mean over strokes of simulated minus measured duration, s.
+    /// Mean over strokes of measured minus simulated duration, s.
     pub mean_s: f64,
     /// Root mean square over strokes, s.
     pub rms_s: f64,
@@ -61,7 +61,7 @@ pub struct Finding {
     pub direction: Direction,
     /// The first phase that fails; nothing for stroke times without traces.
     pub phase: Option<Phase>,
-    /// Its mean time error, simulated minus measured, s.
+    /// Its mean time error, measured minus simulated, s.
     pub time_error_s: f64,
     /// Root mean square of that error over the strokes, s.
     pub rms_s: f64,
@@ -197,7 +197,7 @@ fn clause(error: &PhaseError, place_m: Option<(f64, f64)>) -> String {
     let mixed = error.mean_s.abs() < 0.5 * error.rms_s;
     let size = if mixed { error.rms_s } else { error.mean_s.abs() } * 1e3;
     let size = if size < 9.95 { format!("{size:.1} ms") } else { format!("{size:.0} ms") };
-    let late = error.mean_s > 0.0;
+    let late = error.mean_s < 0.0;
     let place = place_m.map_or_else(String::new, |(low, high)| {
         format!(", mostly between x = {:.0} and {:.0} mm", low * 1e3, high * 1e3)
     });
@@ -267,7 +267,7 @@ pub(super) fn words(comparison: &Comparison) -> Vec<String> {
     }
     words.extend(comparison.findings.iter().map(|finding| finding.words.clone()));
     if words.is_empty() {
-        let size = comparison.overall.normalised_rms;
+        let size = comparison.overall.errors.normalised_rms;
         words.push(if size < 1.05 {
             format!("no phase of a stroke is off by more than the noise shows; the error is {size:.3} times the noise")
         } else {

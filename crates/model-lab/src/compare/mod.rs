@@ -1,9 +1,8 @@
 //! The model beside the record: how large the error is, where it sits and under which conditions.
 //!
-//! Errors of times are simulated minus measured, so that a model that is late has a positive error;
-//! errors of positions in figures are measured minus simulated, as residuals usually are.
+//! Everywhere measured minus simulated: where the model is late, errors of times are negative. The model is taken as it
+//! stands, instruments and conditions at their word; [`Subject::stated`] allows for what they may be off by.
 
-pub mod averages;
 pub mod crossing;
 pub mod findings;
 pub mod phases;
@@ -12,18 +11,24 @@ mod score;
 mod timings;
 pub mod trend;
 
+use identify::Stop;
+use identify::problem::{predict_all, residuals};
+use identify::select::Level;
 use valve_model::simulate::DEFAULT_STEP_S;
 use valve_model::{Prepared, Valve, simulate};
 
-pub use averages::LongAverage;
 pub use findings::{Finding, PhaseError};
 pub use phases::{Direction, LevelTimes, Phase};
 pub use runs::{ChannelScore, RunComparison, StrokeComparison};
 pub use score::{PhaseScore, Score};
 pub use trend::{Condition, Trend};
 
-use crate::data::{Dataset, RunData};
-use crate::forward::{Predicted, record, residuals};
+use self::score::PhaseSquares;
+use crate::data::Dataset;
+use crate::errors::Errors;
+use crate::forward::{Predicted, record};
+use crate::identification::Subject;
+use crate::space::Space;
 
 /// A model beside a campaign.
 #[derive(Debug, Clone)]
@@ -32,8 +37,6 @@ pub struct Comparison {
     pub overall: Score,
     /// Recorded runs, then stroke times grouped by conditions.
     pub runs: Vec<RunComparison>,
-    /// Averages of all residuals over longer times; empty for stroke times alone.
-    pub averages: Vec<LongAverage>,
     /// The time errors of each direction and phase over the runs, with their trends.
     pub phase_errors: Vec<PhaseError>,
     /// What the model gets wrong, the worst first; empty where nothing is seen beyond the noise.
@@ -45,30 +48,30 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    /// Compares a valve with a dataset: every run under its own conditions.
-    pub fn new(data: &Dataset, valve: &Valve) -> Self {
-        let residual = residuals(data, core::slice::from_ref(valve)).remove(0);
-        let mut runs = Vec::with_capacity(data.unit_count());
-        let mut start = 0;
-        for (run, predicted) in data.runs.iter().zip(simulated_records(data, valve)) {
-            let end = start + run.block_count();
-            runs.push(runs::compare_run(valve, run, predicted, &residual[start..end]));
-            start = end;
+    /// Compares a valve with a campaign made ready: every run under its own conditions. The subject may be that of another
+    /// valve; `data` is the same campaign. Nothing where the strokes cannot be simulated.
+    pub fn new(subject: &Subject, valve: &Valve, data: &Dataset) -> Option<Self> {
+        let problem = subject.problem(Space::new(valve, &[]), Level::High, Stop::never());
+        let predicted = predict_all(&problem, &[problem.at_their_word()]).pop()??;
+        let (problem, residual) = (&problem, &residuals(&problem, &predicted)[..]);
+        let mut runs = Vec::with_capacity(data.runs.len() + data.timing_groups.len());
+        let mut squares = PhaseSquares::default();
+        for (source, (run, predicted)) in data.runs.iter().zip(simulated_records(data, valve)).enumerate() {
+            runs.push(runs::compare_run(valve, (source, run), predicted, (problem, residual), &mut squares));
         }
-        runs.extend(timings::compare_times(data, valve));
+        runs.extend(timings::compare_times(data, valve, (problem, residual)));
         let strokes: Vec<StrokeComparison> = runs.iter().flat_map(|run| run.strokes.iter().cloned()).collect();
-        let noise_m = data.runs.first().and_then(|run| run.channels.first()).map(|channel| channel.noise);
         let phase_errors = findings::phase_errors(&runs);
         let stroke_m = valve.parameters().stroke_m;
-        Self {
-            overall: Score::overall(runs.iter().map(|run| &run.score), &strokes, noise_m.unwrap_or(1.0)),
-            averages: averages::long_averages(&data.runs.iter().collect::<Vec<&RunData>>(), &residual),
+        let has_traces = !data.runs.is_empty();
+        Some(Self {
+            overall: Score::new(Errors::of(problem, residual), has_traces.then_some(&squares), &strokes),
             findings: findings::findings(&phase_errors, &runs, stroke_m),
             phase_errors,
-            noise_m,
+            noise_m: data.runs.first().and_then(|run| run.channels.first()).map(|channel| channel.noise),
             timing_noise_s: (!data.timing_rows.is_empty()).then_some(data.timing_noise_s),
             runs,
-        }
+        })
     }
 
     /// What the model gets wrong, in a sentence each; one sentence that says so where nothing is seen.

@@ -95,9 +95,9 @@ pub struct LevelTimes {
 }
 
 impl LevelTimes {
-    /// Simulated minus measured, s.
+    /// Measured minus simulated, s.
     pub fn error_s(&self) -> Option<f64> {
-        Some(self.simulated_s? - self.measured_s?)
+        Some(self.measured_s? - self.simulated_s?)
     }
 }
 
@@ -131,7 +131,7 @@ pub fn level_times(
         .collect()
 }
 
-/// By how much longer a phase takes in the simulation than in the record, and one standard deviation
+/// By how much longer a phase takes in the record than in the simulation, and one standard deviation
 /// of that, s.
 pub fn phase_time_error(levels: &[LevelTimes], phase: Phase) -> Option<(f64, f64)> {
     // Stroke times alone know no phases.

@@ -1,13 +1,16 @@
 //! One recorded run against its simulation.
 
+use identify::Problem;
 use valve_model::{Conditions, Valve};
 
-use super::averages::{LongAverage, long_averages, neighbour_correlation};
 use super::crossing::Smoothed;
 use super::phases::{Direction, LevelTimes, Phase, StrokeWindow, boundaries, level_times, phase_at, phase_time_error};
-use super::score::{Score, Squares};
+use super::score::{PhaseSquares, Score};
 use crate::data::{Channel, RunData};
-use crate::forward::{Predicted, channel_of};
+use crate::errors::Errors;
+use crate::forward::Predicted;
+use crate::identification::ValveProblem;
+use crate::identification::setup::Kind;
 
 /// One stroke of a run.
 #[derive(Debug, Clone)]
@@ -19,12 +22,12 @@ pub struct StrokeComparison {
 }
 
 impl StrokeComparison {
-    /// Simulated minus measured time at the limit switch, s.
+    /// Measured minus simulated time at the limit switch, s.
     pub fn time_error_s(&self) -> Option<f64> {
         self.levels.last()?.error_s()
     }
 
-    /// By how much longer a phase takes in the simulation, and its standard error, s.
+    /// By how much longer a phase takes in the record, and its standard error, s.
     pub fn phase_time_error(&self, phase: Phase) -> Option<(f64, f64)> {
         phase_time_error(&self.levels, phase)
     }
@@ -37,6 +40,8 @@ pub struct ChannelScore {
     pub channel: Channel,
     /// Root mean square of measured minus simulated, SI.
     pub rmse: f64,
+    /// The same in units of the rows' noise.
+    pub normalised_rms: f64,
     /// One standard deviation of the noise of a sample, SI.
     pub noise: f64,
 }
@@ -54,16 +59,18 @@ pub struct RunComparison {
     pub channels: Vec<ChannelScore>,
     /// Its strokes, in order of time; for stroke times one of each direction.
     pub strokes: Vec<StrokeComparison>,
-    /// Averages of its residuals over longer times; empty for stroke times.
-    pub averages: Vec<LongAverage>,
-    /// Correlation of neighbouring block residuals of the position.
-    pub neighbour_correlation: f64,
     /// The simulated record; empty for stroke times.
     pub predicted: Predicted,
 }
 
-/// Compares a run with its simulated record. `residual` are its block residuals.
-pub(super) fn compare_run(valve: &Valve, data: &RunData, predicted: Predicted, residual: &[f64]) -> RunComparison {
+/// Compares a run, of its index among all, with its simulated record. The residuals are those of all units of a problem.
+pub(super) fn compare_run(
+    valve: &Valve,
+    (source, data): (usize, &RunData),
+    predicted: Predicted,
+    (problem, residual): (&ValveProblem<'_>, &[Vec<f64>]),
+    all: &mut PhaseSquares,
+) -> RunComparison {
     let position = data.channels.iter().find(|channel| channel.channel == Channel::Position);
     let (samples, noise_m) = position.map_or((&[] as &[f64], 1.0), |channel| (&channel.samples[..], channel.noise));
     let measured = Smoothed::new(&data.times_s, samples, samples);
@@ -71,46 +78,58 @@ pub(super) fn compare_run(valve: &Valve, data: &RunData, predicted: Predicted, r
     let stroke_m = valve.parameters().stroke_m;
     let limits = [valve.switches().closed_at * stroke_m, valve.switches().open_at * stroke_m];
     let mut strokes = Vec::new();
-    let mut squares = Squares::default();
+    let mut ends = Vec::new();
     for (index, command) in data.run.commands.iter().enumerate() {
         let until_s = data.run.commands.get(index + 1).map_or(f64::INFINITY, |next| next.time_s);
         let window = StrokeWindow { direction: Direction::of(command.close), command_s: command.time_s, until_s };
         let limit = limits[usize::from(!command.close)];
         let levels = level_times(&window, (&measured, &simulated), (stroke_m, limit), noise_m);
-        let ends = boundaries(&levels, until_s.min(data.run.end_s) - command.time_s);
-        let from = data.times_s.partition_point(|time| *time < command.time_s);
-        let to = data.times_s.partition_point(|time| *time < until_s);
-        let errors = samples[from..to].iter().zip(&predicted.position_m[from..to]).map(|(a, b)| a - b);
-        for (error, time) in errors.zip(&data.times_s[from..to]) {
-            if error.is_finite() {
-                squares.add(window.direction, phase_at(&ends, time - command.time_s), error);
-            }
-        }
+        ends.push(boundaries(&levels, until_s.min(data.run.end_s) - command.time_s));
         strokes.push(StrokeComparison { window, levels });
     }
-    let channels: Vec<ChannelScore> = data
-        .channels
-        .iter()
-        .map(|channel| {
-            let model = channel_of(&predicted, channel.channel);
-            let (mut sum, mut count) = (0.0, 0.0);
-            for error in channel.samples.iter().zip(model).map(|(a, b)| a - b).filter(|error| error.is_finite()) {
-                sum += error * error;
-                count += 1.0;
+    let mut squares = PhaseSquares::default();
+    let mut channels: Vec<(Channel, f64, f64, f64)> = Vec::new();
+    let units = problem.setup().units.iter().zip(problem.records()).zip(residual);
+    for ((unit, record), residual) in units.filter(|((unit, _), _)| unit.source == source) {
+        let Kind::Trace(trace) = &unit.kind else { continue };
+        let mut rest = residual.as_slice();
+        for (series, rows) in record.series.iter().zip(&trace.channels) {
+            let Some(residual) = rest.split_off(..series.rows.len()) else { continue };
+            let known = channels.iter().position(|one| one.0 == rows.channel);
+            let place = known.unwrap_or(channels.len());
+            if known.is_none() {
+                channels.push((rows.channel, 0.0, 0.0, 0.0));
             }
-            squares.add_channel(sum / (channel.noise * channel.noise), count);
-            ChannelScore { channel: channel.channel, rmse: (sum / f64::max(count, 1.0)).sqrt(), noise: channel.noise }
-        })
-        .collect();
-    let score = Score::new(&squares, noise_m, channels.first().map(|channel| channel.rmse), &strokes);
+            for (row, residual) in series.rows.iter().zip(residual) {
+                let sums = &mut channels[place];
+                sums.1 += residual * residual;
+                sums.2 += (residual / row.sigma).powi(2);
+                sums.3 += 1.0;
+                let stroke = strokes.iter().rposition(|stroke| stroke.window.command_s <= row.time_s);
+                if let Some(index) = stroke.filter(|_| rows.channel == Channel::Position) {
+                    let window = strokes[index].window;
+                    squares.add(window.direction, phase_at(&ends[index], row.time_s - window.command_s), *residual);
+                }
+            }
+        }
+    }
+    all.add_all(&squares);
+    let noise = |which: Channel| data.channels.iter().find(|one| one.channel == which).map_or(0.0, |one| one.noise);
+    let errors = Errors::of_units(problem, residual, |unit| unit.source == source);
     RunComparison {
         file: data.name.clone(),
         conditions: data.run.conditions,
-        score,
-        channels,
+        score: Score::new(errors, Some(&squares), &strokes),
+        channels: channels
+            .into_iter()
+            .map(|(channel, sum, normalised, count)| ChannelScore {
+                channel,
+                rmse: (sum / f64::max(count, 1.0)).sqrt(),
+                normalised_rms: (normalised / f64::max(count, 1.0)).sqrt(),
+                noise: noise(channel),
+            })
+            .collect(),
         strokes,
-        averages: long_averages(&[data], residual),
-        neighbour_correlation: neighbour_correlation(data, residual),
         predicted,
     }
 }

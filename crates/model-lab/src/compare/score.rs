@@ -2,30 +2,24 @@
 
 use super::phases::{Direction, Phase};
 use super::runs::StrokeComparison;
+use crate::errors::Errors;
 
-/// Sums of squared errors by phase and by channel.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Squares {
-    /// Squared position error, m², and samples, by direction and phase.
-    phases: [[(f64, f64); 4]; 2],
-    /// Squared error of all channels in units of the noise, and samples.
-    all: (f64, f64),
-    /// Squared position error, m², and samples.
-    position: (f64, f64),
-}
+/// Sums of squared position residuals, m², and rows, by direction and phase.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct PhaseSquares([[(f64, f64); 4]; 2]);
 
-impl Squares {
-    pub(super) fn add(&mut self, direction: Direction, phase: Phase, error_m: f64) {
-        let cell = &mut self.phases[direction as usize][phase as usize];
-        cell.0 += error_m * error_m;
+impl PhaseSquares {
+    pub(super) fn add(&mut self, direction: Direction, phase: Phase, residual_m: f64) {
+        let cell = &mut self.0[direction as usize][phase as usize];
+        cell.0 += residual_m * residual_m;
         cell.1 += 1.0;
-        self.position.0 += error_m * error_m;
-        self.position.1 += 1.0;
     }
 
-    pub(super) fn add_channel(&mut self, normalised: f64, count: f64) {
-        self.all.0 += normalised;
-        self.all.1 += count;
+    pub(super) fn add_all(&mut self, other: &Self) {
+        for (sum, part) in self.0.iter_mut().flatten().zip(other.0.iter().flatten()) {
+            sum.0 += part.0;
+            sum.1 += part.1;
+        }
     }
 }
 
@@ -36,13 +30,11 @@ pub struct PhaseScore {
     pub direction: Direction,
     /// The phase.
     pub phase: Phase,
-    /// Root mean square of the position error in it, m; nothing for stroke times.
+    /// Root mean square of the position error in it, m.
     pub rmse_m: Option<f64>,
-    /// The same in units of the noise.
-    pub normalised_rms: Option<f64>,
     /// Its share of the sum of squared position errors.
     pub share: Option<f64>,
-    /// By how much longer the phase takes in the simulation than in the record, s, the mean over strokes.
+    /// By how much longer the phase takes in the record than in the simulation, s, the mean over strokes.
     pub time_error_s: Option<f64>,
     /// One standard deviation of that mean from the sensor's noise, s.
     pub time_standard_error_s: Option<f64>,
@@ -51,76 +43,23 @@ pub struct PhaseScore {
 /// The errors of a run, or of all.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Score {
-    /// Root mean square of the position error, m; nothing for stroke times.
-    pub rmse_m: Option<f64>,
-    /// Root mean square of the errors of all channels in units of their noise.
-    pub normalised_rms: f64,
-    /// Readings that went into it.
-    pub readings: f64,
-    /// Simulated minus measured closing time, s, the mean over strokes.
+    /// The error.
+    pub errors: Errors,
+    /// Measured minus simulated closing time, s, the mean over strokes.
     pub close_time_error_s: Option<f64>,
-    /// Simulated minus measured opening time, s, the mean over strokes.
+    /// Measured minus simulated opening time, s, the mean over strokes.
     pub open_time_error_s: Option<f64>,
     /// Closing and opening phases; empty for stroke times.
     pub phases: Vec<PhaseScore>,
-    squares: [[(f64, f64); 4]; 2],
 }
 
 impl Score {
-    pub(super) fn new(squares: &Squares, noise_m: f64, rmse_m: Option<f64>, strokes: &[StrokeComparison]) -> Self {
+    pub(super) fn new(errors: Errors, squares: Option<&PhaseSquares>, strokes: &[StrokeComparison]) -> Self {
         Self {
-            rmse_m,
-            normalised_rms: (squares.all.0 / squares.all.1.max(1.0)).sqrt(),
-            readings: squares.all.1,
+            errors,
             close_time_error_s: mean_time_error(strokes, Direction::Closing),
             open_time_error_s: mean_time_error(strokes, Direction::Opening),
-            phases: phases(&squares.phases, noise_m, strokes),
-            squares: squares.phases,
-        }
-    }
-
-    /// The score of stroke times without traces.
-    pub(super) fn of_times(normalised_rms: f64, readings: f64, strokes: &[StrokeComparison]) -> Self {
-        Self {
-            rmse_m: None,
-            normalised_rms,
-            readings,
-            close_time_error_s: mean_time_error(strokes, Direction::Closing),
-            open_time_error_s: mean_time_error(strokes, Direction::Opening),
-            phases: Vec::new(),
-            squares: Default::default(),
-        }
-    }
-
-    /// All runs together.
-    pub(super) fn overall<'a>(
-        scores: impl Iterator<Item = &'a Self> + Clone,
-        strokes: &[StrokeComparison],
-        noise_m: f64,
-    ) -> Self {
-        let mut cells = [[(0.0, 0.0); 4]; 2];
-        let (mut sum, mut readings) = (0.0, 0.0);
-        let (mut squared_m, mut traces) = (0.0, 0.0);
-        for score in scores {
-            for (total, part) in cells.iter_mut().flatten().zip(score.squares.iter().flatten()) {
-                total.0 += part.0;
-                total.1 += part.1;
-            }
-            sum += score.normalised_rms.powi(2) * score.readings;
-            readings += score.readings;
-            if let Some(rmse) = score.rmse_m {
-                squared_m += rmse * rmse;
-                traces += 1.0;
-            }
-        }
-        Self {
-            rmse_m: (traces > 0.0).then(|| (squared_m / traces).sqrt()),
-            normalised_rms: (sum / f64::max(readings, 1.0)).sqrt(),
-            readings,
-            close_time_error_s: mean_time_error(strokes, Direction::Closing),
-            open_time_error_s: mean_time_error(strokes, Direction::Opening),
-            phases: if traces > 0.0 { phases(&cells, noise_m, strokes) } else { Vec::new() },
-            squares: cells,
+            phases: squares.map_or_else(Vec::new, |squares| phases(squares, strokes)),
         }
     }
 }
@@ -134,7 +73,7 @@ fn mean_time_error(strokes: &[StrokeComparison], direction: Direction) -> Option
     (!errors.is_empty()).then(|| errors.iter().sum::<f64>() / errors.len() as f64)
 }
 
-fn phases(cells: &[[(f64, f64); 4]; 2], noise_m: f64, strokes: &[StrokeComparison]) -> Vec<PhaseScore> {
+fn phases(PhaseSquares(cells): &PhaseSquares, strokes: &[StrokeComparison]) -> Vec<PhaseScore> {
     let total: f64 = cells.iter().flatten().map(|cell| cell.0).sum();
     let mut scores = Vec::with_capacity(8);
     for direction in Direction::ALL {
@@ -146,12 +85,10 @@ fn phases(cells: &[[(f64, f64); 4]; 2], noise_m: f64, strokes: &[StrokeCompariso
                 .filter_map(|stroke| stroke.phase_time_error(phase))
                 .collect();
             let strokes = times.len() as f64;
-            let rmse_m = (count > 0.0).then(|| (sum / count).sqrt());
             scores.push(PhaseScore {
                 direction,
                 phase,
-                rmse_m,
-                normalised_rms: rmse_m.map(|rmse| rmse / noise_m),
+                rmse_m: (count > 0.0).then(|| (sum / count).sqrt()),
                 share: (total > 0.0).then(|| sum / total),
                 time_error_s: (!times.is_empty()).then(|| times.iter().map(|(error, _)| error).sum::<f64>() / strokes),
                 time_standard_error_s: (!times.is_empty())

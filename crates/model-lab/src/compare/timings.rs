@@ -6,33 +6,38 @@ use super::phases::{Direction, LevelTimes, StrokeWindow};
 use super::runs::{RunComparison, StrokeComparison};
 use super::score::Score;
 use crate::data::{Dataset, TimingGroup};
+use crate::errors::Errors;
 use crate::forward::{Predicted, timing_predictions};
+use crate::identification::ValveProblem;
 
 /// Compares the stroke times of a dataset, one entry for each set of conditions.
-pub(super) fn compare_times(data: &Dataset, valve: &Valve) -> Vec<RunComparison> {
+pub(super) fn compare_times(
+    data: &Dataset,
+    valve: &Valve,
+    (problem, residual): (&ValveProblem<'_>, &[Vec<f64>]),
+) -> Vec<RunComparison> {
     if data.timing_groups.is_empty() {
         return Vec::new();
     }
-    let predicted = timing_predictions(data, core::slice::from_ref(valve)).remove(0);
+    let predicted = timing_predictions(data, valve);
     data.timing_groups
         .iter()
         .zip(&predicted)
-        .map(|(group, times)| {
-            let mut squares = (0.0, 0.0);
+        .enumerate()
+        .map(|(index, (group, times))| {
             let strokes: Vec<StrokeComparison> = [times.close_time_s, times.open_time_s]
                 .into_iter()
                 .zip(Direction::ALL)
-                .map(|(simulated_s, direction)| stroke(data, group, direction, simulated_s, &mut squares))
+                .map(|(simulated_s, direction)| stroke(data, group, direction, simulated_s))
                 .collect();
-            let normalised = (squares.0 / f64::max(squares.1, 1.0)).sqrt();
+            let source = data.runs.len() + index;
+            let errors = Errors::of_units(problem, residual, |unit| unit.source == source);
             RunComparison {
                 file: lines(data, group),
                 conditions: group.conditions,
-                score: Score::of_times(normalised, squares.1, &strokes),
+                score: Score::new(errors, None, &strokes),
                 channels: Vec::new(),
                 strokes,
-                averages: Vec::new(),
-                neighbour_correlation: 0.0,
                 predicted: Predicted::default(),
             }
         })
@@ -40,13 +45,7 @@ pub(super) fn compare_times(data: &Dataset, valve: &Valve) -> Vec<RunComparison>
 }
 
 /// The mean of the measured times of one direction beside the simulated one.
-fn stroke(
-    data: &Dataset,
-    group: &TimingGroup,
-    direction: Direction,
-    simulated_s: Option<f64>,
-    squares: &mut (f64, f64),
-) -> StrokeComparison {
+fn stroke(data: &Dataset, group: &TimingGroup, direction: Direction, simulated_s: Option<f64>) -> StrokeComparison {
     let measured: Vec<f64> = group
         .rows
         .iter()
@@ -59,11 +58,6 @@ fn stroke(
         Direction::Closing => data.schedule.open_at_s - data.schedule.close_at_s,
         Direction::Opening => data.schedule.end_s - data.schedule.open_at_s,
     };
-    for time in &measured {
-        let error = simulated_s.unwrap_or(1.2 * window_s) - time;
-        squares.0 += (error / data.timing_noise_s).powi(2);
-        squares.1 += 1.0;
-    }
     let count = measured.len() as f64;
     let level = LevelTimes {
         travelled: 1.0,

@@ -9,9 +9,9 @@ use valve_file::ValveFile;
 use valve_model::EffectKind;
 use valve_model::custom::CustomEffect;
 
-use super::answer::{FittedParameter, StepReport};
-use super::errors;
+use super::answer::FittedParameter;
 use super::uncertainty::{Certainty, effect_parameters};
+use crate::errors::{self, StepReport};
 use crate::identification::{Catalogue, NuisanceSizes, Subject, ValveProblem};
 use crate::space::Space;
 
@@ -63,11 +63,10 @@ pub fn sequence(file: &ValveFile, campaign: &Campaign, additions: &[Addition], s
     let options = FitOptions::new(subject.setup(Level::High).groups.clone());
     let mut space = subject.space.clone();
     let base = subject.problem(space.clone(), Level::High, stop);
-    let start = base.start();
-    let datasheet = errors::at(&base, &start)?.step("datasheet".into(), None, None);
+    let start = base.at_their_word();
+    let datasheet = StepReport::datasheet(errors::at(&base, &start)?);
     let mut rungs = vec![Rung { step: datasheet, space: space.clone(), u: start[..space.coordinates.len()].to_vec() }];
-    let fitted = best(&subject, &space, &[start], &options, stop)?;
-    let mut model = fitted;
+    let mut model = subject.calibrated(stop)?;
     rungs.push(rung("calibrated", &model));
     let mut plain = space.clone();
     for addition in additions {
@@ -120,8 +119,7 @@ fn best<'a>(
 }
 
 fn rung(name: &str, model: &Model<ValveProblem<'_>>) -> Rung {
-    let discrepancy = Some(model.fit.noise.groups[0].discrepancy);
-    let step = errors::fitted(model).step(name.to_owned(), errors::left_out(model), discrepancy);
+    let step = StepReport::new(name, model);
     let space = model.problem.space.clone();
     let u = model.fit.u[..space.coordinates.len()].to_vec();
     Rung { step, space, u }

@@ -4,6 +4,7 @@ use valve_model::{EffectKind, ParameterId, Valve};
 
 use super::experiment::Experiment;
 use super::outside::Outside;
+use crate::errors::{Errors, StepReport};
 
 /// The verdict.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -59,8 +60,14 @@ pub struct MovedParameter {
     pub after: f64,
     /// One standard deviation of it, SI.
     pub sigma: f64,
+    /// The interval that holds the true value with a probability of 90 %, SI.
+    pub interval_90: (f64, f64),
+    /// Its tolerance, one standard deviation as a share of the value.
+    pub tolerance: f64,
     /// How far it moved, in tolerances.
     pub pull: f64,
+    /// One standard deviation of that: 1 means that the data say nothing about it.
+    pub pull_sigma: f64,
 }
 
 /// What an instrument or a condition was found to be off by.
@@ -93,35 +100,14 @@ pub struct CandidateReport {
     pub gain: f64,
     /// Its probability among the models that were fitted to the end; nothing where it was not.
     pub probability: Option<f64>,
-    /// Root mean square of the residuals in units of the noise.
-    pub normalised_rms: f64,
-    /// The same on what was held out.
-    pub held_out_normalised_rms: Option<f64>,
-    /// Root mean square of the position's residuals, m.
-    pub rmse_m: Option<f64>,
+    /// What it leaves.
+    pub errors: Errors,
+    /// What it leaves where it was held out.
+    pub held_out: Option<Errors>,
     /// Change of the Bayesian information criterion against the calibrated model, by the whitened residuals.
     pub delta_bic: f64,
     /// Why it was not chosen.
     pub rejected: Option<String>,
-}
-
-/// One step of the model sequence.
-#[derive(Debug, Clone, PartialEq)]
-pub struct StepReport {
-    /// "datasheet", "calibrated", then the effect added.
-    pub step: String,
-    /// Root mean square of the residuals in units of the noise.
-    pub normalised_rms: f64,
-    /// The same on what was held out.
-    pub held_out_normalised_rms: Option<f64>,
-    /// Root mean square of the position's residuals, m; nothing for stroke times alone.
-    pub rmse_m: Option<f64>,
-    /// The same on what was held out.
-    pub held_out_rmse_m: Option<f64>,
-    /// Root mean square of the errors of the stroke times, s; nothing for traces.
-    pub time_rmse_s: Option<f64>,
-    /// Size of the model error that is left, as a share of the stroke at full speed.
-    pub discrepancy: Option<f64>,
 }
 
 /// What cannot be told from a recommended effect.

@@ -2,7 +2,6 @@
 
 pub mod adopt;
 mod answer;
-pub mod errors;
 pub mod experiment;
 pub mod outside;
 mod report;
@@ -16,9 +15,10 @@ use valve_model::EffectKind;
 
 use crate::identification::{Catalogue, NuisanceSizes, Subject};
 
+pub use report::{LARGEST_MULTIPLIER, nuisance_reports};
+
 pub use answer::{
-    CandidateReport, Explanation, FittedParameter, MovedParameter, NuisanceReport, Remainder, StepReport, Twin,
-    TwinReport, Verdict,
+    CandidateReport, Explanation, FittedParameter, MovedParameter, NuisanceReport, Remainder, Twin, TwinReport, Verdict,
 };
 
 /// What a search tells while it runs.

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use valve_model::custom::{CustomEffect, CustomParameter, CustomTarget, VARIABLE_NAMES, Variables};
 
 use super::DiagnoseOptions;
-use super::errors::{self, Errors};
+use crate::errors::{self, Errors};
 use crate::identification::{Catalogue, Setup, ValveProblem};
 use crate::space::Space;
 

@@ -5,12 +5,12 @@ use identify::{FitOptions, Problem, Scope, Smoothness, fit};
 use rayon::prelude::*;
 use valve_model::EffectKind;
 
-use super::answer::{CandidateReport, Explanation, NuisanceReport, Remainder, StepReport, Twin, TwinReport, Verdict};
-use super::errors::{self, Errors};
+use super::answer::{CandidateReport, Explanation, NuisanceReport, Remainder, Twin, TwinReport, Verdict};
 use super::experiment::{Hypothesis, best_experiment};
 use super::outside::outside;
 use super::uncertainty::{Certainty, effect_parameters, moved_parameters};
 use super::{DiagnoseOptions, Progress};
+use crate::errors::{self, StepReport};
 use crate::identification::{Catalogue, ValveProblem};
 
 /// A group of indistinguishable alternatives larger than this names nothing.
@@ -23,7 +23,7 @@ const JUDGED_AGAIN: f64 = 100.0;
 const JUDGED_AT_MOST: usize = 4;
 
 /// Stroke times that need more than this many times their noise are not explained.
-const LARGEST_MULTIPLIER: f64 = 2.0;
+pub const LARGEST_MULTIPLIER: f64 = 2.0;
 
 /// Effects that leave more than this share of the calibrated model's error on what was held out, noise aside, explain a
 /// part of it.
@@ -81,7 +81,7 @@ pub(super) fn assemble<'a>(
     Explanation {
         verdict,
         parameters: effect_parameters(&best.problem, &best.fit, &certainty, &recommended),
-        nuisances: nuisances(best, &certainty),
+        nuisances: nuisance_reports(best, &certainty),
         moved: pulled,
         twins,
         candidates: candidates(catalogue, found, options),
@@ -169,9 +169,7 @@ fn steps(
 ) -> Vec<StepReport> {
     let mut steps = Vec::new();
     let Some(base) = found.model(&[]) else { return steps };
-    if let Some(errors) = errors::at(&base.problem, &base.problem.start()) {
-        steps.push(errors.step("datasheet".into(), None, None));
-    }
+    steps.extend(errors::at(&base.problem, &base.problem.at_their_word()).map(StepReport::datasheet));
     let mut shown: Vec<EffectKind> = Vec::new();
     for set in &found.steps {
         let Some(model) = found.model(set) else { continue };
@@ -183,14 +181,13 @@ fn steps(
             .collect();
         let name = if set.is_empty() { "calibrated".to_owned() } else { new.join(" + ") };
         shown.extend(kinds);
-        let discrepancy = Some(model.fit.noise.groups[0].discrepancy);
-        steps.push(errors::fitted(model).step(name, errors::left_out(model), discrepancy));
+        steps.push(StepReport::new(name, model));
     }
     steps
 }
 
 /// What instruments and conditions took, those that moved far and those that all records share.
-fn nuisances(best: &Fitted<'_>, certainty: &Certainty) -> Vec<NuisanceReport> {
+pub fn nuisance_reports(best: &Model<ValveProblem<'_>>, certainty: &Certainty) -> Vec<NuisanceReport> {
     let problem = &best.problem;
     let first = problem.space.coordinates.len();
     problem
@@ -266,8 +263,6 @@ fn candidates(
         .map(|model| {
             let gain = found.gain(model);
             let kinds = catalogue.kinds_of(&model.set);
-            let errors = errors::fitted(model);
-            let left = errors::left_out(model);
             let certainty = Certainty::new(&model.problem, &model.fit);
             let rows: usize = model.problem.records().iter().map(identify::Record::row_count).sum();
             let added = base.map_or(0, |base| model.fit.u.len() - base.fit.u.len());
@@ -299,9 +294,8 @@ fn candidates(
                 kinds,
                 gain,
                 probability: all.iter().find(|(one, _)| std::ptr::eq(*one, model)).map(|(_, share)| *share),
-                normalised_rms: errors.normalised_rms,
-                held_out_normalised_rms: left.map(|errors: Errors| errors.normalised_rms),
-                rmse_m: errors.rmse_m,
+                errors: errors::fitted(model),
+                held_out: errors::left_out(model),
                 delta_bic,
                 rejected,
             }

@@ -6,6 +6,7 @@
 use identify::Fit;
 use identify::normal::{Normal, Posterior};
 use identify::problem::Problem;
+use identify::special::t_quantile_95;
 use nalgebra::DMatrix;
 use valve_model::EffectKind;
 
@@ -58,6 +59,20 @@ impl Certainty {
 
     /// One standard deviation of a function of the point.
     pub fn sigma(&self, problem: &ValveProblem<'_>, u: &[f64], of: impl Fn(&[f64]) -> f64) -> f64 {
+        let [covariance, jackknife] = self.sigmas(problem, u, of);
+        covariance.max(jackknife)
+    }
+
+    /// Half the width of the interval that holds a function of the point with a probability of 90 %: wider than for a
+    /// normal density where what a few records disagree by decides (Student's t).
+    pub fn half_width_90(&self, problem: &ValveProblem<'_>, u: &[f64], of: impl Fn(&[f64]) -> f64) -> f64 {
+        let [covariance, jackknife] = self.sigmas(problem, u, of);
+        let freedom = self.without.len().saturating_sub(1).max(1) as f64;
+        (t_quantile_95(f64::INFINITY) * covariance).max(t_quantile_95(freedom) * jackknife)
+    }
+
+    /// One standard deviation of a function of the point: by the covariance, and by what records disagree by.
+    fn sigmas(&self, problem: &ValveProblem<'_>, u: &[f64], of: impl Fn(&[f64]) -> f64) -> [f64; 2] {
         let value = of(u);
         let slopes: Vec<f64> = (0..u.len())
             .map(|index| {
@@ -83,7 +98,7 @@ impl Certainty {
             let mean = values.iter().sum::<f64>() / count;
             jackknife = (count - 1.0) / count * values.iter().map(|one| (one - mean).powi(2)).sum::<f64>();
         }
-        variance.max(jackknife).max(0.0).sqrt()
+        [variance, jackknife].map(|variance| variance.max(0.0).sqrt())
     }
 }
 
@@ -121,12 +136,18 @@ pub fn moved_parameters(problem: &ValveProblem<'_>, fit: &Fit, certainty: &Certa
         .filter_map(|(index, coordinate)| {
             let Target::Base(id) = coordinate.target else { return None };
             let value = |u: &[f64]| coordinate.value(u[index]);
+            let pull = |u: &[f64]| u[index];
+            let half = certainty.half_width_90(problem, &fit.u, pull);
+            let before = space.parameters().get(id);
             Some(MovedParameter {
                 id,
-                before: space.parameters().get(id),
+                before,
                 after: value(&fit.u),
                 sigma: certainty.sigma(problem, &fit.u, value),
+                interval_90: (coordinate.value(fit.u[index] - half), coordinate.value(fit.u[index] + half)),
+                tolerance: (coordinate.value(1.0) / before).ln(),
                 pull: fit.u[index],
+                pull_sigma: certainty.sigma(problem, &fit.u, pull),
             })
         })
         .collect()

@@ -4,7 +4,7 @@ use std::cmp::Ordering;
 
 use campaign::{Campaign, Uncertainty};
 use identify::problem::predict_all;
-use identify::select::{Family, Level, News};
+use identify::select::{Family, Level, Model, News, base};
 use identify::{Coordinate, FitOptions, Problem, Scope, Stop};
 use valve_file::{Tolerance, ValveFile};
 use valve_model::{EffectKind, Fidelity, ParameterId};
@@ -71,7 +71,7 @@ fn rms_in_noise(setup: &Setup, errors: &[Vec<f64>]) -> f64 {
 }
 
 impl Subject {
-    /// Makes a campaign ready.
+    /// Makes a campaign ready for a valve file.
     pub fn new(file: &ValveFile, campaign: &Campaign, sizes: &NuisanceSizes) -> Self {
         let data = Dataset::new(campaign, file.schedule());
         let parameters = file.valve().parameters();
@@ -121,6 +121,18 @@ impl Subject {
     pub fn problem<'a>(&'a self, space: Space, level: Level, stop: &'a Stop) -> ValveProblem<'a> {
         let nuisances = if level == Level::Screen { &self.screen_nuisances } else { &self.nuisances };
         ValveProblem::new(self.setup(level), space, nuisances, stop)
+    }
+
+    /// The model as its file states it, but for what instruments and conditions may be off by: that alone is fitted. Nothing
+    /// where its strokes cannot be simulated.
+    pub fn stated<'a>(&'a self, stop: &'a Stop) -> Option<Model<ValveProblem<'a>>> {
+        let catalogue = Catalogue { base: self.space.fixed(), ..Catalogue::new(self, &[], &|_| (), stop) };
+        base(&catalogue).map(|[_, high]| high)
+    }
+
+    /// The model with its tolerated parameters fitted, and no effect beyond those it has: where every search begins.
+    pub fn calibrated<'a>(&'a self, stop: &'a Stop) -> Option<Model<ValveProblem<'a>>> {
+        base(&Catalogue::new(self, &[], &|_| (), stop)).map(|[_, high]| high)
     }
 
     /// Records for a first look: those whose conditions and commands lie farthest apart.
@@ -333,6 +345,8 @@ fn farthest_apart(setup: &Setup) -> Vec<usize> {
 pub struct Catalogue<'a> {
     /// The campaign and the valve.
     pub subject: &'a Subject,
+    /// What moves without any effect.
+    base: Space,
     /// The effects, in the order of the candidates' indices.
     pub kinds: Vec<EffectKind>,
     /// Where news go.
@@ -351,7 +365,7 @@ impl<'a> Catalogue<'a> {
     ) -> Self {
         let has = |kind: EffectKind| subject.space.effects().iter().any(|effect| effect.kind() == kind);
         let kinds = effects.iter().copied().filter(|kind| !has(*kind)).collect();
-        Self { subject, kinds, tell, stop }
+        Self { subject, base: subject.space.clone(), kinds, tell, stop }
     }
 
     /// The effects of a set.
@@ -390,7 +404,7 @@ impl<'a> Family for Catalogue<'a> {
     }
 
     fn member(&self, set: &[usize], level: Level) -> Option<Self::Member> {
-        let mut space = self.subject.space.clone();
+        let mut space = self.base.clone();
         for kind in self.kinds_of(set) {
             // Refinements are for the end of a fit: on the way they open valleys that lead nowhere.
             space = if level == Level::High { space.with_refined_effect(kind) } else { space.with_effect(kind) };

@@ -72,6 +72,16 @@ impl<'a> ValveProblem<'a> {
         self.space.start().into_iter().chain(self.nuisances.iter().map(|entry| entry.coordinate.mean)).collect()
     }
 
+    /// The same with instruments and conditions at their word: nothing is off, and commands were given when they were written
+    /// down. When a command was given that nobody wrote down stays where it is believed to be.
+    pub fn at_their_word(&self) -> Vec<f64> {
+        let word = |entry: &Entry| match entry.nuisance {
+            Nuisance::UnseenEdge(_) => entry.coordinate.mean,
+            _ => 0.0,
+        };
+        self.space.start().into_iter().chain(self.nuisances.iter().map(word)).collect()
+    }
+
     /// The campaign.
     pub fn setup(&self) -> &Setup {
         self.setup

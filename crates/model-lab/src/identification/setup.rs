@@ -11,7 +11,7 @@ use valve_model::driven::Driven;
 use valve_model::{CommandEdge, Fidelity, Parameters, Run, Schedule, Start};
 
 use super::start::{Beginning, beginning};
-use crate::data::{Channel, ChannelData, Dataset, RunData, TimingGroup, same_conditions};
+use crate::data::{Channel, Dataset, RunData, TimingGroup, same_conditions};
 
 /// Rows over the travel of one stroke.
 const ROWS_A_TRAVEL: f64 = 30.0;
@@ -78,6 +78,8 @@ pub struct Unit {
     /// How long before a command to close, and one to open, the row before it was written, s: when in that time the command
     /// was given is not recorded. The longest of each.
     pub unseen_s: [f64; 2],
+    /// The recorded run that it is a part of, by index; stroke times follow the runs.
+    pub source: usize,
     /// What it is of.
     pub kind: Kind,
 }
@@ -156,15 +158,15 @@ impl Setup {
         let is_driven = campaign.inputs.pipe_pressure || campaign.inputs.chamber_pressure;
         let mut units = Vec::new();
         let mut records: Vec<Record> = Vec::new();
-        for (recorded, run) in campaign.runs.iter().zip(&data.runs) {
+        for (source, (recorded, run)) in campaign.runs.iter().zip(&data.runs).enumerate() {
             for (unit, record) in trace_units(recorded, run, travel_s, (stroke_m, ambient_pa), is_driven) {
-                units.push(unit);
+                units.push(Unit { source, ..unit });
                 records.push(record);
             }
         }
-        for group in &data.timing_groups {
+        for (index, group) in data.timing_groups.iter().enumerate() {
             let (unit, record) = times_unit(data, group);
-            units.push(unit);
+            units.push(Unit { source: data.runs.len() + index, ..unit });
             records.push(record);
         }
         for index in 0..records.len() {
@@ -262,7 +264,7 @@ impl Setup {
 /// How long a recorded stroke travels at its quickest, s: five times the shortest time in which a fifth of the span is
 /// covered, the median over the runs.
 fn travel_s(data: &Dataset, stroke_m: f64) -> f64 {
-    let mut travels: Vec<f64> = data.runs.iter().filter_map(|run| quickest_s(&run.channels[0], stroke_m)).collect();
+    let mut travels: Vec<f64> = data.runs.iter().filter_map(|run| quickest_s(run, stroke_m)).collect();
     travels.sort_by(f64::total_cmp);
     travels.get(travels.len() / 2).copied().unwrap_or_else(|| 0.2 * data.runs.first().map_or(1.0, |run| run.run.end_s))
 }
@@ -270,22 +272,30 @@ fn travel_s(data: &Dataset, stroke_m: f64) -> f64 {
 /// Share of the span over which the quickest travel is looked for.
 const QUICKEST_SHARE: f64 = 0.2;
 
-fn quickest_s(channel: &ChannelData, stroke_m: f64) -> Option<f64> {
-    let blocks = &channel.blocks;
+/// Samples are averaged over this time before, s.
+const AVERAGED_S: f64 = 4e-3;
+
+fn quickest_s(run: &RunData, stroke_m: f64) -> Option<f64> {
+    let (times, samples) = (&run.times_s, &run.channels[0].samples);
+    let means: Vec<(f64, f64)> = cut(times, samples, AVERAGED_S)
+        .into_iter()
+        .map(|range| mean(times, samples, range))
+        .map(|(time_s, position_m, _)| (time_s, position_m))
+        .collect();
     let (low, high) =
-        blocks.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |ends, b| (ends.0.min(b.mean), ends.1.max(b.mean)));
+        means.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |ends, (_, x)| (ends.0.min(*x), ends.1.max(*x)));
     let far = QUICKEST_SHARE * (high - low);
     if high - low < 0.1 * stroke_m {
         return None;
     }
     let mut quickest = f64::INFINITY;
-    for (index, first) in blocks.iter().enumerate() {
-        for later in &blocks[index + 1..] {
-            let time = later.time_s - first.time_s;
+    for (index, first) in means.iter().enumerate() {
+        for later in &means[index + 1..] {
+            let time = later.0 - first.0;
             if time >= quickest {
                 break;
             }
-            if (later.mean - first.mean).abs() >= far {
+            if (later.1 - first.1).abs() >= far {
                 quickest = time;
             }
         }
@@ -366,6 +376,7 @@ fn trace_units(
                 origin_s: part.origin_s,
                 unseen_s: part.unseen_s(data),
                 beginning: part.beginning,
+                source: 0,
                 kind: Kind::Trace(Trace { channels }),
             };
             (unit, Record { series, condition: 0 })
@@ -580,7 +591,14 @@ fn times_unit(data: &Dataset, group: &TimingGroup) -> (Unit, Record) {
     };
     let series = vec![Series { rows, group: 2, is_process: false }];
     let kind = Kind::Times(Times { cycles: group.cycles, closing });
-    let unit =
-        Unit { name: "stroke times".into(), run, origin_s: 0.0, beginning: Beginning::Open, unseen_s: [0.0; 2], kind };
+    let unit = Unit {
+        name: "stroke times".into(),
+        run,
+        origin_s: 0.0,
+        beginning: Beginning::Open,
+        unseen_s: [0.0; 2],
+        source: 0,
+        kind,
+    };
     (unit, Record { series, condition: 0 })
 }

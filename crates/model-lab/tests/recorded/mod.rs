@@ -1,22 +1,26 @@
-//! Campaigns of the model's own strokes with noise.
-#![allow(dead_code, reason = "each test target uses a part of it")]
+//! Strokes of a valve as they are recorded, made by the model itself.
 
-use model_lab::Dataset;
-use model_lab::data::{Block, Channel, ChannelData, FINE_FIT, RunData};
-use model_lab::forward::record;
-use valve_model::{CommandEdge, Conditions, Prepared, Run, Schedule, Start, Valve, simulate};
+use campaign::{Campaign, Inputs, Run, RunConditions, Sensors, Trace, Uncertainty};
+use valve_model::{CommandEdge, Conditions, Prepared, Start, Valve, measurement::Record, simulate};
 
-/// Noise of the position, m.
-const NOISE_M: f64 = 5e-5;
+/// Noise of the recorded position, m.
+pub const NOISE_M: f64 = 5e-5;
 
-/// Spacing of the samples, s; each is a block of its own.
-const SPACING_S: f64 = 8e-3;
+/// The commands of every stroke, s.
+const COMMANDS: [(f64, bool); 2] = [(0.2, true), (3.5, false)];
+
+/// From row to row of a record, s.
+pub const ROW_S: f64 = 0.01;
+
+/// When every record ends, s.
+pub const END_S: f64 = 7.0;
 
 /// Normal numbers by the method of Box and Muller (1958) from SplitMix64 (Steele, Lea and Flood 2014).
 pub struct Noise(pub u64);
 
 impl Noise {
-    fn uniform(&mut self) -> f64 {
+    /// The next number between 0 and 1.
+    pub fn uniform(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -31,45 +35,77 @@ impl Noise {
     }
 }
 
-/// A stroke under these conditions, recorded from some time before its command; its solenoid is late by some time
-/// to close.
-pub fn recorded(valve: &Valve, conditions: Conditions, wait_s: f64, late_s: f64, noise: &mut Noise) -> RunData {
-    let commands = |late_s: f64| {
-        vec![CommandEdge { time_s: wait_s + late_s, close: true }, CommandEdge { time_s: wait_s + 2.5, close: false }]
-    };
-    let strokes = Run { conditions, commands: commands(late_s), end_s: 5.5, driven: None, start: Start::Rest };
-    let times_s: Vec<f64> = (0..680).map(|sample| f64::from(sample) * SPACING_S).collect();
-    let mut predicted = model_lab::forward::Predicted::default();
-    simulate(&[Prepared::new(valve, &strokes, 1e-3)], false, |_, nodes, _| {
-        record(valve, nodes, &times_s, &mut predicted);
-    });
-    let samples: Vec<f64> = predicted.position_m.iter().map(|x| x + NOISE_M * noise.normal()).collect();
-    let blocks = samples
+/// What is off in one record.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Off {
+    /// Delays of the commands to close and to open, s.
+    pub delays_s: [f64; 2],
+    /// By how much the supply's gauge pressure is higher than it is said to be, relative.
+    pub supply: f64,
+    /// How much later the recorder's clock stands, s.
+    pub clock_s: f64,
+    /// Gain of the position sensor beyond 1.
+    pub gain: f64,
+    /// Zero of the position sensor, m.
+    pub zero_m: f64,
+    /// Its drift over the record, m.
+    pub drift_m: f64,
+}
+
+/// A stroke of a valve, believed to be made at a supply pressure.
+pub fn stroke(valve: &Valve, supply_pressure_pa: f64, off: &Off, noise: &mut Noise) -> Run {
+    let nominal = Conditions::nominal(valve.parameters());
+    let ambient_pa = valve.parameters().ambient_pressure_pa;
+    let true_pa = ambient_pa + (1.0 + off.supply) * (supply_pressure_pa - ambient_pa);
+    let commands = COMMANDS
         .iter()
-        .enumerate()
-        .map(|(index, mean)| Block {
-            first: index,
-            end: index + 1,
-            mean: *mean,
-            inverse_sigma: 1.0 / NOISE_M,
-            time_s: times_s[index],
-        })
-        .collect();
-    let channel = ChannelData { channel: Channel::Position, samples, noise: NOISE_M, blocks };
-    let run = Run { commands: commands(0.0), ..strokes };
-    RunData { name: String::new(), run, times_s, channels: vec![channel] }
+        .zip(off.delays_s)
+        .map(|((time_s, close), late_s)| CommandEdge { time_s: time_s + late_s, close: *close });
+    let run = valve_model::Run {
+        conditions: Conditions { supply_pressure_pa: true_pa, ..nominal },
+        commands: commands.collect(),
+        end_s: END_S + 0.1,
+        driven: None,
+        start: Start::Rest,
+    };
+    let time_s: Vec<f64> = (0..700).map(|row| f64::from(row) * ROW_S).collect();
+    let seen_s: Vec<f64> = time_s.iter().map(|time| time - off.clock_s).collect();
+    let mut record = Record::default();
+    simulate(&[Prepared::new(valve, &run, 1e-3)], false, |_, nodes, _| {
+        valve.measurement().record(nodes, &seen_s, &mut record);
+    });
+    let sensed = |(time, x): (&f64, &f64)| (1.0 + off.gain) * x + off.zero_m + off.drift_m * time / END_S;
+    let trace = Trace {
+        command_close: time_s.iter().map(|time| (COMMANDS[0].0..COMMANDS[1].0).contains(time)).collect(),
+        position_m: time_s.iter().zip(&record.position_m).map(sensed).map(|x| x + NOISE_M * noise.normal()).collect(),
+        time_s,
+        ..Trace::default()
+    };
+    Run {
+        file: format!("{supply_pressure_pa}.csv"),
+        conditions: RunConditions {
+            supply_pressure_pa,
+            temperature_k: nominal.temperature_k,
+            leak_to_atmosphere_m2: 0.0,
+            leak_from_supply_m2: 0.0,
+        },
+        trace,
+        commands: COMMANDS.map(|(time_s, close)| campaign::CommandEdge { time_s, close }).into(),
+        commands_inferred: false,
+    }
 }
 
 /// A campaign of these runs.
-pub fn campaign(runs: Vec<RunData>) -> Dataset {
-    Dataset {
-        name: String::new(),
+pub fn campaign(runs: Vec<Run>) -> Campaign {
+    Campaign {
+        name: "recorded".into(),
+        sensors: Sensors { position_noise_m: Some(NOISE_M), ..Sensors::default() },
+        uncertainty: Uncertainty::default(),
+        inputs: Inputs::default(),
         runs,
-        timing_groups: Vec::new(),
-        timing_rows: Vec::new(),
-        timing_noise_s: 1e-3,
-        schedule: Schedule { close_at_s: 0.0, open_at_s: 4.0, end_s: 12.0 },
-        noise_is_stated: true,
-        fidelity: FINE_FIT,
+        planned: Vec::new(),
+        timings: Vec::new(),
+        timings_file: None,
+        warnings: Vec::new(),
     }
 }

@@ -1,0 +1,155 @@
+//! The one definition of a model's error, for every verb, document, figure, page and history.
+//!
+//! A residual is measured minus simulated, row by row. Rows are means of samples, as identification cuts them
+//! (`identification/setup.rs`): short where the valve moves, long where it rests. Of a model as its file states it,
+//! instruments and conditions are taken at their word; of a fit, what they were found to be off by is taken out. Held out:
+//! the same of records that a fit has not seen, shared values from the others.
+
+use identify::Row;
+use identify::problem::{Problem, predict_all, residuals};
+use identify::select::Model;
+
+use crate::identification::ValveProblem;
+use crate::identification::setup::{Kind, Unit};
+
+/// The errors of residuals.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Errors {
+    /// Root mean square of all rows in units of their noise as it is stated or estimated; 1: the noise explains it.
+    pub normalised_rms: f64,
+    /// Root mean square of the positions, m; nothing for stroke times alone.
+    pub rmse_m: Option<f64>,
+    /// The same as a share of the stroke.
+    pub share_of_stroke: Option<f64>,
+    /// Root mean square of the stroke times, s: of traces the times from a command until all but a twentieth of the
+    /// stroke is travelled. Nothing where no stroke got there.
+    pub time_rmse_s: Option<f64>,
+}
+
+/// Of a trace a stroke is over when this share of it is left, which both motions pass at speed.
+const LEFT: f64 = 0.05;
+
+/// A sum of squares and its count.
+#[derive(Debug, Clone, Copy, Default)]
+struct Squares(f64, f64);
+
+impl Squares {
+    fn add(&mut self, error: f64) {
+        self.0 += error * error;
+        self.1 += 1.0;
+    }
+
+    fn root(self) -> Option<f64> {
+        (self.1 > 0.0).then(|| (self.0 / self.1).sqrt())
+    }
+}
+
+impl Errors {
+    /// Of residuals by record.
+    pub fn of(problem: &ValveProblem<'_>, residual: &[Vec<f64>]) -> Self {
+        Self::of_units(problem, residual, |_| true)
+    }
+
+    /// Of the residuals of some of the units alone.
+    pub fn of_units(problem: &ValveProblem<'_>, residual: &[Vec<f64>], keep: impl Fn(&Unit) -> bool) -> Self {
+        let (mut noise, mut position, mut time) = (Squares::default(), Squares::default(), Squares::default());
+        let stroke_m = problem.setup().stroke_m;
+        let units = problem.setup().units.iter().zip(problem.records()).zip(residual);
+        for ((unit, record), residual) in units.filter(|((unit, _), _)| keep(unit)) {
+            for (row, residual) in record.rows().zip(residual) {
+                noise.add(residual / row.sigma);
+            }
+            let first = record.series.first().map_or(&[][..], |series| &series.rows);
+            match &unit.kind {
+                Kind::Trace(_) => {
+                    residual[..first.len()].iter().for_each(|residual| position.add(*residual));
+                    stroke_time_errors(unit, first, residual, stroke_m).for_each(|error| time.add(error));
+                }
+                Kind::Times(_) => residual.iter().for_each(|residual| time.add(*residual)),
+            }
+        }
+        let rmse_m = position.root();
+        Self {
+            normalised_rms: noise.root().unwrap_or(0.0),
+            rmse_m,
+            share_of_stroke: rmse_m.map(|rmse_m| rmse_m / stroke_m),
+            time_rmse_s: time.root(),
+        }
+    }
+}
+
+/// Measured minus simulated stroke times of a trace, s: those of strokes that both motions go.
+fn stroke_time_errors(unit: &Unit, rows: &[Row], residual: &[f64], stroke_m: f64) -> impl Iterator<Item = f64> {
+    let commands = &unit.run.commands;
+    commands.iter().enumerate().filter_map(move |(index, edge)| {
+        let until_s = commands.get(index + 1).map_or(f64::INFINITY, |next| next.time_s + unit.origin_s);
+        let from = rows.partition_point(|row| row.time_s < edge.time_s + unit.origin_s);
+        let end = rows.partition_point(|row| row.time_s < until_s);
+        let rows = rows.get(from..end)?;
+        // Until a level is passed downwards; an opening is a closing seen in a mirror.
+        let (sign, level_m) = if edge.close { (1.0, LEFT * stroke_m) } else { (-1.0, (LEFT - 1.0) * stroke_m) };
+        let above = |row: usize, missed: f64| sign * (rows[row].observed - missed) - level_m;
+        let crossing = |missed: &dyn Fn(usize) -> f64| -> Option<f64> {
+            let hit = (1..rows.len()).find(|row| above(*row, missed(*row)) <= 0.0)?;
+            let (before, after) = (above(hit - 1, missed(hit - 1)), above(hit, missed(hit)));
+            let share = before / (before - after);
+            (before > 0.0).then(|| rows[hit - 1].time_s + share * (rows[hit].time_s - rows[hit - 1].time_s))
+        };
+        Some(crossing(&|_| 0.0)? - crossing(&|row| residual[from + row])?)
+    })
+}
+
+/// The errors of a fitted model.
+pub fn fitted(model: &Model<ValveProblem<'_>>) -> Errors {
+    Errors::of(&model.problem, &model.fit.linear.residual)
+}
+
+/// The errors of a fitted model on what is held out, fold by fold; nothing where there is only one record, or where it was
+/// fitted cheaply.
+pub fn left_out(model: &Model<ValveProblem<'_>>) -> Option<Errors> {
+    model.held_out.as_ref().map(|held| Errors::of(&model.problem, &held.own))
+}
+
+/// The errors at a point that nothing was fitted to.
+pub fn at(problem: &ValveProblem<'_>, u: &[f64]) -> Option<Errors> {
+    let predicted = predict_all(problem, &[u.to_vec()]).pop()??;
+    Some(Errors::of(problem, &residuals(problem, &predicted)))
+}
+
+/// One step of the model sequence.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StepReport {
+    /// "datasheet", "calibrated", then the effect added.
+    pub step: String,
+    /// What is left.
+    pub errors: Errors,
+    /// What is left where it was held out; nothing with a single record.
+    pub held_out: Option<Errors>,
+    /// Size of the model error that is left, as a share of the stroke at full speed; nothing where it was not asked for.
+    pub discrepancy: Option<f64>,
+    /// How long it hangs together, s.
+    pub correlation_time_s: Option<f64>,
+}
+
+impl StepReport {
+    /// Of a model as its file states it.
+    pub fn datasheet(errors: Errors) -> Self {
+        Self::of("datasheet", errors, None)
+    }
+
+    /// Of errors alone.
+    pub fn of(step: impl Into<String>, errors: Errors, held_out: Option<Errors>) -> Self {
+        Self { step: step.into(), errors, held_out, discrepancy: None, correlation_time_s: None }
+    }
+
+    /// Of a fitted model.
+    pub fn new(step: impl Into<String>, model: &Model<ValveProblem<'_>>) -> Self {
+        Self {
+            step: step.into(),
+            errors: fitted(model),
+            held_out: left_out(model),
+            discrepancy: Some(model.fit.noise.groups[0].discrepancy),
+            correlation_time_s: Some(model.fit.noise.groups[0].time_s),
+        }
+    }
+}
