@@ -117,7 +117,7 @@ pub fn parameter_table(calibration: &Calibration) -> TextTable {
             parameter.id.key().to_owned(),
             show(parameter.before, 5),
             show(parameter.after, 5),
-            show(parameter.sigma, 2),
+            if parameter.is_at_bound { "at its bound".to_owned() } else { show(parameter.sigma, 2) },
             format!("{:+.2}", parameter.pull),
         ]);
     }

@@ -12,6 +12,7 @@ pub fn parameters(moved: &[MovedParameter]) -> Value {
                 "parameter": moved.id.key(), "unit": moved.id.si_unit(), "tolerance": moved.tolerance,
                 "before": moved.before, "after": moved.after, "standard_error": moved.sigma,
                 "interval_90": moved.interval_90, "pull": moved.pull, "pull_standard_error": moved.pull_sigma,
+                "at_bound": moved.is_at_bound,
             })
         })
         .collect()

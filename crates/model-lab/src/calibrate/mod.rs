@@ -6,6 +6,7 @@
 //! missing physics.
 
 mod identifiability;
+mod repeats;
 mod verdict;
 
 use campaign::Campaign;

@@ -3,6 +3,7 @@
 use identify::FitOptions;
 use identify::select::{Model, SelectOptions, left_nats, left_to_explain};
 
+use super::repeats::lack_of_fit;
 use crate::diagnosis::MovedParameter;
 use crate::identification::ValveProblem;
 use crate::identification::setup::Kind;
@@ -12,6 +13,10 @@ const FAR_PULL: f64 = 3.0;
 
 /// Standard deviations of the sum of squared pulls that are.
 const FAR_TOGETHER: f64 = 4.0;
+
+/// What repeated strokes have in common counts as nothing beside what they differ by below this ratio of mean squares: one of
+/// the order of ten independent readings each exceeds it in one case of ten.
+const LARGEST_LACK: f64 = 2.3;
 
 /// What a calibration comes to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -69,6 +74,11 @@ pub(super) fn judge(model: &Model<ValveProblem<'_>>, strayed: &[String]) -> (Ver
     if !is_left && reasons.is_empty() {
         let all = "tolerances, noise and what instruments and conditions may be off by explain everything";
         return (Verdict::Explained, vec![all.to_owned()]);
+    }
+    let repeats = lack_of_fit(model).filter(|lack| *lack < LARGEST_LACK);
+    if repeats.is_some() && !is_large && reasons.is_empty() {
+        let differ = "what is left is no more than strokes repeated under one condition differ by among each other";
+        return (Verdict::Explained, vec![differ.to_owned()]);
     }
     if left > limits.accept {
         reasons.push(if has_traces {

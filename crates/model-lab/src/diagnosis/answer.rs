@@ -68,6 +68,8 @@ pub struct MovedParameter {
     pub pull: f64,
     /// One standard deviation of that: 1 means that the data say nothing about it.
     pub pull_sigma: f64,
+    /// Whether it ended at its bound, with errors of nothing: a sign of something missing.
+    pub is_at_bound: bool,
 }
 
 /// What an instrument or a condition was found to be off by.

@@ -148,6 +148,7 @@ pub fn moved_parameters(problem: &ValveProblem<'_>, fit: &Fit, certainty: &Certa
                 tolerance: (coordinate.value(1.0) / before).ln(),
                 pull: fit.u[index],
                 pull_sigma: certainty.sigma(problem, &fit.u, pull),
+                is_at_bound: fit.held[index],
             })
         })
         .collect()
