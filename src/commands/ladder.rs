@@ -62,6 +62,5 @@ pub fn figure(title: &str, subtitle: &str, steps: &[StepReport]) -> StaircaseFig
                 held_out: step.held_out.map(|errors| errors.normalised_rms),
             })
             .collect(),
-        repeatability: None,
     }
 }

@@ -280,7 +280,6 @@ fn staircase() -> Figure {
             step("+ dry-friction", 1.9, 2.2),
             step("+ supply-droop", 1.01, 1.04),
         ],
-        repeatability: None,
     }
     .figure()
 }

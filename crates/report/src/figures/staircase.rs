@@ -25,8 +25,6 @@ pub struct StaircaseFigure {
     pub subtitle: String,
     /// The steps.
     pub steps: Vec<StaircaseStep>,
-    /// Scatter from stroke to stroke in units of the noise, where it is known.
-    pub repeatability: Option<f64>,
 }
 
 impl StaircaseFigure {
@@ -43,15 +41,6 @@ impl StaircaseFigure {
             dashed: true,
             text: "noise".to_owned(),
         });
-        if let Some(scatter) = self.repeatability {
-            panel = panel.with(Layer::Level {
-                at: scatter,
-                direction: Direction::Horizontal,
-                colour: GREEN,
-                dashed: true,
-                text: "repeatability".to_owned(),
-            });
-        }
         let stairs = self
             .steps
             .iter()
