@@ -88,7 +88,12 @@ fn the_errors_are_those_of_compare_whatever_the_sliders_say() {
     assert_ne!(text, VALVE);
     sandbox.write("moved.toml", &format!("{text}{FRICTION}"));
     let compared = of_verb(&sandbox, &["compare", "moved.toml", "campaign.toml", "--format", "json"]);
-    assert_eq!(moved["comparison"]["overall"], compared["overall"]);
+    // How closely to simulate is chosen once for the page, at the valve file's values: what it cuts short differs by a hair.
+    for key in ["normalised_rms", "rmse_m", "share_of_stroke", "time_rmse_s", "close_time_error_s", "open_time_error_s"]
+    {
+        let [page, verb] = [&moved["comparison"], &compared].map(|one| one["overall"][key].as_f64().expect("a number"));
+        assert!((page / verb - 1.0).abs() < 1e-3, "{key}: {page} for {verb}");
+    }
     let measured = served.post("api/measured", &show()).json();
     for run in 0..2 {
         let times = measured["runs"][run]["time_s"].as_array().map(Vec::len);
