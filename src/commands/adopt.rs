@@ -3,15 +3,10 @@
 use std::fmt::Write;
 
 use answers::CampaignInput;
-use identify::Stop;
-use model_lab::diagnosis::adopt::{Addition, Rung, sequence};
+use answers::adoption::{Adoption, AdoptionError, needs_formula, with_formula};
+use answers::figures::explanation::staircase;
 use model_lab::diagnosis::{DiagnoseOptions, FittedParameter};
-use model_lab::errors::StepReport;
-use model_lab::space::Target;
 use quantity::Dimension;
-use serde_json::json;
-use valve_file::{HistoryEntry, ValveFile};
-use valve_model::{EffectKind, ParameterId};
 
 use super::adopt_life::Lives;
 use super::{campaign_input, explain, ladder};
@@ -19,41 +14,23 @@ use crate::cli::{AdoptArgs, Format};
 use crate::failure::{Answer, Hinted};
 use crate::output::{self, Outputs, PlotFile, ProgressLine, free_name_beside, next_step, told_in};
 
-/// Name of the formula that a search finds where no effect explains the data.
-const UNEXPLAINED: &str = "unexplained";
-
 /// Adds, refits, writes and prints the model sequence.
 pub fn run(args: &AdoptArgs) -> anyhow::Result<Answer> {
     let input = campaign_input::read(&args.valve, &args.campaign)?;
     let mut outputs = Outputs::new(args.force).reads(input.files()).reads(&args.log);
     let out = outputs.file(&args.out)?;
     let plot = PlotFile::create(&mut outputs, args.plot.as_deref())?;
-    let file = with_formula(&input, &args.effects)?;
-    let (additions, without) = additions(&file, &args.effects)?;
     let line = ProgressLine::new("refitting everything");
-    let sequence = sequence(&without, &input.campaign, &additions, Stop::never()).ok_or_else(|| {
-        Hinted::error(
-            format!("{}: its strokes cannot be simulated", input.file.file_name()),
-            "look at the valve with `valve simulate`, and at the effects' parameters with `valve effects`",
-        )
-    })?;
+    let adoption = adoption(&input, &args.effects)?;
     drop(line);
-    let steps: Vec<StepReport> = sequence.rungs.iter().map(|rung| rung.step.clone()).collect();
-    let mut models = Vec::new();
-    for rung in &sequence.rungs {
-        models.push((rung.step.step.clone(), adopted(&without, rung)?));
-    }
-    let best = &sequence.rungs[sequence.rungs.len() - 1];
-    let lives = args.log.as_deref().map(|log| Lives::read(log, &models)).transpose()?;
-    let names: Vec<&str> = additions.iter().map(Addition::name).collect();
-    let action = if names.is_empty() { "calibrated".to_owned() } else { format!("added {}", names.join(" and ")) };
-    let [before, after] = [&steps[0], &steps[steps.len() - 1]].map(|step| step.errors.normalised_rms);
-    let entry = HistoryEntry::new(&action, &input.campaign.name, before, after);
-    out.write_whole(adopted(&file, best)?.with_history(entry)?.text().as_bytes())?;
+    let (steps, best) = (adoption.steps(), adoption.best());
+    let lives = args.log.as_deref().map(|log| Lives::read(log, &adoption.models)).transpose()?;
+    let action = &adoption.action;
+    out.write_whole(adoption.file.text().as_bytes())?;
     match args.format {
         Format::Text => {
             let mut text = format!("{action} on {}\n\n{}\n", input.campaign.name, ladder::table(&steps));
-            text.push_str(&parameter_lines(&sequence.parameters));
+            text.push_str(&parameter_lines(&adoption.sequence.parameters));
             for effect in best.space.custom_at(&best.u) {
                 for parameter in effect.parameters() {
                     let (value, unit) = scaled(parameter.value, &parameter.unit);
@@ -72,36 +49,33 @@ pub fn run(args: &AdoptArgs) -> anyhow::Result<Answer> {
             ));
             output::print_text(&text)?;
         }
-        Format::Json => output::print_json(&json!({
-            "schema": answers::SCHEMA,
-            "effects": names,
-            "steps": answers::steps::value(&steps),
-            "parameters": answers::explanation::parameters(&sequence.parameters),
-            "end_of_life": lives.as_ref().map(Lives::value),
-            "out": args.out.display().to_string(),
-        }))?,
+        Format::Json => {
+            let mut document = adoption.document();
+            document["end_of_life"] = lives.as_ref().map(Lives::value).into();
+            document["out"] = args.out.display().to_string().into();
+            output::print_json(&document)?;
+        }
     }
     if let Some(plot) = plot {
-        plot.write(&ladder::figure(&input.campaign.name, &action, &steps).figure())?;
+        plot.write(&staircase(&input.campaign.name, action, &steps).figure())?;
     }
     Ok(Answer::Fine)
 }
 
-/// The valve file, with the formula of what no effect explains where it is asked for and not in the file yet.
-fn with_formula(input: &CampaignInput, names: &[String]) -> anyhow::Result<ValveFile> {
-    let has = input.file.valve().custom().iter().any(|effect| effect.name() == UNEXPLAINED);
-    if has || !names.iter().any(|name| name == UNEXPLAINED) {
-        return Ok(input.file.clone());
-    }
-    output::note("looking for the formula, as `valve explain` does");
-    let answer = explain::search(input, &DiagnoseOptions::default())?;
-    let Some(outside) = &answer.outside else {
-        return Err(Hinted::error(
-            format!("no formula is needed or found: {}", answers::explanation::headline(&answer)),
-            "`valve explain` tells what was found instead",
-        ));
+/// Adds and refits, with the formula of what no effect explains where it is asked for and not in the file yet.
+fn adoption(input: &CampaignInput, names: &[String]) -> anyhow::Result<Adoption> {
+    let hinted = |error: AdoptionError| match error.hint() {
+        Some(hint) => Hinted::error(error.to_string(), hint),
+        None => error.into(),
     };
-    Ok(input.file.with_custom(&outside.effect)?)
+    let file = if needs_formula(&input.file, names) {
+        output::note("looking for the formula, as `valve explain` does");
+        let answer = explain::search(input, &DiagnoseOptions::default())?;
+        with_formula(&input.file, &answer).map_err(hinted)?
+    } else {
+        input.file.clone()
+    };
+    Adoption::new(&file, &input.campaign, names).map_err(hinted)
 }
 
 /// One line for each fitted parameter of an effect.
@@ -153,49 +127,4 @@ impl std::fmt::Display for Shown {
         let before = size.log10().floor() as i32 + 1;
         write!(formatter, "{:.*}", usize::try_from(digits - before).unwrap_or(0), self.0)
     }
-}
-
-/// What to add, and the valve file without the custom effects that are to be refitted.
-fn additions(file: &ValveFile, names: &[String]) -> anyhow::Result<(Vec<Addition>, ValveFile)> {
-    let mut without = file.clone();
-    let mut additions = Vec::new();
-    for name in names {
-        let own = file.valve().custom().iter().find(|effect| effect.name() == name);
-        if let Some(kind) = EffectKind::from_id(name) {
-            additions.push(Addition::Catalogue(kind));
-        } else if let Some(effect) = own {
-            additions.push(Addition::Own(effect.clone()));
-            without = without.without_custom(name)?;
-        } else {
-            let known: Vec<&str> = EffectKind::ALL.iter().map(|kind| kind.id()).collect();
-            let hint = match quantity::suggest::nearest(name, known) {
-                Some(near) => format!("did you mean {near}? `valve effects` lists the catalogue"),
-                None => "`valve effects` lists the catalogue; a custom effect must stand in the valve file".into(),
-            };
-            return Err(Hinted::error(format!("there is no effect \"{name}\""), hint));
-        }
-    }
-    Ok((additions, without))
-}
-
-/// The valve file with everything that a fit moved.
-fn adopted(file: &ValveFile, best: &Rung) -> anyhow::Result<ValveFile> {
-    let base = best.space.base_at(&best.u);
-    let moved: Vec<(ParameterId, f64)> = best
-        .space
-        .coordinates
-        .iter()
-        .filter_map(|coordinate| match coordinate.target {
-            Target::Base(id) => Some((id, base.get(id))),
-            _ => None,
-        })
-        .collect();
-    let mut new = file.with_parameters(&moved)?;
-    for effect in best.space.effects_at(&best.u) {
-        new = new.with_effect(&effect)?;
-    }
-    for effect in best.space.custom_at(&best.u) {
-        new = new.with_custom(&effect)?;
-    }
-    Ok(new)
 }

@@ -5,15 +5,11 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
-use leak_table::{
-    BundleEntry, Condition, ConditionRange, Degradation, Fault, LeakPairTable, MANIFEST_FILE, Severity, TableBundle,
-    mm2_from_m2,
-};
-use lut_builder::{Request, Wear};
+use leak_table::{Condition, ConditionRange, Fault, LeakPairTable, MANIFEST_FILE, Severity, TableBundle};
+use lut_builder::Request;
 use prognoser::FaultCall;
 use quantity::Dimension;
 use report::figures::TableFigure;
-use serde::Serialize;
 use valve_file::ValveFile;
 
 use super::{tables, valve_input};
@@ -24,7 +20,11 @@ use crate::output::{self, Align, Outputs, PlotFile, TextTable, next_step, told_i
 /// Builds, writes, says what was built.
 pub fn run(args: &BuildTablesArgs) -> anyhow::Result<Answer> {
     let file = valve_input::read(&args.valve)?;
-    let request = Request { wears: wears(&args.wear)?, conditions: conditions(args, &file)?, both_leaks: true };
+    let request = Request {
+        wears: answers::tables::wears(&args.wear).context("--wear")?,
+        conditions: conditions(args, &file)?,
+        both_leaks: true,
+    };
     let mut outputs = Outputs::new(args.force).reads([&args.valve]);
     let wears = request.wears.iter().map(|wear| &*wear.degradation.id);
     let ids: Vec<&str> = wears.chain([FaultCall::BothLeaks.name()]).collect();
@@ -57,11 +57,11 @@ pub fn run(args: &BuildTablesArgs) -> anyhow::Result<Answer> {
             );
             output::print_text(&format!("{text}\n{severities} severities simulated in {}\n{next}", seconds(took)))?;
         }
-        Format::Json => output::print_json(&document(&built.bundle, built.simulated))?,
+        Format::Json => output::print_json(&answers::tables::document(&built.bundle, Some(built.simulated)))?,
     }
     if let Some(plot) = plot {
-        let figures = tables::figures(&built.bundle);
-        let title = format!("{}: {}", file.name(), tables::title(&built.bundle).replacen('S', "s", 1));
+        let figures = answers::tables::figures(&built.bundle);
+        let title = format!("{}: {}", file.name(), answers::tables::title(&built.bundle).replacen('S', "s", 1));
         let is_area = figures.iter().all(|figure| figure.quantity == figures[0].quantity);
         let what = if is_area { "area" } else { "severity" };
         plot.write(&TableFigure::side_by_side(
@@ -78,20 +78,6 @@ fn timing_log(valve: &Path) -> PathBuf {
     let here = PathBuf::from("log.csv");
     let beside = valve.with_file_name("log.csv");
     if !here.exists() && beside.exists() { beside } else { here }
-}
-
-/// What the option names, the leaks first.
-fn wears(names: &[String]) -> anyhow::Result<Vec<Wear>> {
-    let all = Wear::catalogue();
-    for name in names {
-        if !["all", "leaks"].contains(&name.as_str()) && Degradation::from_id(name).is_none() {
-            let ids: Vec<&str> = all.iter().map(|wear| &*wear.degradation.id).collect();
-            anyhow::bail!("--wear: found {name:?}, expected all, leaks or some of {}", ids.join(", "));
-        }
-    }
-    let is_leak = |wear: &Wear| Fault::ALL.into_iter().any(|fault| wear.degradation.id == fault.name());
-    let is_named = |wear: &Wear| names.iter().any(|name| *name == "all" || wear.degradation.id == **name);
-    Ok(all.into_iter().filter(|wear| is_leak(wear) || is_named(wear)).collect())
 }
 
 /// The conditions to build over; one that is not given stays as the valve file has it.
@@ -207,7 +193,7 @@ pub fn summary(bundle: &TableBundle) -> TextTable {
             entry.table.points().len().to_string(),
             number(entry.table.range().1, 4),
             number(entry.limit_severity, 6),
-            tables::failing_stroke(&entry).map_or_else(String::new, |stroke| stroke.to_string()),
+            answers::tables::failing_stroke(&entry).map_or_else(String::new, |stroke| stroke.to_string()),
             milliseconds(info.interpolation_error.up_to_limit_s),
             milliseconds(info.interpolation_error.beyond_limit_s),
         ]);
@@ -279,115 +265,4 @@ fn shown_unit(severity: &Severity) -> String {
 
 fn milliseconds(time_s: f64) -> String {
     format!("{:.3}", 1e3 * time_s)
-}
-
-#[derive(Serialize)]
-struct Document<'a> {
-    valve: &'a str,
-    model_hash: &'a str,
-    simulated_areas: usize,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    conditions: Option<ConditionsOut>,
-    faults: Vec<FaultOut>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    both_leaks: Option<BothLeaksOut>,
-}
-
-#[derive(Serialize)]
-struct BothLeaksOut {
-    leaks_to_atmosphere: usize,
-    leaks_from_supply: usize,
-    error_up_to_limit_s: f64,
-    error_beyond_limit_s: f64,
-    measured_at: usize,
-}
-
-#[derive(Serialize)]
-struct ConditionsOut {
-    supply_pressure_pa: (f64, f64),
-    temperature_k: (f64, f64),
-}
-
-#[derive(Serialize)]
-struct FaultOut {
-    fault: String,
-    points: usize,
-    #[serde(flatten)]
-    severities: SeveritiesOut,
-    failing_stroke: Option<String>,
-    interpolation_error_up_to_limit_s: f64,
-    interpolation_error_beyond_limit_s: f64,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    over_conditions: Option<OverConditionsOut>,
-}
-
-/// Leaks have names and units of their own; any other severity tells its unit.
-#[derive(Serialize)]
-#[serde(untagged)]
-enum SeveritiesOut {
-    Leak { largest_leak_area_mm2: f64, leak_area_at_limit_mm2: f64 },
-    Other { severity: String, unit: String, largest_severity: f64, severity_at_limit: f64 },
-}
-
-#[derive(Serialize)]
-struct OverConditionsOut {
-    pressures: usize,
-    temperatures: usize,
-    severities: usize,
-    error_up_to_limit_s: f64,
-    error_beyond_limit_s: f64,
-    measured_at: usize,
-}
-
-fn document(bundle: &TableBundle, simulated_areas: usize) -> Document<'_> {
-    let manifest = bundle.manifest();
-    Document {
-        valve: &manifest.valve,
-        model_hash: &manifest.model_hash,
-        simulated_areas,
-        conditions: bundle.condition_range().map(|range| ConditionsOut {
-            supply_pressure_pa: range.supply_pressure_pa,
-            temperature_k: range.temperature_k,
-        }),
-        faults: bundle.entries().enumerate().map(|(place, entry)| fault_out(place, &entry)).collect(),
-        both_leaks: bundle.both_leaks().map(|both| BothLeaksOut {
-            leaks_to_atmosphere: both.areas_m2(Fault::Atmosphere).len(),
-            leaks_from_supply: both.areas_m2(Fault::Supply).len(),
-            error_up_to_limit_s: both.info().interpolation_error.up_to_limit_s,
-            error_beyond_limit_s: both.info().interpolation_error.beyond_limit_s,
-            measured_at: both.info().checked,
-        }),
-    }
-}
-
-fn fault_out(place: usize, entry: &BundleEntry<'_>) -> FaultOut {
-    let error = entry.info.interpolation_error;
-    let severity = &entry.degradation.severity;
-    let (largest, limit) = (entry.table.range().1, entry.limit_severity);
-    let severities = if place < Fault::ALL.len() {
-        SeveritiesOut::Leak { largest_leak_area_mm2: mm2_from_m2(largest), leak_area_at_limit_mm2: mm2_from_m2(limit) }
-    } else {
-        SeveritiesOut::Other {
-            severity: severity.quantity.to_string(),
-            unit: severity.unit.to_string(),
-            largest_severity: severity.file_from_si(largest),
-            severity_at_limit: severity.file_from_si(limit),
-        }
-    };
-    FaultOut {
-        fault: entry.degradation.id.to_string(),
-        points: entry.table.points().len(),
-        severities,
-        failing_stroke: tables::failing_stroke(entry).map(|stroke| stroke.to_string()),
-        interpolation_error_up_to_limit_s: error.up_to_limit_s,
-        interpolation_error_beyond_limit_s: error.beyond_limit_s,
-        over_conditions: entry.over_conditions.map(|over| OverConditionsOut {
-            pressures: over.pressures_pa().len(),
-            temperatures: over.temperatures_k().len(),
-            severities: over.shares().len(),
-            error_up_to_limit_s: over.info().interpolation_error.up_to_limit_s,
-            error_beyond_limit_s: over.info().interpolation_error.beyond_limit_s,
-            measured_at: over.info().checked,
-        }),
-    }
 }

@@ -8,7 +8,6 @@ use answers::calibration::{document, verdict_words};
 use identify::Stop;
 use model_lab::calibrate::{Calibration, Verdict};
 use quantity::Dimension;
-use report::figures::{ParameterShift, ParametersFigure};
 
 use super::{campaign_input, explain, ladder};
 use crate::cli::{CalibrateArgs, Format};
@@ -44,7 +43,7 @@ pub fn run(args: &CalibrateArgs) -> anyhow::Result<Answer> {
         }
     }
     if let Some(plot) = plot {
-        plot.write(&picture(&input, &calibration).figure())?;
+        plot.write(&answers::figures::calibration::shifts(&input, &calibration).figure())?;
     }
     Ok(if args.out.is_some() && withheld { Answer::BadNews } else { Answer::Fine })
 }
@@ -169,22 +168,4 @@ fn strong_correlations(calibration: &Calibration) -> Vec<(&'static str, &'static
         }
     }
     found
-}
-
-/// How far each parameter moved.
-pub fn picture(input: &CampaignInput, calibration: &Calibration) -> ParametersFigure {
-    ParametersFigure {
-        title: format!("{} calibrated on {}", input.file.name(), input.campaign.name),
-        subtitle: verdict_words(calibration).to_owned(),
-        parameters: calibration
-            .parameters
-            .iter()
-            .map(|parameter| ParameterShift {
-                name: parameter.id.key().to_owned(),
-                calibrated: parameter.pull,
-                calibrated_error: parameter.pull_sigma,
-                repaired: None,
-            })
-            .collect(),
-    }
 }

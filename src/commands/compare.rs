@@ -4,15 +4,16 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use model_lab::compare::{Comparison, Direction, Phase, PhaseScore};
-use model_lab::residual_force::ResidualForce;
+use model_lab::residual_force::{ResidualForce, Signature};
 use quantity::Dimension;
 use valve_file::ValveFile;
 
-use super::{campaign_input, compare_figures as figures, ladder};
+use super::{campaign_input, ladder};
 use crate::cli::{CompareArgs, Format};
 use crate::failure::{Answer, Hinted};
 use crate::output::{self, Align, Outputs, PlotFile, TextTable, free_name_beside, next_step, told_in};
 use answers::comparison::Compared;
+use answers::figures::comparison as figures;
 use answers::{CampaignInput, comparison as json};
 
 /// Compares and prints.
@@ -109,7 +110,7 @@ impl Plots {
         force: Option<&ResidualForce>,
     ) -> anyhow::Result<()> {
         if let Some(plot) = self.overlay {
-            plot.write(&figures::overlay(input, comparison).figure())?;
+            plot.write(&figures::overlay(input, comparison, &ladder::words(&comparison.overall.errors)).figure())?;
         }
         if let Some(plot) = self.strips {
             plot.write(&figures::strips(input, comparison, against).figure())?;
@@ -125,7 +126,7 @@ impl Plots {
         }
         if let Some(plot) = self.signature {
             let signature = force.and_then(|force| force.signature.as_ref()).ok_or_else(missing)?;
-            plot.write(&figures::signature(input.file.name(), signature).figure())?;
+            plot.write(&figures::signature(input.file.name(), signature, signature_words(signature)).figure())?;
         }
         Ok(())
     }
@@ -332,7 +333,28 @@ fn force_words(force: &ResidualForce) -> String {
         if force.pressure_is_measured { "measured" } else { "simulated along the measured motion" }
     );
     if let Some(signature) = &force.signature {
-        let _ = writeln!(text, "signature: {}", figures::signature_words(signature));
+        let _ = writeln!(text, "signature: {}", signature_words(signature));
     }
     text
+}
+
+/// Friction band, spring rate and bench set in a sentence.
+pub fn signature_words(signature: &Signature) -> String {
+    let pressure = told_in(Dimension::Pressure);
+    let (force, stiffness) = (told_in(Dimension::Force), told_in(Dimension::Stiffness));
+    // The bench set is told over the ambient pressure, like a difference.
+    format!(
+        "friction band ±{} {} (±{} {newton}, of which {} {newton} viscous in the model), spring rate {} {}, \
+         bench set {} to {} {}",
+        pressure.difference(signature.friction_band_pa, 2),
+        pressure.difference_name(),
+        force.number(signature.friction_n, 1),
+        force.number(signature.viscous_n, 1),
+        stiffness.number(signature.spring_rate_n_per_m, 2),
+        stiffness.name(),
+        pressure.difference(signature.bench_set_pa[0], 1),
+        pressure.difference(signature.bench_set_pa[1], 1),
+        pressure.difference_name(),
+        newton = force.name(),
+    )
 }

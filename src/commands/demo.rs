@@ -10,36 +10,30 @@ use leak_table::TableBundle;
 use prognoser::{Method, Prognoser, Prognosis, TimingLog};
 use quantity::Dimension;
 use serde_json::json;
-use valve_file::ValveFile;
 use valve_model::Conditions;
 use valve_model::simulate::DEFAULT_STEP_S;
 
 use super::build_tables::TableDir;
-use super::prognose::{Ends, History, probability};
-use super::strokes::Cycles;
+use super::prognose::Ends;
 use super::{build_tables, tables};
 use crate::cli::{DemoArgs, Format};
 use crate::failure::Answer;
 use crate::output::{self, Align, Outputs, PlotFile, StagedFile, TextTable, told_in};
+use answers::figures::life::{History, probability};
+use answers::samples::{LEAKING_LOG, reference_valve};
+use answers::strokes::Cycles;
 
-const VALVE: &str = include_str!("../../models/testbed.toml");
-const LOG: &str = include_str!("../../data/leaking-valve.csv");
 /// Growth of the leak with which the log was made, mm2 per cycle; see `data/README.md`.
 const TRUE_GROWTH_MM2: f64 = 0.0231;
 /// Cycles after which the state is shown.
 const SHOWN: [u64; 9] = [1, 2, 3, 5, 8, 12, 14, 18, 24];
-
-/// The valve that comes along: that of the paper.
-pub fn reference_valve() -> anyhow::Result<ValveFile> {
-    Ok(ValveFile::parse(VALVE, "models/testbed.toml")?)
-}
 
 /// Simulates the valve, builds its tables, reads the log.
 pub fn run(args: &DemoArgs) -> anyhow::Result<Answer> {
     let mut outputs = Outputs::new(args.force);
     let plot = PlotFile::create(&mut outputs, args.plot.as_deref())?;
     let files = args.files.as_deref().map(|dir| DemoFiles::create(&mut outputs, dir, args.force)).transpose()?;
-    let file = reference_valve()?;
+    let file = reference_valve();
     let start = Instant::now();
 
     let conditions = Conditions::nominal(file.valve().parameters());
@@ -92,8 +86,8 @@ pub fn run(args: &DemoArgs) -> anyhow::Result<Answer> {
         plot.write(&figure.figure())?;
     }
     if let (Some(files), Some(dir)) = (files, &args.files) {
-        files.valve.write_whole(VALVE.as_bytes())?;
-        files.log.write_whole(LOG.as_bytes())?;
+        files.valve.write_whole(file.text().as_bytes())?;
+        files.log.write_whole(LEAKING_LOG.as_bytes())?;
         files.tables.write(&bundle)?;
         output::note(&format!("written: {0}/valve.toml, {0}/log.csv, {0}/tables", dir.display()));
     }
@@ -143,7 +137,7 @@ struct Chain {
 fn prognose(tables: &Arc<TableBundle>, true_eol_cycle: f64) -> anyhow::Result<Chain> {
     let method = Method::default();
     let mut prognoser = Prognoser::new(Arc::clone(tables), method);
-    let mut log = TimingLog::new("data/leaking-valve.csv", LOG.as_bytes())?;
+    let mut log = TimingLog::new("data/leaking-valve.csv", LEAKING_LOG.as_bytes())?;
     let leak = format!("leak ({})", told_in(Dimension::Area).name());
     let mut table = TextTable::new(&[
         ("cycle", Align::Right),

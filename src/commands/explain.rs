@@ -12,10 +12,11 @@ use model_lab::errors::Errors;
 use quantity::Dimension;
 
 use super::adopt::{parameter_lines, with_error};
-use super::{campaign_input, explain_figures, ladder};
+use super::{campaign_input, ladder};
 use crate::cli::{ExplainArgs, Format};
 use crate::failure::{Answer, Hinted};
 use crate::output::{self, Align, Outputs, PlotFile, ProgressLine, TextTable, free_name_beside, next_step, told_in};
+use answers::figures::explanation as pictures;
 use answers::{CampaignInput, explanation};
 
 /// Searches, prints and draws.
@@ -33,23 +34,21 @@ pub fn run(args: &ExplainArgs) -> anyhow::Result<Answer> {
         Format::Json => output::print_json(&explanation::document(&answer, &input.campaign.name))?,
     }
     if let Some(plot) = plot {
-        plot.write(
-            &explain_figures::leaderboard(&answer, &input.campaign.name, &explanation::headline(&answer)).figure(),
-        )?;
+        plot.write(&pictures::leaderboard(&answer, &input.campaign.name, &explanation::headline(&answer)).figure())?;
     }
     if let Some(plot) = plot_steps {
         let figure =
-            ladder::figure(&input.campaign.name, &explanation::headline(&answer), &explain_figures::steps(&answer));
+            pictures::staircase(&input.campaign.name, &explanation::headline(&answer), &pictures::steps(&answer));
         plot.write(&figure.figure())?;
     }
     if let Some(plot) = plot_missing {
         match &answer.outside {
-            Some(outside) => plot.write(&explain_figures::unexplained(outside, &input.campaign.name).figure())?,
+            Some(outside) => plot.write(&pictures::unexplained(outside, &input.campaign.name).figure())?,
             None => output::note("nothing sits outside the catalogue: no picture of it was drawn"),
         }
     }
     if let Some(plot) = plot_experiment {
-        match explain_figures::next_experiment(&answer) {
+        match pictures::next_experiment(&answer) {
             Some(figure) => plot.write(&figure.figure())?,
             None => output::note("no effects are left to be told apart: no picture of an experiment was drawn"),
         }
@@ -97,7 +96,7 @@ fn text(answer: &Explanation, input: &CampaignInput) -> String {
     if !parameters.is_empty() {
         let _ = writeln!(text, "{parameters}");
     }
-    text.push_str(&ladder::table(&explain_figures::steps(answer)));
+    text.push_str(&ladder::table(&pictures::steps(answer)));
     text.push('\n');
     for twin in &answer.twins {
         twin_text(&mut text, twin);
@@ -238,7 +237,7 @@ fn candidate_table(answer: &Explanation) -> String {
         ("held out", Align::Right),
         ("", Align::Left),
     ]);
-    for candidate in explain_figures::distinct(answer).into_iter().take(12) {
+    for candidate in pictures::distinct(answer).into_iter().take(12) {
         let why = candidate.rejected.clone().unwrap_or_else(|| "chosen".into());
         let held_out = candidate.held_out.map_or_else(String::new, |errors| format!("{:.2}", errors.normalised_rms));
         table.row(vec![

@@ -2,7 +2,6 @@
 
 use model_lab::errors::{Errors, StepReport};
 use quantity::Dimension;
-use report::figures::{StaircaseFigure, StaircaseStep};
 
 use crate::output::{Align, TextTable, told_in};
 
@@ -47,20 +46,4 @@ pub fn rows(steps: &[StepReport]) -> TextTable {
         ]);
     }
     table
-}
-
-/// The steps as a picture.
-pub fn figure(title: &str, subtitle: &str, steps: &[StepReport]) -> StaircaseFigure {
-    StaircaseFigure {
-        title: title.to_owned(),
-        subtitle: subtitle.to_owned(),
-        steps: steps
-            .iter()
-            .map(|step| StaircaseStep {
-                name: step.step.clone(),
-                fitted: step.errors.normalised_rms,
-                held_out: step.held_out.map(|errors| errors.normalised_rms),
-            })
-            .collect(),
-    }
 }

@@ -61,7 +61,7 @@ fn packages_depend_on_each_other_as_told() {
 
 /// Whether a text in backquotes looks like a path of this repository.
 fn is_path(text: &str) -> bool {
-    let roots = ["crates/", "src/", "tests/", "benches/", "models/", "data/", "docs/", "tables/", ".ci/"];
+    let roots = ["crates/", "src/", "tests/", "benches/", "models/", "data/", "docs/", "tables/", "python/", ".ci/"];
     roots.iter().any(|root| text.starts_with(root)) && !text.contains([' ', '<'])
 }
 

@@ -1,15 +1,22 @@
 //! What the program answers about a model and a campaign: documents for programs and sentences for people, the same
-//! wherever they are told (on the command line, in a page).
+//! wherever they are told (on the command line, in a page, in Python).
 //!
 //! Keys and units of the documents are described in `docs/formats.md`.
 
+pub mod adoption;
 pub mod calibration;
 pub mod comparison;
 pub mod error;
+pub mod evaluation;
 pub mod explanation;
+pub mod figures;
 mod input;
 pub mod moved;
+pub mod samples;
+pub mod simulation;
 pub mod steps;
+pub mod strokes;
+pub mod tables;
 
 pub use input::{CampaignInput, InputError};
 

@@ -31,7 +31,8 @@ pub mod study;
 pub use fault_call::FaultCall;
 pub use learn::{Learned, Learner, PRIOR_VERSION};
 pub use log::{
-    FollowNotice, FollowOptions, Followed, FollowedLog, LogError, LogErrorKind, LogPosition, LogRow, TimingLog,
+    ConditionColumn, FollowNotice, FollowOptions, Followed, FollowedLog, LogError, LogErrorKind, LogPosition, LogRow,
+    TimingLog, fields,
 };
 pub use notice::Notice;
 pub use ols::{OlsEstimate, OlsEstimator};

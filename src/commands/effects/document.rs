@@ -4,7 +4,7 @@ use serde::Serialize;
 use valve_model::EffectKind;
 
 use super::Shown;
-use crate::commands::strokes::Cycles;
+use answers::strokes::Cycles;
 
 #[derive(Serialize)]
 struct Description {

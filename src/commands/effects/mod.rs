@@ -12,11 +12,11 @@ use valve_model::simulate::DEFAULT_STEP_S;
 use valve_model::{Conditions, Effect, EffectKind, Valve};
 
 use self::document::{Catalogue, document};
-use super::demo::reference_valve;
-use super::strokes::{Cycles, instants};
 use crate::cli::{EffectsArgs, Format};
 use crate::failure::{Answer, Hinted};
 use crate::output::{self, Align, Outputs, PlotFile, TextTable};
+use answers::samples::reference_valve;
+use answers::strokes::{Cycles, instants};
 
 /// Lists the catalogue or explains one effect.
 pub fn run(args: &EffectsArgs) -> anyhow::Result<Answer> {
@@ -32,7 +32,7 @@ pub fn run(args: &EffectsArgs) -> anyhow::Result<Answer> {
     let plot = PlotFile::create(&mut Outputs::new(args.force).reads(&args.valve), args.plot.as_deref())?;
     let file = match &args.valve {
         Some(path) => ValveFile::read(path)?,
-        None => reference_valve()?,
+        None => reference_valve(),
     };
     let shown = Shown::new(kind, &file)?;
     match args.format {

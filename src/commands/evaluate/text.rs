@@ -2,11 +2,11 @@
 
 use std::fmt::Write;
 
+use answers::evaluation::Study;
+use answers::tables::fault_name;
 use leak_table::Fault;
 use prognoser::study::{Percentiles, StudyResult};
 
-use super::Study;
-use crate::commands::tables::fault_name;
 use crate::output::{Align, TextTable};
 
 /// Accuracy beside the paper's, then how honest and how close to the bound.

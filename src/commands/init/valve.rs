@@ -11,9 +11,9 @@ use super::dialogue;
 use super::facts::{FACTS, Fact, bench_set_pa, plain};
 use super::typical::Size;
 use crate::cli::InitValveArgs;
-use crate::commands::strokes::Cycles;
 use crate::failure::{Answer, Hinted};
 use crate::output::{self, Outputs};
+use answers::strokes::Cycles;
 
 /// A value as it is to stand in the file.
 struct Entry {

@@ -4,9 +4,9 @@ use prognoser::{FaultCall, Prognosis, Status};
 use quantity::Dimension;
 use report::html::Cell;
 
-use super::history::{bounds, fault_words};
 use super::standing::Standing;
 use crate::output::{Align, TextTable, told_in};
+use answers::figures::life::{bounds, fault_words};
 
 /// How a valve stood after its last row.
 #[derive(Debug, Clone)]

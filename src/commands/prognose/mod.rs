@@ -1,7 +1,6 @@
 //! `valve prognose`: a timing log through the tables to remaining useful life.
 
 mod ends;
-mod history;
 mod keeping;
 mod rows;
 mod settings;
@@ -13,6 +12,7 @@ use std::io::BufWriter;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use answers::figures::life::History;
 use leak_table::TableBundle;
 use prognoser::Status;
 
@@ -20,13 +20,11 @@ use self::keeping::Keeping;
 use self::rows::Rows;
 use self::shards::{Shards, Step, Way};
 use self::writer::{RowFormat, Writer};
-use super::tables;
 use crate::cli::{PrognoseArgs, StreamFormat};
 use crate::failure::{Answer, Hinted};
 use crate::output::{self, Outputs, PlotFile, free_name, next_step};
 
 pub use ends::{End, Ends};
-pub use history::{History, probability};
 
 /// Reads the log to its end and prints a line for every row, or how all valves
 /// stand.
@@ -156,7 +154,7 @@ fn read_tables(args: &PrognoseArgs) -> anyhow::Result<TableBundle> {
     let bundle = match &args.valve {
         Some(path) => {
             let file = valve_file::ValveFile::read(path)?;
-            TableBundle::read_for_model(&args.tables, &tables::hash_of(&file))?
+            TableBundle::read_for_model(&args.tables, &answers::tables::hash_of(&file))?
         }
         None => TableBundle::read(&args.tables)?,
     };

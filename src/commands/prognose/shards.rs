@@ -11,9 +11,9 @@ use prognoser::{LogError, LogRow, Method, Prognoser, Prognosis, Reading, Status}
 use rayon::prelude::*;
 use state_store::{Progress, Reader, Store};
 
-use super::history::History;
 use super::rows::{Next, Rows};
 use super::writer::RowFormat;
+use answers::figures::life::History;
 
 /// Valves that are in memory while the others are in a store.
 const MOST_AT_HAND: usize = 1 << 14;

@@ -7,9 +7,9 @@ use prognoser::{FaultCall, Prognosis};
 use quantity::Dimension;
 
 use super::Ends;
-use super::history::probability;
 use crate::cli::StreamFormat;
 use crate::output::{manner, paint, push_number, told_in};
+use answers::figures::life::probability;
 
 /// Decimals of cycles, probabilities and areas, which the prognosis itself is
 /// rounded to.

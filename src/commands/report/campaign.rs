@@ -7,8 +7,11 @@ use model_lab::residual_force::ResidualForce;
 use report::Figure;
 use report::html::{Block, Section};
 
-use crate::commands::{adopt, calibrate, compare, compare_figures, explain, explain_figures, ladder};
+use crate::commands::{adopt, calibrate, compare, explain, ladder};
 use answers::calibration::verdict_words;
+use answers::figures::{
+    calibration as calibrate_figures, comparison as compare_figures, explanation as explain_figures,
+};
 use answers::{CampaignInput, explanation};
 
 /// Compares, calibrates and explains.
@@ -35,12 +38,16 @@ fn compared(input: &CampaignInput) -> anyhow::Result<Section> {
     blocks.extend(compare::error_lines(&compared).map(Block::Text));
     blocks.push(Block::Table(compare::run_table(comparison, None).into()));
     if !input.data.runs.is_empty() {
-        blocks.push(figure(compare_figures::overlay(input, comparison).figure()));
+        blocks.push(figure(
+            compare_figures::overlay(input, comparison, &ladder::words(&comparison.overall.errors)).figure(),
+        ));
         blocks.push(figure(compare_figures::strips(input, comparison, None).figure()));
         if let Some(force) = ResidualForce::new(&input.data, input.file.valve(), input.file.tolerances()) {
             blocks.push(figure(compare_figures::missing_force(&force).figure()));
             let signature = force.signature.as_ref();
-            blocks.extend(signature.map(|found| figure(compare_figures::signature(input.file.name(), found).figure())));
+            blocks.extend(signature.map(|found| {
+                figure(compare_figures::signature(input.file.name(), found, compare::signature_words(found)).figure())
+            }));
         }
     }
     Ok(Section { title: format!("Recorded strokes: {}", input.campaign.name), blocks })
@@ -56,7 +63,7 @@ fn calibrated(input: &CampaignInput, calibration: &Calibration) -> Section {
     blocks.extend(
         explain::nuisance_lines(&calibration.nuisances).lines().map(|line| Block::Text(line.trim().to_owned())),
     );
-    blocks.push(figure(calibrate::picture(input, calibration).figure()));
+    blocks.push(figure(calibrate_figures::shifts(input, calibration).figure()));
     Section { title: "Calibration".to_owned(), blocks }
 }
 
@@ -68,7 +75,7 @@ fn explained(input: &CampaignInput, answer: &Explanation) -> Section {
     blocks.extend(answer.notes.iter().cloned().map(Block::Text));
     let steps = explain_figures::steps(answer);
     blocks.push(Block::Table(ladder::rows(&steps).into()));
-    blocks.push(figure(ladder::figure(name, &headline, &steps).figure()));
+    blocks.push(figure(explain_figures::staircase(name, &headline, &steps).figure()));
     blocks.push(figure(explain_figures::leaderboard(answer, name, &headline).figure()));
     for twin in &answer.twins {
         if let Some(plan) = &twin.experiment {

@@ -10,7 +10,8 @@ use leak_table::TableBundle;
 use prognoser::{Method, Prognoser, TimingLog};
 use report::html::{Block, Section, Table};
 
-use crate::commands::prognose::{Ends, History};
+use crate::commands::prognose::Ends;
+use answers::figures::life::History;
 
 /// Valves that get a picture.
 const PICTURES: usize = 8;

@@ -7,9 +7,10 @@ use valve_file::ValveFile;
 use valve_model::Conditions;
 use valve_model::simulate::DEFAULT_STEP_S;
 
-use crate::commands::simulate::picture;
-use crate::commands::strokes::Cycles;
-use crate::commands::{build_tables, tables as pictures};
+use crate::commands::build_tables;
+use answers::figures::simulation::trace;
+use answers::strokes::Cycles;
+use answers::tables as pictures;
 
 /// A healthy cycle.
 pub fn strokes(file: &ValveFile) -> Section {
@@ -26,7 +27,7 @@ pub fn strokes(file: &ValveFile) -> Section {
         limits.close_within_s,
         limits.open_within_s
     );
-    let figure = picture(file, &conditions, &path).figure();
+    let figure = trace(file, &conditions, &path).figure();
     Section { title: "Strokes".to_owned(), blocks: vec![Block::Text(sentence), Block::Figure(Box::new(figure))] }
 }
 

@@ -2,21 +2,12 @@
 
 use super::conditions::ConditionColumn;
 use super::error::LogErrorKind;
+use super::fields::{self, COLUMNS, TIME_COLUMN};
 use super::reader::LogRow;
 use crate::reading::Reading;
 
-/// The columns every log has, in the order of [`Layout::columns`].
-const COLUMNS: [&str; 4] = ["valve", "cycle", "close_time_s", "open_time_s"];
-const TIME: &str = "time";
-/// The word for a stroke that did not arrive.
-const STALLED: &str = "stalled";
 /// Length to which fields are shortened in messages.
 pub(super) const SHOWN: usize = 40;
-/// Largest cycle number: beyond it numbers are rounded where they are computed with.
-const LARGEST_CYCLE: u64 = 1 << 53;
-/// Longest stroke time, s: a day.
-const LONGEST_TIME_S: f64 = 86_400.0;
-
 /// Where the columns are.
 #[derive(Debug)]
 pub(super) struct Layout {
@@ -54,7 +45,7 @@ impl Layout {
             *place = find(column)?
                 .ok_or_else(|| LogErrorKind::MissingColumn { found: shortened(header, 4 * SHOWN), missing: column })?;
         }
-        let time = find(TIME)?;
+        let time = find(TIME_COLUMN)?;
         let mut conditions: Vec<(usize, ConditionColumn)> = Vec::new();
         let mut unknown = Vec::new();
         for (place, name) in names.iter().enumerate() {
@@ -115,7 +106,7 @@ impl Layout {
                 time = Some(field);
             }
             for (_, column) in self.conditions.iter().filter(|(place, _)| *place == count) {
-                let value = column.si(field)?;
+                let value = column.of_text(field)?;
                 if column.is_pressure() {
                     supply_pressure_pa = value;
                 } else {
@@ -128,26 +119,15 @@ impl Layout {
             return Err(LogErrorKind::FieldCount { found: count, expected: self.count });
         }
         let [valve, cycle, close, open] = wanted;
-        if valve.is_empty() {
-            return Err(field_error(COLUMNS[0], valve, "the name of a valve"));
-        }
-        if valve.contains(char::is_control) {
-            return Err(field_error(COLUMNS[0], valve, "a name without control characters"));
-        }
-        if valve.contains('"') {
-            return Err(field_error(COLUMNS[0], valve, "a name without quotation marks in it"));
-        }
-        let cycle =
-            cycle.parse().ok().filter(|cycle| *cycle <= LARGEST_CYCLE).ok_or_else(|| {
-                field_error(COLUMNS[1], cycle, "a cycle number: an integer from 0 to 9007199254740992")
-            })?;
-        let stalled =
-            [close, open].map(|field| field.eq_ignore_ascii_case(STALLED) || (empty_is_stalled && field.is_empty()));
+        fields::valve(valve)?;
+        let cycle = fields::cycle_of_text(cycle)?;
+        let close = fields::stroke_of_text(COLUMNS[2], close, empty_is_stalled)?;
+        let open = fields::stroke_of_text(COLUMNS[3], open, empty_is_stalled)?;
         let reading = Reading {
             cycle,
-            close_time_s: stroke_time(COLUMNS[2], close)?,
-            open_time_s: stroke_time(COLUMNS[3], open)?,
-            stalled,
+            close_time_s: close.time_s,
+            open_time_s: open.time_s,
+            stalled: [close.stalled, open.stalled],
             supply_pressure_pa,
             temperature_k,
         };
@@ -180,25 +160,6 @@ impl<'a> Iterator for Fields<'a> {
 fn unquoted(field: &str) -> &str {
     let field = field.trim_ascii();
     field.strip_prefix('"').and_then(|inner| inner.strip_suffix('"')).unwrap_or(field)
-}
-
-fn stroke_time(column: &'static str, field: &str) -> Result<Option<f64>, LogErrorKind> {
-    if field.is_empty() || field.eq_ignore_ascii_case(STALLED) {
-        return Ok(None);
-    }
-    // A number that ends in a point was cut off.
-    match field.parse::<f64>() {
-        Ok(time) if (0.0..=LONGEST_TIME_S).contains(&time) && !field.ends_with('.') => Ok(Some(time)),
-        _ => Err(field_error(
-            column,
-            field,
-            "a time in s from 0 to 86400, nothing if it was not measured, or \"stalled\" if the valve did not get there",
-        )),
-    }
-}
-
-pub(super) fn field_error(column: &'static str, field: &str, expected: &'static str) -> LogErrorKind {
-    LogErrorKind::Field { column, found: shortened(field, SHOWN), expected }
 }
 
 pub(super) fn shortened(text: &str, longest: usize) -> String {

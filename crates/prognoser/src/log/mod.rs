@@ -2,11 +2,13 @@
 
 mod conditions;
 mod error;
+pub mod fields;
 mod follow;
 mod layout;
 mod lines;
 mod reader;
 
+pub use conditions::ConditionColumn;
 pub use error::{LogError, LogErrorKind};
 pub use follow::{FollowNotice, FollowOptions, Followed, FollowedLog, LogPosition};
 pub use reader::{LogRow, TimingLog};

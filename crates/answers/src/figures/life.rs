@@ -5,7 +5,7 @@ use prognoser::bayes::FaultProbability;
 use prognoser::{FaultCall, Prognosis, Reading};
 use report::figures::{PrognosisFigure, PrognosisPoint};
 
-use crate::commands::tables::quantity;
+use crate::tables::quantity;
 
 /// A fault in words.
 pub fn fault_words(fault: FaultCall) -> &'static str {

@@ -1,16 +1,18 @@
-//! The pictures of `valve explain`.
+//! Pictures of an explanation.
 
-use answers::explanation::joined;
 use model_lab::diagnosis::outside::Outside;
 use model_lab::diagnosis::{CandidateReport, Explanation};
 use model_lab::errors::StepReport;
 use model_lab::forward::{Predicted, record};
 use report::figures::{
-    Candidate, ExperimentFigure, LeaderboardFigure, MissingPoint, Prediction, Standing, UnexplainedFigure,
+    Candidate, ExperimentFigure, LeaderboardFigure, MissingPoint, Prediction, StaircaseFigure, StaircaseStep, Standing,
+    UnexplainedFigure,
 };
 use valve_model::custom::CustomTarget;
 use valve_model::simulate::DEFAULT_STEP_S;
 use valve_model::{EffectKind, Prepared, Valve, simulate};
+
+use crate::explanation::joined;
 
 /// Every set of effects once, by evidence: as it was fitted to the end, else as it was looked at first.
 pub fn distinct(answer: &Explanation) -> Vec<&CandidateReport> {
@@ -142,4 +144,20 @@ pub fn next_experiment(answer: &Explanation) -> Option<ExperimentFigure> {
         noise_mm: answer.noise_m.unwrap_or(1e-4) * 1e3,
         time_s,
     })
+}
+
+/// The error after each step of a model sequence.
+pub fn staircase(title: &str, subtitle: &str, steps: &[StepReport]) -> StaircaseFigure {
+    StaircaseFigure {
+        title: title.to_owned(),
+        subtitle: subtitle.to_owned(),
+        steps: steps
+            .iter()
+            .map(|step| StaircaseStep {
+                name: step.step.clone(),
+                fitted: step.errors.normalised_rms,
+                held_out: step.held_out.map(|errors| errors.normalised_rms),
+            })
+            .collect(),
+    }
 }

@@ -1,20 +1,20 @@
 //! Pictures of a comparison.
 
+use std::ffi::OsStr;
 use std::fmt::Write;
+use std::path::Path;
 
-use answers::comparison::Compared;
 use model_lab::compare::{Comparison, Direction, RunComparison};
 use model_lab::data::{Channel, RunData};
 use model_lab::residual_force::{Axis, Bin, ResidualForce, Signature};
-use quantity::Dimension;
 use report::figures::{
     MissingFigure, MissingPoint, OverlayFigure, OverlayRun, SignatureFigure, StripRow, StripsFigure,
 };
 use valve_file::ValveFile;
 use valve_model::Conditions;
 
-use crate::output::{short_name, told_in};
-use answers::CampaignInput;
+use crate::CampaignInput;
+use crate::comparison::Compared;
 
 /// Points of a trace that a picture shows at most.
 const POINTS: usize = 1500;
@@ -42,8 +42,8 @@ fn position(run: &RunData) -> &[f64] {
     channel.map_or(&[], |channel| &channel.samples)
 }
 
-/// Measured and simulated strokes with their difference.
-pub fn overlay(input: &CampaignInput, comparison: &Comparison) -> OverlayFigure {
+/// Measured and simulated strokes with their difference; `error` is how large it is, in words.
+pub fn overlay(input: &CampaignInput, comparison: &Comparison, error: &str) -> OverlayFigure {
     let runs = input
         .data
         .runs
@@ -64,7 +64,7 @@ pub fn overlay(input: &CampaignInput, comparison: &Comparison) -> OverlayFigure 
         .collect();
     OverlayFigure {
         title: format!("{} beside {}", input.file.name(), input.campaign.name),
-        subtitle: format!("error: {}", super::ladder::words(&comparison.overall.errors)),
+        subtitle: format!("error: {error}"),
         runs,
         noise_mm: comparison.noise_m.map(|noise| noise * 1e3),
     }
@@ -141,38 +141,22 @@ fn point(bin: &Bin, factor: f64) -> MissingPoint {
     MissingPoint { at: bin.at * factor, value: bin.force_n, standard_error: bin.standard_error_n }
 }
 
-/// Friction band, spring rate and bench set in a sentence.
-pub fn signature_words(signature: &Signature) -> String {
-    let pressure = told_in(Dimension::Pressure);
-    let (force, stiffness) = (told_in(Dimension::Force), told_in(Dimension::Stiffness));
-    // The bench set is told over the ambient pressure, like a difference.
-    format!(
-        "friction band ±{} {} (±{} {newton}, of which {} {newton} viscous in the model), spring rate {} {}, \
-         bench set {} to {} {}",
-        pressure.difference(signature.friction_band_pa, 2),
-        pressure.difference_name(),
-        force.number(signature.friction_n, 1),
-        force.number(signature.viscous_n, 1),
-        stiffness.number(signature.spring_rate_n_per_m, 2),
-        stiffness.name(),
-        pressure.difference(signature.bench_set_pa[0], 1),
-        pressure.difference(signature.bench_set_pa[1], 1),
-        pressure.difference_name(),
-        newton = force.name(),
-    )
-}
-
-/// Pressure against travel.
-pub fn signature(name: &str, signature: &Signature) -> SignatureFigure {
+/// Pressure against travel; `words` say what is read from it.
+pub fn signature(name: &str, signature: &Signature, words: String) -> SignatureFigure {
     let scaled = |points: &[[f64; 2]]| points.iter().map(|[travel, gauge]| [travel * 1e3, gauge / 1e3]).collect();
     SignatureFigure {
         title: format!(
             "{name}: valve signature, pressure {}",
             if signature.is_measured { "measured" } else { "simulated along the measured motion" }
         ),
-        subtitle: signature_words(signature),
+        subtitle: words,
         closing: scaled(&signature.closing),
         opening: scaled(&signature.opening),
         spring: scaled(&signature.spring),
     }
+}
+
+/// What a file is called where it stands, without the way to it.
+fn short_name(path: &str) -> &str {
+    Path::new(path).file_name().and_then(OsStr::to_str).unwrap_or(path)
 }

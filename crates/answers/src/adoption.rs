@@ -1,0 +1,174 @@
+//! Effects added to a valve file, everything refitted on a campaign.
+
+use campaign::Campaign;
+use identify::Stop;
+use model_lab::diagnosis::Explanation;
+use model_lab::diagnosis::adopt::{Addition, Rung, Sequence, sequence};
+use model_lab::errors::StepReport;
+use model_lab::space::Target;
+use serde_json::{Value, json};
+use valve_file::{HistoryEntry, ValveFile, ValveFileError};
+use valve_model::{EffectKind, ParameterId};
+
+/// Name of the formula that a search finds where no effect explains the data.
+const UNEXPLAINED: &str = "unexplained";
+
+/// Why effects cannot be added.
+#[derive(Debug, thiserror::Error)]
+pub enum AdoptionError {
+    /// No effect has this name.
+    #[error("there is no effect {name:?}")]
+    NoSuchEffect {
+        /// The name.
+        name: String,
+        /// One that was perhaps meant.
+        nearest: Option<String>,
+    },
+    /// A formula was asked for, and the search has none.
+    #[error("no formula is needed or found: {headline}")]
+    NoFormula {
+        /// What the search says instead.
+        headline: String,
+    },
+    /// The model cannot be simulated.
+    #[error("{file}: its strokes cannot be simulated")]
+    NotSimulated {
+        /// The valve file.
+        file: String,
+    },
+    /// The new valve file does not pass its checks.
+    #[error(transparent)]
+    File(#[from] ValveFileError),
+}
+
+impl AdoptionError {
+    /// What to do about it, where the message does not say so.
+    pub fn hint(&self) -> Option<String> {
+        match self {
+            Self::NoSuchEffect { nearest: Some(near), .. } => {
+                Some(format!("did you mean {near}? `valve effects` lists the catalogue"))
+            }
+            Self::NoSuchEffect { nearest: None, .. } => {
+                Some("`valve effects` lists the catalogue; a custom effect must stand in the valve file".to_owned())
+            }
+            Self::NoFormula { .. } => Some("`valve explain` tells what was found instead".to_owned()),
+            Self::NotSimulated { .. } => Some(
+                "look at the valve with `valve simulate`, and at the effects' parameters with `valve effects`"
+                    .to_owned(),
+            ),
+            Self::File(_) => None,
+        }
+    }
+}
+
+/// A model with effects added, and how it came to that.
+#[derive(Debug, Clone)]
+pub struct Adoption {
+    /// Ids and names of what was added.
+    pub names: Vec<String>,
+    /// What was done, in words.
+    pub action: String,
+    /// The model sequence and the parameters in the end.
+    pub sequence: Sequence,
+    /// The valve file after each step, by the step's name.
+    pub models: Vec<(String, ValveFile)>,
+    /// The valve file in the end, with the step in its history.
+    pub file: ValveFile,
+}
+
+impl Adoption {
+    /// Adds effects of the catalogue by their ids, or custom ones of the valve file by their names, and refits
+    /// everything.
+    pub fn new(file: &ValveFile, campaign: &Campaign, names: &[String]) -> Result<Self, AdoptionError> {
+        let (additions, without) = additions(file, names)?;
+        let sequence = sequence(&without, campaign, &additions, Stop::never())
+            .ok_or_else(|| AdoptionError::NotSimulated { file: file.file_name().to_owned() })?;
+        let mut models = Vec::new();
+        for rung in &sequence.rungs {
+            models.push((rung.step.step.clone(), adopted(&without, rung)?));
+        }
+        let names: Vec<String> = additions.iter().map(|addition| addition.name().to_owned()).collect();
+        let action = if names.is_empty() { "calibrated".to_owned() } else { format!("added {}", names.join(" and ")) };
+        let [first, .., last] = &sequence.rungs[..] else { unreachable!("it begins with datasheet and calibrated") };
+        let [before, after] = [first, last].map(|rung| rung.step.errors.normalised_rms);
+        let entry = HistoryEntry::new(&action, &campaign.name, before, after);
+        let file = adopted(&without, last)?.with_history(entry)?;
+        Ok(Self { names, action, sequence, models, file })
+    }
+
+    /// The error after each step.
+    pub fn steps(&self) -> Vec<StepReport> {
+        self.sequence.rungs.iter().map(|rung| rung.step.clone()).collect()
+    }
+
+    /// The last step.
+    pub fn best(&self) -> &Rung {
+        &self.sequence.rungs[self.sequence.rungs.len() - 1]
+    }
+
+    /// For programs.
+    pub fn document(&self) -> Value {
+        json!({
+            "schema": crate::SCHEMA,
+            "effects": self.names,
+            "steps": crate::steps::value(&self.steps()),
+            "parameters": crate::explanation::parameters(&self.sequence.parameters),
+        })
+    }
+}
+
+/// Whether the formula of what no effect explains is asked for and not in the valve file yet, so that it has to be searched
+/// for.
+pub fn needs_formula(file: &ValveFile, names: &[String]) -> bool {
+    let has = file.valve().custom().iter().any(|effect| effect.name() == UNEXPLAINED);
+    !has && names.iter().any(|name| name == UNEXPLAINED)
+}
+
+/// The valve file with the formula that a search found.
+pub fn with_formula(file: &ValveFile, answer: &Explanation) -> Result<ValveFile, AdoptionError> {
+    let outside = answer.outside.as_ref();
+    let outside = outside.ok_or_else(|| AdoptionError::NoFormula { headline: crate::explanation::headline(answer) })?;
+    Ok(file.with_custom(&outside.effect)?)
+}
+
+/// What to add, and the valve file without the custom effects that are to be refitted.
+fn additions(file: &ValveFile, names: &[String]) -> Result<(Vec<Addition>, ValveFile), AdoptionError> {
+    let mut without = file.clone();
+    let mut additions = Vec::new();
+    for name in names {
+        let own = file.valve().custom().iter().find(|effect| effect.name() == name);
+        if let Some(kind) = EffectKind::from_id(name) {
+            additions.push(Addition::Catalogue(kind));
+        } else if let Some(effect) = own {
+            additions.push(Addition::Own(effect.clone()));
+            without = without.without_custom(name)?;
+        } else {
+            let known: Vec<&str> = EffectKind::ALL.iter().map(|kind| kind.id()).collect();
+            let nearest = quantity::suggest::nearest(name, known).map(str::to_owned);
+            return Err(AdoptionError::NoSuchEffect { name: name.clone(), nearest });
+        }
+    }
+    Ok((additions, without))
+}
+
+/// The valve file with everything that a fit moved.
+fn adopted(file: &ValveFile, best: &Rung) -> Result<ValveFile, ValveFileError> {
+    let base = best.space.base_at(&best.u);
+    let moved: Vec<(ParameterId, f64)> = best
+        .space
+        .coordinates
+        .iter()
+        .filter_map(|coordinate| match coordinate.target {
+            Target::Base(id) => Some((id, base.get(id))),
+            _ => None,
+        })
+        .collect();
+    let mut new = file.with_parameters(&moved)?;
+    for effect in best.space.effects_at(&best.u) {
+        new = new.with_effect(&effect)?;
+    }
+    for effect in best.space.custom_at(&best.u) {
+        new = new.with_custom(&effect)?;
+    }
+    Ok(new)
+}
