@@ -1,0 +1,76 @@
+"""Logs of many valves, each with a leak that grows at its own pace, as large as wanted."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.csv
+
+import valve_prognosis as vp
+
+ROOT = Path(__file__).resolve().parents[2]
+#: Noise of a time, s.
+NOISE_S = 0.02
+#: Share of rows in which a time was not measured.
+MISSING = 0.01
+
+
+def log(tables: vp.Tables, valves: int, cycles: int, seed: int = 1) -> pa.Table:
+    """A log of ``valves * cycles`` rows, cycle by cycle; ``line`` numbers them.
+
+    A leak to the atmosphere grows from none at a pace of its own, up to 60 % of the limit after the last cycle. Closing
+    and opening times have noise, and some are missing.
+    """
+    random = np.random.default_rng(seed)
+    limit_m2 = 1e-6 * tables.document["faults"][0]["leak_area_at_limit_mm2"]
+    pace_m2 = random.uniform(0.0, 0.6, valves) * limit_m2 / cycles
+    cycle = np.repeat(np.arange(cycles), valves)
+    valve = np.tile(np.arange(valves), cycles)
+    times = []
+    for time_s in tables.stroke_times("atmosphere", cycle * pace_m2[valve]):
+        noisy = np.round(time_s + random.normal(0.0, NOISE_S, len(cycle)), 4)
+        times.append(pa.array(noisy, mask=random.random(len(cycle)) < MISSING))
+    names = pa.array([f"V-{index:06}" for index in range(valves)])
+    return pa.table(
+        {
+            "line": pa.array(np.arange(len(cycle))),
+            "valve": names.take(pa.array(valve)),
+            "cycle": pa.array(cycle),
+            "close_time_s": times[0],
+            "open_time_s": times[1],
+        }
+    )
+
+
+def program() -> str:
+    """The program of this checkout, built."""
+    subprocess.run(["cargo", "build", "--release", "--quiet", "--locked", "--bin", "valve"], cwd=ROOT, check=True)
+    metadata = ["cargo", "metadata", "--format-version", "1", "--no-deps"]
+    told = subprocess.run(metadata, cwd=ROOT, check=True, capture_output=True).stdout
+    return f"{json.loads(told)['target_directory']}/release/valve"
+
+
+def lines_of_program(rows: pa.Table, folder: Path) -> list[dict[str, Any]]:
+    """What one process of the program says of a log, row by row."""
+    pyarrow.csv.write_csv(rows.drop_columns(["line"]), folder / "log.csv")
+    call = [program(), "prognose", str(folder / "log.csv"), "--tables", str(ROOT / "tables"), "--format", "jsonl", "-q"]
+    done = subprocess.run(call, check=True, capture_output=True, text=True)
+    return [json.loads(line) for line in done.stdout.splitlines()]
+
+
+def assert_same(told: list[dict[str, Any]], lines: list[dict[str, Any]]) -> None:
+    """Every number of every row, to the bit."""
+    assert len(told) == len(lines)
+    for row, line in zip(told, lines, strict=True):
+        for name, share in (line["fault_probability"] or {}).items():
+            assert row[f"p_{name.replace('-', '_')}"] == share, (name, row, line)
+        for name, value in line.items():
+            if name not in {"fault_probability", "notices", "fault_group"}:
+                assert row[name] == value, (name, row, line)
+        assert json.loads(row["notices"] or "[]") == line["notices"]
+        assert row["error"] is None
