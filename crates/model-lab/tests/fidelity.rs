@@ -19,7 +19,7 @@ fn subject(noise_m: f64) -> Subject {
 
 /// Noise of the noisiest row of positions, m.
 fn noisiest_m(setup: &Setup) -> f64 {
-    let rows = setup.records.iter().flat_map(|record| record.rows());
+    let rows = setup.records.iter().flat_map(identify::Record::rows);
     rows.map(|row| row.sigma).fold(0.0, f64::max)
 }
 

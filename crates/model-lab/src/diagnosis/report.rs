@@ -247,7 +247,6 @@ fn candidates(
     options: &DiagnoseOptions,
 ) -> Vec<CandidateReport> {
     let accepted = found.accepted();
-    let base = found.model(&[]);
     let all = probabilities(found);
     let accepted_gain = found.model(accepted).map_or(0.0, |model| found.gain(model));
     let mut sets: Vec<&Fitted<'_>> = Vec::new();
@@ -262,6 +261,8 @@ fn candidates(
         .into_par_iter()
         .map(|model| {
             let gain = found.gain(model);
+            // Few records are looked at first: what those say is held against what the same records say without effects.
+            let base = found.models.iter().find(|base| base.set.is_empty() && base.level == model.level);
             let kinds = catalogue.kinds_of(&model.set);
             let certainty = Certainty::new(&model.problem, &model.fit);
             let rows: usize = model.problem.records().iter().map(identify::Record::row_count).sum();
@@ -274,6 +275,8 @@ fn candidates(
                 base.map_or(0.0, |base| whitened(model) - whitened(base)) + added as f64 * (rows as f64).ln();
             let rejected = if model.set == accepted {
                 None
+            } else if model.level == Level::Screen {
+                Some("fell behind in a first look at a few records".to_owned())
             } else if accepted.is_empty() {
                 Some(if gain > options.select.accept {
                     "does not lower the error on what was held out".to_owned()
