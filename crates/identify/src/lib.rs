@@ -7,6 +7,7 @@
 
 pub mod fit;
 pub mod held_out;
+pub mod left;
 pub mod noise;
 pub mod normal;
 pub mod problem;

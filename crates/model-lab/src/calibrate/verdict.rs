@@ -1,7 +1,8 @@
 //! Whether tolerances, noise and instruments explain a campaign, or something is missing.
 
 use identify::FitOptions;
-use identify::select::{Model, SelectOptions, left_nats, left_to_explain};
+use identify::left::{left_nats, left_to_explain};
+use identify::select::{Model, SelectOptions};
 
 use super::repeats::lack_of_fit;
 use crate::diagnosis::MovedParameter;

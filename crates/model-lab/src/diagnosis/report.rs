@@ -1,6 +1,7 @@
 //! The answer, put together from what a search found.
 
-use identify::select::{Level, Model, Selection, excess, left_nats, rms_in_noise};
+use identify::left::{excess, left_nats, rms_in_noise};
+use identify::select::{Level, Model, Selection};
 use identify::{FitOptions, Problem, Scope, Smoothness, fit};
 use rayon::prelude::*;
 use valve_model::EffectKind;

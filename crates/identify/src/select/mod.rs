@@ -1,0 +1,303 @@
+//! Which effects a model needs: a search over sets of candidates, every set judged by its evidence.
+//!
+//! The search goes forward and, at every step, back (sequential floating selection: Pudil, Novovičová and Kittler,
+//! Pattern Recognition Letters 15(11), 1994), and in the end exchanges one effect for another. Sets race one
+//! another: all get a little work, the better half more, the best are fitted to the end (successive halving: Jamieson
+//! and Talwalkar, AISTATS 2016). Each starts cold, at the prior means, and warm, from the set it grew out of, because a
+//! calibrated fit has buried what is missing in its parameters.
+
+mod family;
+mod foreseen;
+mod options;
+mod race;
+
+use std::collections::HashMap;
+
+use rayon::prelude::*;
+
+pub use family::{Family, Level, News, Set};
+pub use options::SelectOptions;
+
+use crate::fit::{Fit, fit};
+use crate::held_out::{HeldOut, folds, held_out};
+use crate::left::{excess, left_nats, left_to_explain, rms_in_noise};
+use crate::noise::Noise;
+use crate::problem::Problem;
+
+/// A set that was fitted.
+#[derive(Debug)]
+pub struct Model<P> {
+    /// The set.
+    pub set: Set,
+    /// How exactly.
+    pub level: Level,
+    /// Its problem.
+    pub problem: P,
+    /// Its fit.
+    pub fit: Fit,
+    /// What it predicts of records that were held out; nothing where it was fitted cheaply, or to a single record.
+    pub held_out: Option<HeldOut>,
+}
+
+/// What a search found.
+#[derive(Debug)]
+pub struct Selection<P> {
+    /// From the empty set to the accepted one, step by step.
+    pub steps: Vec<Set>,
+    /// All sets that were fitted.
+    pub models: Vec<Model<P>>,
+    /// Whether it was cut short.
+    pub interrupted: bool,
+}
+
+impl<P: Problem> Selection<P> {
+    /// A set that was fitted, as exactly as it was.
+    pub fn model(&self, set: &[usize]) -> Option<&Model<P>> {
+        let of_set = || self.models.iter().filter(|model| model.set == set);
+        let at = |level: Level| of_set().find(|model| model.level == level);
+        at(Level::High).or_else(|| at(Level::Low)).or_else(|| at(Level::Screen))
+    }
+
+    /// The set that was accepted.
+    pub fn accepted(&self) -> &[usize] {
+        self.steps.last().map_or(&[], |set| set.as_slice())
+    }
+
+    /// Gain of evidence of a set over the empty one at the same level, nats.
+    pub fn gain(&self, model: &Model<P>) -> f64 {
+        let base = self.models.iter().find(|one| one.set.is_empty() && one.level == model.level);
+        base.map_or(f64::NAN, |base| model.fit.log_evidence - base.fit.log_evidence)
+    }
+}
+
+/// The empty set as every search begins with it: cheaply, from where fits start that know nothing, and from there as it is
+/// reported; nothing where it cannot be fitted.
+pub fn base<F: Family>(family: &F) -> Option<[Model<F::Member>; 2]> {
+    let low = base_at(family, Level::Low, None)?;
+    let high = base_at(family, Level::High, Some(&low))?;
+    Some([low, high])
+}
+
+/// The values of the empty set are told to people: half a nat short of the optimum is one standard deviation beside it.
+const TOLD_TOLERANCE: f64 = 0.02;
+
+fn base_at<F: Family>(family: &F, level: Level, from: Option<&Model<F::Member>>) -> Option<Model<F::Member>> {
+    let problem = family.member(&[], level)?;
+    let starts = match from {
+        Some(from) => vec![family.carried(&from.problem, &from.fit.u, &problem)],
+        None => family.cold(&problem),
+    };
+    let mut options = family.options();
+    if level == Level::High {
+        options.tolerance = options.tolerance.min(TOLD_TOLERANCE);
+    }
+    let fits: Vec<Fit> = starts.par_iter().filter_map(|start| fit(&problem, start, &options)).collect();
+    let fit = fits.into_iter().max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))?;
+    let held_out = (level == Level::High).then(|| held_out(&problem, &fit, &folds(&problem))).flatten();
+    Some(Model { set: Vec::new(), level, problem, fit, held_out })
+}
+
+/// Searches a family for the effects that records need; nothing where not even the empty set can be fitted.
+pub fn select<F: Family>(family: &F, options: &SelectOptions) -> Option<Selection<F::Member>> {
+    let mut search = Search { family, options, models: HashMap::new(), reduced: Vec::new() };
+    for model in base(family)? {
+        search.models.insert((Vec::new(), model.level), model);
+    }
+    if !search.is_explained(&[]) {
+        let screen = base_at(family, Level::Screen, search.models.get(&(Vec::new(), Level::Low)))?;
+        search.models.insert((Vec::new(), Level::Screen), screen);
+    }
+    let mut steps: Vec<Set> = vec![Vec::new()];
+    loop {
+        let at = steps[steps.len() - 1].clone();
+        if at.len() >= options.most || family.stop().is_asked() || search.is_explained(&at) {
+            break;
+        }
+        let grown = search.grown(&at);
+        let best = search.race(grown, &at);
+        let Some(best) = best else { break };
+        let gain = search.evidence(&best, Level::High)? - search.evidence(&at, Level::High)?;
+        if gain < options.accept {
+            break;
+        }
+        let best = search.floated(best);
+        if steps.contains(&best) {
+            break;
+        }
+        family.tell(News::Reached { set: &best, gain: search.gain(&best) });
+        steps.push(best);
+    }
+    let accepted = search.judged(steps[steps.len() - 1].clone());
+    let accepted = if family.stop().is_asked() { accepted } else { search.exchanged(accepted) };
+    steps.retain(|set| set.iter().all(|one| accepted.contains(one)) && *set != accepted);
+    if !accepted.is_empty() || steps.is_empty() {
+        steps.push(accepted);
+    }
+    let interrupted = family.stop().is_asked();
+    Some(Selection { steps, models: search.models.into_values().collect(), interrupted })
+}
+
+struct Search<'a, F: Family> {
+    family: &'a F,
+    options: &'a SelectOptions,
+    models: HashMap<(Set, Level), Model<F::Member>>,
+    /// Sets whose smaller ones were fitted from their optimum.
+    reduced: Vec<Set>,
+}
+
+impl<F: Family> Search<'_, F> {
+    fn keep(&mut self, set: Set, level: Level, problem: F::Member, fit: Fit) {
+        let better =
+            self.models.get(&(set.clone(), level)).is_none_or(|known| known.fit.log_evidence < fit.log_evidence);
+        if better {
+            let is_wanted = level == Level::High;
+            let held_out = is_wanted.then(|| held_out(&problem, &fit, &folds(&problem))).flatten();
+            self.models.insert((set.clone(), level), Model { set, level, problem, fit, held_out });
+        }
+    }
+
+    fn evidence(&self, set: &[usize], level: Level) -> Option<f64> {
+        self.models.get(&(set.to_vec(), level)).map(|model| model.fit.log_evidence)
+    }
+
+    fn gain(&self, set: &[usize]) -> f64 {
+        let of = |set: &[usize]| self.evidence(set, Level::High).unwrap_or(f64::NAN);
+        of(set) - of(&[])
+    }
+
+    /// The errors on what was held out, with own coordinates fitted and at their means, in units of the rows' noise as
+    /// another set found it: of two sets both must be measured by one.
+    fn held_out(&self, set: &[usize], noise: &Noise) -> Option<[f64; 2]> {
+        let model = self.models.get(&(set.to_vec(), Level::High))?;
+        let held = model.held_out.as_ref()?;
+        Some([&held.own, &held.at_mean].map(|residual| rms_in_noise(&model.problem, noise, residual)))
+    }
+
+    /// Whether nothing is left that another effect could explain.
+    fn is_explained(&self, set: &[usize]) -> bool {
+        let Some(model) = self.models.get(&(set.to_vec(), Level::High)) else { return true };
+        let enough = self.held_out(set, &model.fit.noise).is_some_and(|[own, _]| own < self.options.good_enough);
+        enough || left_to_explain(&model.problem, &model.fit, &self.family.options()) < self.options.nothing_left
+    }
+
+    /// All sets with one effect more that have not been fitted.
+    fn grown(&self, set: &[usize]) -> Vec<Set> {
+        (0..self.family.candidates())
+            .filter(|one| !set.contains(one))
+            .map(|one| {
+                let mut grown = set.to_vec();
+                grown.push(one);
+                grown.sort_unstable();
+                grown
+            })
+            .collect()
+    }
+
+    /// A set and those with one effect less, fitted as exactly; from its own optimum where they are new.
+    fn with_smaller(&mut self, set: &[usize]) -> Vec<Set> {
+        let smaller: Vec<Set> =
+            set.iter().map(|one| set.iter().copied().filter(|other| other != one).collect()).collect();
+        if self.reduced.iter().any(|one| one == set) {
+            return smaller;
+        }
+        let fits: Vec<(Set, F::Member, Fit)> = {
+            let Some(origin) = self.models.get(&(set.to_vec(), Level::High)) else { return smaller };
+            smaller
+                .par_iter()
+                .filter(|set| !set.is_empty())
+                .filter_map(|set| {
+                    let problem = self.family.member(set, Level::High)?;
+                    let mut starts = self.family.warm(&problem, &origin.problem, &origin.fit.u);
+                    if let Some(low) = self.models.get(&(set.clone(), Level::Low)) {
+                        starts.push(self.family.carried(&low.problem, &low.fit.u, &problem));
+                    }
+                    // A start that looks worse may lie in the better valley.
+                    let fits = starts.into_par_iter().filter_map(|start| fit(&problem, &start, &self.family.options()));
+                    let fit = fits.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))?;
+                    Some((set.clone(), problem, fit))
+                })
+                .collect()
+        };
+        for (set, problem, fit) in fits {
+            self.keep(set, Level::High, problem, fit);
+        }
+        self.reduced.push(set.to_vec());
+        smaller
+    }
+
+    /// The set without effects that it does not need any more.
+    fn floated(&mut self, mut set: Set) -> Set {
+        while set.len() > 1 && !self.family.stop().is_asked() {
+            let smaller = self.with_smaller(&set);
+            let Some(all) = self.evidence(&set, Level::High) else { return set };
+            let needless = smaller
+                .into_iter()
+                .filter_map(|set| Some((self.evidence(&set, Level::High)?, set)))
+                .max_by(|a, b| a.0.total_cmp(&b.0))
+                .filter(|(evidence, _)| all - evidence < self.options.accept);
+            match needless {
+                Some((_, smaller)) => set = smaller,
+                None => break,
+            }
+        }
+        set
+    }
+
+    /// The set without effects that are not worth their place: by evidence, and by what was held out.
+    fn judged(&mut self, mut set: Set) -> Set {
+        while !set.is_empty() {
+            let smaller = self.with_smaller(&set);
+            let Some(model) = self.models.get(&(set.clone(), Level::High)) else { return set };
+            let (all, noise) = (model.fit.log_evidence, &model.fit.noise);
+            let (base, error) = (self.held_out(&[], noise), self.held_out(&set, noise));
+            let is_whole = left_nats(&model.problem, &model.fit, &self.family.options()) < self.options.accept;
+            let is_needless = |smaller: &Set| -> Option<f64> {
+                let gain = all - self.evidence(smaller, Level::High)?;
+                let falls = match (error, self.held_out(smaller, noise)) {
+                    (Some(error), Some(without)) => (0..2).any(|kind| {
+                        let fall = excess(without[kind]) - excess(error[kind]);
+                        let companion = set.len() < 2
+                            || is_whole
+                            || base.is_none_or(|base| fall >= self.options.companion * excess(base[kind]));
+                        fall > 0.0 && fall >= self.options.held_out_fall * excess(without[kind]) && companion
+                    }),
+                    _ => true,
+                };
+                (gain < self.options.accept || !falls).then_some(gain)
+            };
+            let least = smaller
+                .into_iter()
+                .filter_map(|smaller| Some((is_needless(&smaller)?, smaller)))
+                .min_by(|a, b| a.0.total_cmp(&b.0));
+            match least {
+                Some((_, smaller)) => set = smaller,
+                None => break,
+            }
+        }
+        set
+    }
+
+    /// The set with one effect exchanged where that is more likely; the neighbours are kept beside it.
+    fn exchanged(&mut self, set: Set) -> Set {
+        if set.len() < 2 || self.is_explained(&set) {
+            return set;
+        }
+        let mut swapped: Vec<Set> = Vec::new();
+        for one in &set {
+            let rest: Set = set.iter().copied().filter(|other| other != one).collect();
+            for grown in self.grown(&rest) {
+                let is_known =
+                    [Level::Screen, Level::Low].iter().any(|level| self.models.contains_key(&(grown.clone(), *level)));
+                if grown != set && !swapped.contains(&grown) && !is_known {
+                    swapped.push(grown);
+                }
+            }
+        }
+        let best = self.race(swapped, &set);
+        let better = best.filter(|best| {
+            let of = |set: &[usize]| self.evidence(set, Level::High).unwrap_or(f64::NEG_INFINITY);
+            of(best) > of(&set)
+        });
+        better.unwrap_or(set)
+    }
+}

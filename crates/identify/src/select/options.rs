@@ -1,0 +1,57 @@
+//! Numbers that steer a search, each with its reason.
+
+/// Numbers that steer a search.
+#[derive(Debug, Clone)]
+pub struct SelectOptions {
+    /// An effect is accepted from this gain of evidence, nats. Fits of one model from different starts end within 5 to
+    /// 10 nats of each other, and chance alone gains less than 8.
+    pub accept: f64,
+    /// And when the error on what was held out falls by this share without noise.
+    pub held_out_fall: f64,
+    /// A companion of other effects must take at least this share of the calibrated model's error that was held out, or
+    /// else leave nothing to be explained: what takes a little of what is left may imitate what is really there.
+    pub companion: f64,
+    /// Effects at most.
+    pub most: usize,
+    /// Derivatives in the first round of a race, and in the second.
+    pub rounds: [usize; 2],
+    /// The share of a round that goes on.
+    pub kept: f64,
+    /// Sets that are fitted to the end, at least.
+    pub finalists: usize,
+    /// Sets this far behind are not followed, nats, and by so much more as the best one leaves to be explained.
+    pub hopeless: f64,
+    /// Sets that are followed to the end, at most.
+    pub followed: usize,
+    /// Where a fit may have ended in a false valley, so many of all starts are followed to the end.
+    pub restarts: usize,
+    /// What is left counts as nothing where its evidence is below this, nats.
+    pub nothing_left: f64,
+    /// A model error larger than this is more than instruments and small laws explain (in the units of the rows'
+    /// activity): the fit may have ended in a false valley, or something else is missing. Common position sensors are
+    /// linear to half a percent of their span.
+    pub large: f64,
+    /// What is left is given up once the error that was held out is below this (in the units of the rows' noise);
+    /// zero for never.
+    pub good_enough: f64,
+}
+
+impl Default for SelectOptions {
+    fn default() -> Self {
+        Self {
+            accept: 10.0,
+            held_out_fall: 0.1,
+            companion: 0.05,
+            most: 2,
+            rounds: [2, 3],
+            kept: 0.4,
+            finalists: 3,
+            hopeless: 60.0,
+            followed: 5,
+            restarts: 2,
+            nothing_left: 3.0,
+            large: 0.005,
+            good_enough: 0.0,
+        }
+    }
+}

@@ -1,0 +1,238 @@
+//! Sets race one another: all get a little work, the better ones more, the best are fitted to the end.
+
+use rayon::prelude::*;
+
+use super::{Family, Level, News, Search, Set};
+use crate::fit::{Fit, FitOptions, fit};
+use crate::left::{left_nats, rms_in_noise};
+use crate::problem::Problem;
+
+/// A set in a race.
+struct Runner<P> {
+    set: Set,
+    problem: P,
+    fit: Fit,
+    /// Whether it began where a smaller set ended, so that it needs no annealing.
+    is_warm: bool,
+}
+
+/// How a fit goes on whose way an annealed phase, or a fit close by, has shown.
+fn settling(settled: usize, options: FitOptions) -> FitOptions {
+    FitOptions { annealed: 0, settled, ..options }
+}
+
+impl<F: Family> Search<'_, F> {
+    /// Races sets that grew out of `from`, or were exchanged in it; the one with the most evidence.
+    pub(super) fn race(&mut self, sets: Vec<Set>, from: &[usize]) -> Option<Set> {
+        let known: Vec<Set> =
+            sets.iter().filter(|set| self.models.contains_key(&((*set).clone(), Level::High))).cloned().collect();
+        let fresh: Vec<Set> = sets.into_iter().filter(|set| !known.contains(set)).collect();
+        let mut runners = self.first_round(&fresh, from);
+        let best_known =
+            known.iter().filter_map(|set| self.evidence(set, Level::Low)).fold(f64::NEG_INFINITY, f64::max);
+        for (round, derivatives) in [self.options.rounds[1], usize::MAX].into_iter().enumerate() {
+            runners.sort_by(|a, b| b.fit.log_evidence.total_cmp(&a.fit.log_evidence));
+            // The cold and the warm fit of a set are one runner once the race is past its first round.
+            if round > 0 {
+                let mut seen: Vec<Set> = Vec::new();
+                runners.retain(|runner| {
+                    let is_new = !seen.contains(&runner.set);
+                    seen.push(runner.set.clone());
+                    is_new
+                });
+            }
+            let best = runners.first().map_or(f64::NEG_INFINITY, |runner| runner.fit.log_evidence);
+            // What the best leaves to be explained is what another can still gain on it.
+            let left = runners
+                .first()
+                .map_or(0.0, |runner| left_nats(&runner.problem, &runner.fit, &self.family.options()).max(0.0));
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of a few runners")]
+            let share = (self.options.kept * runners.len() as f64).ceil() as usize;
+            let most = if round == 0 { share } else { self.options.followed };
+            let (kept, behind): (Vec<_>, Vec<_>) = runners.into_iter().enumerate().partition(|(place, runner)| {
+                *place < self.options.finalists
+                    || (*place < most && runner.fit.log_evidence > best - self.options.hopeless - left)
+            });
+            for (_, runner) in behind {
+                self.keep(runner.set, Level::Screen, runner.problem, runner.fit);
+            }
+            let mut kept: Vec<Runner<F::Member>> = kept.into_iter().map(|(_, runner)| runner).collect();
+            if derivatives == usize::MAX {
+                kept = self.with_all_records(kept);
+            }
+            runners = self.carried_on(kept, derivatives);
+        }
+        runners.sort_by(|a, b| b.fit.log_evidence.total_cmp(&a.fit.log_evidence));
+        runners = self.started_again(runners);
+        runners.sort_by(|a, b| b.fit.log_evidence.total_cmp(&a.fit.log_evidence));
+        let best = runners.first().map_or(best_known, |runner| runner.fit.log_evidence.max(best_known));
+        let mut finalists = known;
+        for (place, runner) in runners.into_iter().enumerate() {
+            if place < self.options.finalists && runner.fit.log_evidence > best - self.options.hopeless {
+                finalists.push(runner.set.clone());
+            }
+            self.keep(runner.set, Level::Low, runner.problem, runner.fit);
+        }
+        self.finely(&finalists);
+        let of = |set: &Set| self.evidence(set, Level::High);
+        finalists
+            .into_iter()
+            .filter(|set| of(set).is_some())
+            .max_by(|a, b| of(a).partial_cmp(&of(b)).unwrap_or(std::cmp::Ordering::Equal))
+    }
+
+    fn first_round(&self, sets: &[Set], from: &[usize]) -> Vec<Runner<F::Member>> {
+        let family = self.family;
+        let tasks: Vec<(&Set, bool)> = sets.iter().flat_map(|set| [(set, false), (set, true)]).collect();
+        let little = FitOptions { annealed: self.options.rounds[0], settled: 0, ..family.options() };
+        let of = tasks.len();
+        tasks
+            .par_iter()
+            .filter_map(|(set, is_warm)| {
+                let problem = family.member(set, Level::Screen)?;
+                let fit = if *is_warm {
+                    let (of_all, u, noise) = self.foreseen(set, from)?;
+                    let options = FitOptions { known: Some(noise), ..settling(self.options.rounds[0], little.clone()) };
+                    fit(&problem, &family.carried(&of_all, &u, &problem), &options)?
+                } else {
+                    fit(&problem, &best_start(&problem, family.cold(&problem))?, &little)?
+                };
+                family.tell(fitted_news(set, &problem, &fit, of));
+                Some(Runner { set: (*set).clone(), problem, fit, is_warm: *is_warm })
+            })
+            .collect()
+    }
+
+    /// Runners that saw a few of the records, before all of them.
+    fn with_all_records(&self, runners: Vec<Runner<F::Member>>) -> Vec<Runner<F::Member>> {
+        let base = self.family.options();
+        runners
+            .into_par_iter()
+            .filter_map(|runner| {
+                let problem = self.family.member(&runner.set, Level::Low)?;
+                let start = self.family.carried(&runner.problem, &runner.fit.u, &problem);
+                let options = if runner.is_warm {
+                    FitOptions { known: Some(runner.fit.noise.clone()), ..settling(1, base.clone()) }
+                } else {
+                    FitOptions { annealed: 1, settled: 0, ..base.clone() }
+                };
+                let fit = fit(&problem, &start, &options)?;
+                Some(Runner { problem, fit, ..runner })
+            })
+            .collect()
+    }
+
+    fn carried_on(&self, runners: Vec<Runner<F::Member>>, derivatives: usize) -> Vec<Runner<F::Member>> {
+        let base = self.family.options();
+        let of = runners.len();
+        runners
+            .into_par_iter()
+            .map(|mut runner| {
+                let options = match (runner.is_warm, derivatives) {
+                    (true, most) => FitOptions {
+                        known: Some(runner.fit.noise.clone()),
+                        ..settling(most.min(base.settled), base.clone())
+                    },
+                    (false, usize::MAX) => base.clone(),
+                    (false, most) => FitOptions { annealed: most, settled: 1, ..base.clone() },
+                };
+                if !runner.fit.converged
+                    && let Some(fit) = fit(&runner.problem, &runner.fit.u, &options)
+                    && fit.log_evidence > runner.fit.log_evidence
+                {
+                    runner.fit = fit;
+                }
+                self.family.tell(fitted_news(&runner.set, &runner.problem, &runner.fit, of));
+                runner
+            })
+            .collect()
+    }
+
+    /// Runners whose fits leave a large model error, fitted from every start that knows nothing: one of them may lead out
+    /// of a false valley.
+    fn started_again(&self, runners: Vec<Runner<F::Member>>) -> Vec<Runner<F::Member>> {
+        let family = self.family;
+        let again = |mut runner: Runner<F::Member>| {
+            let is_large = runner.fit.noise.groups.iter().any(|group| group.discrepancy > self.options.large);
+            if !is_large || family.stop().is_asked() {
+                return runner;
+            }
+            runner.fit = self.best_of(&runner.problem, family.cold(&runner.problem), runner.fit);
+            runner
+        };
+        runners.into_par_iter().map(again).collect()
+    }
+
+    /// The best of a fit and those from other starts: all get a little work, those that got farthest are fitted to the end.
+    fn best_of(&self, problem: &F::Member, starts: Vec<Vec<f64>>, known: Fit) -> Fit {
+        let options = self.family.options();
+        let little = FitOptions { annealed: self.options.rounds[0], settled: 0, ..options.clone() };
+        let mut begun: Vec<Fit> = starts.into_par_iter().filter_map(|start| fit(problem, &start, &little)).collect();
+        begun.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));
+        begun.truncate(self.options.restarts);
+        let fits = begun.into_par_iter().filter_map(|begun| fit(problem, &begun.u, &options));
+        let best = fits.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence));
+        best.filter(|best| best.log_evidence > known.log_evidence).unwrap_or(known)
+    }
+
+    /// Fits sets as exactly as they are reported, from where their cheap fits ended.
+    fn finely(&mut self, sets: &[Set]) {
+        let wanted: Vec<&Set> =
+            sets.iter().filter(|set| !self.models.contains_key(&((*set).clone(), Level::High))).collect();
+        let of = wanted.len();
+        let options = self.family.options();
+        let fits: Vec<(Set, F::Member, Fit)> = wanted
+            .into_par_iter()
+            .filter_map(|set| {
+                let low = self.models.get(&(set.clone(), Level::Low))?;
+                let problem = self.family.member(set, Level::High)?;
+                let start = self.family.carried(&low.problem, &low.fit.u, &problem);
+                let mut best = fit(&problem, &start, &options)?;
+                // What only this level can move may have held the way there in a false valley.
+                let is_wider = problem.coordinates().len() > low.problem.coordinates().len();
+                if is_wider && left_nats(&problem, &best, &options) > self.options.accept {
+                    best = self.best_of(&problem, self.family.cold(&problem), best);
+                }
+                self.family.tell(fitted_news(set, &problem, &best, of));
+                Some((set.clone(), problem, best))
+            })
+            .collect();
+        for (set, problem, fit) in fits {
+            self.keep(set, Level::High, problem, fit);
+        }
+    }
+}
+
+/// Of several starts the one with the least error, scaled by the rows' own spread.
+fn best_start<P: Problem>(problem: &P, starts: Vec<Vec<f64>>) -> Option<Vec<f64>> {
+    if starts.len() < 2 {
+        return starts.into_iter().next();
+    }
+    let coordinates = problem.coordinates();
+    let starts: Vec<Vec<f64>> = starts
+        .into_iter()
+        .map(|start| start.iter().zip(coordinates).map(|(u, c)| u.clamp(c.lower, c.upper)).collect())
+        .collect();
+    let error = |predicted: Vec<Vec<f64>>| -> f64 {
+        let records = problem.records().iter().zip(predicted);
+        records
+            .flat_map(|(record, predicted)| {
+                record
+                    .rows()
+                    .zip(predicted)
+                    .map(|(row, value)| ((row.observed - value) / row.activity).powi(2))
+                    .collect::<Vec<_>>()
+            })
+            .sum()
+    };
+    let predicted = crate::problem::predict_all(problem, &starts);
+    let errors = predicted.into_iter().map(|predicted| predicted.map_or(f64::INFINITY, error));
+    let best = errors.zip(starts).filter(|(error, _)| error.is_finite()).min_by(|a, b| a.0.total_cmp(&b.0));
+    best.map(|(_, start)| start)
+}
+
+/// What is told of a set that was fitted.
+fn fitted_news<'a, P: Problem>(set: &'a [usize], problem: &P, fit: &Fit, of: usize) -> News<'a> {
+    let rms = rms_in_noise(problem, &fit.noise, &fit.linear.residual);
+    News::Fitted { set, log_evidence: fit.log_evidence, rms, of }
+}
