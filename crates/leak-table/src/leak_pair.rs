@@ -105,10 +105,25 @@ impl LeakPairTable {
     /// follow from the tables of the leaks alone, under whatever conditions.
     #[inline]
     pub fn equivalents(&self, areas_m2: [f64; 2]) -> [Equivalent; 2] {
+        let slowing = self.slowing(areas_m2);
+        [0, 1].map(|stroke| {
+            let Equivalent { fault, area_m2, by } = slowing[stroke];
+            if area_m2 >= 0.0 {
+                return slowing[stroke];
+            }
+            let undoes = self.strokes[stroke].undoes;
+            Equivalent { fault: fault.other(), area_m2: -undoes * area_m2, by: by.map(|by| -undoes * by) }
+        })
+    }
+
+    /// For each stroke the severity of the leak that slows it down which alone does the same as both; below zero where
+    /// the other one has the upper hand.
+    #[inline]
+    pub fn slowing(&self, areas_m2: [f64; 2]) -> [Equivalent; 2] {
         let along = [0, 1].map(|leak| Along::new(&self.areas_m2[leak], areas_m2[leak]));
         let columns = self.areas_m2[1].len();
         Stroke::ALL.map(|stroke| {
-            let Equivalents { slowed_by, undoes, areas_m2: values } = &self.strokes[stroke as usize];
+            let Equivalents { slowed_by, areas_m2: values, .. } = &self.strokes[stroke as usize];
             let (mut area, mut by) = (0.0, [0.0; 2]);
             for i in 0..4 {
                 let row = &values[(along[0].first + i) * columns + along[1].first..][..4];
@@ -119,10 +134,7 @@ impl LeakPairTable {
                 by[1] += along[0].weight[i] * slope;
             }
             area += by[0] * along[0].beyond + by[1] * along[1].beyond;
-            if area >= 0.0 {
-                return Equivalent { fault: *slowed_by, area_m2: area, by };
-            }
-            Equivalent { fault: slowed_by.other(), area_m2: -undoes * area, by: by.map(|by| -undoes * by) }
+            Equivalent { fault: *slowed_by, area_m2: area, by }
         })
     }
 }

@@ -18,6 +18,8 @@ const LARGEST: f64 = 1.1;
 /// Severities of both leaks at once, evenly from 0 to [`LARGEST_BOTH`].
 const BOTH: usize = 49;
 const LARGEST_BOTH: f64 = 2.0;
+/// Places by which paces are gone on with beyond where strokes are finished: as many as a cubic needs.
+const PLACES_BEYOND: usize = 2;
 const SUPPLIES: usize = 9;
 /// Supply pressures of a grid reach so far from the reference, a share of it.
 pub const SUPPLY_SPAN: f64 = 0.12;
@@ -51,6 +53,7 @@ pub struct SimulatedWorld {
     /// Leak to the atmosphere, then from the supply: one over the times, which bends less where a stroke stalls.
     both: Vec<Vec<Times>>,
     limits_s: Times,
+    windows_s: Times,
     supply_pa: f64,
     temperature_k: f64,
 }
@@ -92,10 +95,12 @@ impl SimulatedWorld {
             let times = times(file, &cases.collect::<anyhow::Result<Vec<_>>>()?);
             Ok(times.into_iter().map(|times| times.map(f64::recip)).collect())
         });
-        let both = both.collect::<anyhow::Result<_>>()?;
+        let both = beyond_the_stall(both.collect::<anyhow::Result<_>>()?);
+        let schedule = file.schedule();
+        let windows_s = [schedule.open_at_s - schedule.close_at_s, schedule.end_s - schedule.open_at_s];
         let parameters = file.valve().parameters();
         let (supply_pa, temperature_k) = (parameters.supply_pressure_pa, parameters.temperature_k);
-        Ok(Self { wear, supply, temperature, both, limits_s, supply_pa, temperature_k })
+        Ok(Self { wear, supply, temperature, both, limits_s, windows_s, supply_pa, temperature_k })
     }
 }
 
@@ -109,9 +114,10 @@ impl World for SimulatedWorld {
                 .iter()
                 .map(|row| along(row, 0.0, LARGEST_BOTH, state.severity[Wear::Supply as usize]))
                 .collect();
-            return finished(
-                along(&rows, 0.0, LARGEST_BOTH, state.severity[Wear::Atmosphere as usize]).map(f64::recip),
-            );
+            let paces = along(&rows, 0.0, LARGEST_BOTH, state.severity[Wear::Atmosphere as usize]);
+            let arrives =
+                |stroke: usize| Some(1.0 / paces[stroke]).filter(|time| (0.0..self.windows_s[stroke]).contains(time));
+            return [arrives(0), arrives(1)];
         }
         let wear = Wear::ALL.into_iter().find(present).unwrap_or(Wear::Atmosphere);
         let severity = state.severity[wear as usize];
@@ -140,6 +146,36 @@ impl World for SimulatedWorld {
     fn reference_temperature_k(&self) -> f64 {
         self.temperature_k
     }
+}
+
+/// Paces of both strokes, each gone on with in straight lines for some places beyond where it is not finished any more: else
+/// a stroke would stall in the world where the grid's last finished place is, up to a place too early.
+fn beyond_the_stall(mut paces: Vec<Vec<Times>>) -> Vec<Vec<Times>> {
+    for _ in 0..PLACES_BEYOND {
+        let known = paces.clone();
+        let at = |row: Option<usize>, column: Option<usize>, stroke: usize| {
+            known.get(row?)?.get(column?).map(|pace| pace[stroke]).filter(|pace| pace.is_finite())
+        };
+        for (row, line) in paces.iter_mut().enumerate() {
+            for (column, pace) in line.iter_mut().enumerate() {
+                for stroke in (0..2).filter(|stroke| known[row][column][*stroke].is_nan()) {
+                    let straight = |near: Option<f64>, far: Option<f64>| Some(2.0 * near? - far?);
+                    let before = |place: usize, steps: usize| place.checked_sub(steps);
+                    let lines = [
+                        straight(at(before(row, 1), Some(column), stroke), at(before(row, 2), Some(column), stroke)),
+                        straight(at(Some(row + 1), Some(column), stroke), at(Some(row + 2), Some(column), stroke)),
+                        straight(at(Some(row), before(column, 1), stroke), at(Some(row), before(column, 2), stroke)),
+                        straight(at(Some(row), Some(column + 1), stroke), at(Some(row), Some(column + 2), stroke)),
+                    ];
+                    let lines: Vec<f64> = lines.into_iter().flatten().collect();
+                    if !lines.is_empty() {
+                        pace[stroke] = lines.iter().sum::<f64>() / lines.len() as f64;
+                    }
+                }
+            }
+        }
+    }
+    paces
 }
 
 fn finished(times: Times) -> [Option<f64>; 2] {

@@ -83,7 +83,10 @@ impl Expected {
             }
             Cause::Both => {
                 let times = plant.both_leaks([at[0], at[1]]);
-                times.map(|(time_s, by)| Self { time_s, moves_with: [0, 1], by })
+                [0, 1].map(|stroke| {
+                    let ((time_s, by), factor) = (times[stroke], 1.0 + part.unit[stroke]);
+                    Self { time_s: time_s * factor, moves_with: [0, 1], by: by.map(|by| by * factor) }
+                })
             }
             Cause::Other => [0, 1].map(|stroke| {
                 let time_s = plant.healthy_s(stroke) + at[stroke];

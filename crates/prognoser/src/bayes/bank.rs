@@ -55,7 +55,11 @@ pub(crate) fn step(
         let part = &before;
         let met = assimilate(after, plant, sight);
         if matches!(part.cause, Cause::Wear(_)) && part.mode != Mode::Steady {
-            after.keep_positive(sight.shape);
+            after.keep_positive(0, sight.shape);
+        }
+        if part.cause == Cause::Both && part.mode == Mode::Late {
+            after.keep_positive(0, sight.shape);
+            after.keep_positive(1, sight.shape);
         }
         let mut jumped = None;
         if met.surprise && cycles > 0.0 && matches!(part.cause, Cause::Wear(_)) {

@@ -71,6 +71,8 @@ pub struct GrowthPrior {
     pub roughness: f64,
     /// Probability a cycle that wear begins on a valve of which nothing is known yet.
     pub onset: f64,
+    /// Probability a cycle that a second leak begins beside the one that is there.
+    pub second: f64,
     /// Probability a cycle that steady growth becomes another one.
     pub turn: f64,
     /// Relative standard deviation of its new pace.
@@ -208,6 +210,7 @@ impl Default for GrowthPrior {
             wander: 0.12,
             roughness: 1.2,
             onset: 0.01,
+            second: 0.001,
             turn: 0.004,
             new_pace: 1.0,
             loosen: 0.002,

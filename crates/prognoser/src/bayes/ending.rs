@@ -40,6 +40,8 @@ pub(crate) struct Line {
     pub rough: f64,
     /// Variance of the change of the growth in each cycle to come.
     pub turns: f64,
+    /// Cycles from which on that is no longer counted, where it is not to go on for ever; 0 for ever.
+    pub turns_until: f64,
     /// Cycles before it goes on.
     pub rest: f64,
 }
@@ -73,6 +75,7 @@ struct Block {
     by_cycle: [f64; SIDE],
     by_square: [f64; SIDE],
     by_cube: [f64; SIDE],
+    until: [f64; SIDE],
     later: [f64; SIDE],
 }
 
@@ -93,6 +96,7 @@ impl Block {
             block.by_cycle[k] = 2.0 * line.cov + line.rough;
             block.by_square[k] = line.var_growth;
             block.by_cube[k] = line.turns / 3.0;
+            block.until[k] = if line.turns_until > 0.0 { line.turns_until } else { f64::MAX };
             block.later[k] = later - line.rest;
         }
         blocks
@@ -104,7 +108,8 @@ impl Block {
         let mut share = [0.0; SIDE];
         for (k, share) in share.iter_mut().enumerate() {
             let t = (cycles + self.later[k]).max(0.0);
-            let variance = self.var_level[k] + t * (self.by_cycle[k] + t * (self.by_square[k] + t * self.by_cube[k]));
+            let variance = self.var_level[k]
+                + t * (self.by_cycle[k] + t * (self.by_square[k] + t.min(self.until[k]) * self.by_cube[k]));
             let over = self.short[k] + t * self.growth[k];
             *share = over / variance.max(1e-18).sqrt();
         }

@@ -9,12 +9,13 @@ use super::ending::{Ending, Line, Quantiles, waits};
 use super::estimate::{BayesEstimate, Change, EndEstimate, FaultProbability, fault_call};
 use super::law::Law;
 use super::motion::drift_turn;
-use super::part::{Cause, Mode, Part};
+use super::part::{Cause, Mode, Part, SEEN_FROM};
 use super::plant::{Plant, Weather};
 use super::rate_prior::{Corrected, NODES, Node, RatePrior};
 use super::special::quick_exp;
 use super::start;
 use super::state::{ValveRecord, single};
+use super::two_leaks::TwoLeaks;
 use crate::reading::Reading;
 
 /// Smallest noise that can be stated, in s; a log is rounded more coarsely.
@@ -29,8 +30,6 @@ const NEGLIGIBLE: f64 = 1e-3;
 const LN_IDLE: f64 = -9.0;
 /// Share up to which a story is told roughly.
 const SMALL: f64 = 0.03;
-/// Standard deviations from which on a severity can be told from none.
-const SEEN_FROM: f64 = 3.0;
 /// Share of the risk that is always left.
 const LEAST_RISK: f64 = 0.25;
 /// Longest life told, cycles.
@@ -138,7 +137,13 @@ impl BayesEstimator {
                     let pace = correct(part, 1);
                     (pace.ln_factor(), Some(pace))
                 }
-                Cause::Both => (correct(part, 2).ln_factor() + correct(part, 3).ln_factor(), None),
+                Cause::Both => {
+                    let factor = |i: usize| {
+                        let sd = (part.cov[i][i] * sigma2(part)).max(0.0).sqrt();
+                        prior.correct(part.mean[i], sd, Mode::Steady).ln_factor()
+                    };
+                    (factor(2) + factor(3), None)
+                }
             };
             weights.push(part.ln_weight + factor);
             paces.push(pace);
@@ -229,18 +234,29 @@ impl BayesEstimator {
         }
     }
 
+    /// The severity at which the limit is reached under the supply pressure that is expected to be worst.
+    fn expected_end(&self, wear: u8, plant: &Plant) -> f64 {
+        self.config.expected_supply_pa.map_or(1.0, |range| {
+            range.map(|supply_pa| plant.end_at_supply(wear, supply_pa)).into_iter().fold(f64::INFINITY, f64::min)
+        })
+    }
+
     /// The ways in which a story may come to its end.
     fn lines(&self, part: &Part, plant: &Plant, pace: Corrected, weight: f64, sigma2: f64, lines: &mut Vec<Line>) {
-        let Cause::Wear(wear) = part.cause else {
-            return lines.push(Line { weight, ..crossing(part, plant, sigma2) });
+        let wear = match part.cause {
+            Cause::Wear(wear) => wear,
+            Cause::Both if plant.knows_both_leaks() => {
+                let ends = [0, 1].map(|leak| self.expected_end(leak, plant));
+                let prior = RatePrior::new(&self.config);
+                let two = TwoLeaks { part, plant, sigma2, ends };
+                return two.lines(&prior, weight, weight > SMALL, lines);
+            }
+            _ => return lines.push(Line { weight, ..crossing(part, plant, sigma2) }),
         };
         let by_unit = plant.end_shift(wear);
         let slope = part.law.severity(1.0).1;
         let nearer: f64 = (0..2).map(|stroke| part.mean[2 + stroke] * by_unit[stroke] / slope).sum();
-        let expected = self.config.expected_supply_pa.map_or(1.0, |range| {
-            range.map(|supply_pa| plant.end_at_supply(wear, supply_pa)).into_iter().fold(f64::INFINITY, f64::min)
-        });
-        let nearer = nearer + 1.0 - part.law.coordinate(expected);
+        let nearer = nearer + 1.0 - part.law.coordinate(self.expected_end(wear, plant));
         let roughness = self.config.growth_prior.roughness;
         let [var_level, cov, var_growth] = [part.cov[0][0], part.cov[0][1], part.cov[1][1]].map(|v| v * sigma2);
         let level = part.mean[0] + nearer;
@@ -270,6 +286,7 @@ impl BayesEstimator {
                     var_growth,
                     rough,
                     turns: turns(mean),
+                    turns_until: 0.0,
                     rest: 0.0,
                 });
             }
@@ -290,6 +307,7 @@ impl BayesEstimator {
                         var_growth: 0.0,
                         rough: rough(node.growth),
                         turns: turns(node.growth),
+                        turns_until: 0.0,
                         rest: 0.0,
                     });
                 }
@@ -309,7 +327,7 @@ fn noise_shape(config: &BayesConfig) -> f64 {
 fn unit(part: &Part, plant: &Plant, stroke: usize, sigma2: f64) -> (f64, f64) {
     let (i, scale) = match part.cause {
         Cause::None | Cause::Wear(_) => (2 + stroke, 1.0),
-        Cause::Both => return (0.0, 0.0),
+        Cause::Both => return (part.unit[stroke], 0.0),
         Cause::Other => (stroke, 1.0 / plant.healthy_s(stroke)),
     };
     (part.mean[i] * scale, (part.cov[i][i] * sigma2).max(0.0).sqrt() * scale)

@@ -21,6 +21,7 @@ mod rate_prior;
 mod special;
 mod start;
 mod state;
+mod two_leaks;
 
 pub use config::{BayesConfig, GrowthLaw, GrowthPrior, Noise, StartPrior};
 pub use ending::Quantiles;

@@ -6,6 +6,7 @@ use super::part::{Cause, Mode, Part, SIZE};
 use super::plant::Plant;
 use super::rate_prior::{RatePrior, SLOW_BELOW, WideGrowth};
 use super::start::{drifting, share};
+use super::two_leaks::second_leaks;
 
 /// Stories that bring less than this share, as a logarithm, bring nothing.
 const LN_NOTHING: f64 = -16.0;
@@ -202,6 +203,9 @@ pub(crate) fn turn(parts: &mut Vec<Part>, plant: &Plant, config: &BayesConfig, s
     }
     if !inflow.is_empty() {
         made.push(Part::merged(&inflow, shape));
+    }
+    if plant.knows_both_leaks() {
+        made.append(&mut second_leaks(parts, prior, top + LN_LIKELY, shape));
     }
     parts.retain(|part| part.mode == Mode::Steady && part.cause != Cause::Other);
     let leaves = (1.0 - onset).ln();

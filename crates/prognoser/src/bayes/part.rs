@@ -46,6 +46,9 @@ pub(crate) enum Mode {
 /// off by, and how they drift, in s.
 pub(crate) const SIZE: usize = 4;
 
+/// Standard deviations from which on a severity can be told from none.
+pub(crate) const SEEN_FROM: f64 = 3.0;
+
 /// Change of the noise variance, a share of it, for which no prior is weighed anew.
 const UNTUNED: f64 = 0.005;
 
@@ -68,6 +71,8 @@ pub(crate) struct Part {
     pub unit_variance: f64,
     /// Noise variance for which the priors are weighed within `cov`, s2.
     pub tuned: f64,
+    /// Relative errors of the tables' closing and opening time that a story of both leaks was begun with.
+    pub unit: [f64; 2],
     /// What is known of the correlation of the noise.
     pub noise: NoiseState,
     /// By how much the variance of a reading counts as larger in `cov`.
@@ -136,10 +141,10 @@ impl Part {
         }
     }
 
-    /// There is no negative severity: what lies below zero is cut off, the rest
+    /// There is no negative severity: what lies below zero of a number is cut off, the rest
     /// taken for a Gaussian again.
-    pub(crate) fn keep_positive(&mut self, shape: f64) {
-        let (mean, variance) = (self.mean[0], self.cov[0][0] * self.scale / shape);
+    pub(crate) fn keep_positive(&mut self, number: usize, shape: f64) {
+        let (mean, variance) = (self.mean[number], self.cov[number][number] * self.scale / shape);
         if mean >= 0.0 || variance <= 0.0 {
             return;
         }
@@ -148,14 +153,30 @@ impl Part {
         let by = mills * sd;
         let left = 1.0 - mills * (mills + mean / sd);
         self.ln_weight += ln_share;
-        let row = self.cov[0];
-        let along = row.map(|value| value / row[0]);
+        let row = self.cov[number];
+        let along = row.map(|value| value / row[number]);
         for i in 0..SIZE {
             self.mean[i] += along[i] * by;
             for j in 0..SIZE {
                 self.cov[i][j] -= along[i] * row[j] * (1.0 - left);
             }
         }
+    }
+
+    /// The same with one of its numbers known; nothing else is learnt.
+    pub(crate) fn given(mut self, number: usize, value: f64) -> Self {
+        let row = self.cov[number];
+        if row[number] <= 0.0 {
+            return self;
+        }
+        let off = (value - self.mean[number]) / row[number];
+        for i in 0..SIZE {
+            self.mean[i] += row[i] * off;
+            for j in 0..SIZE {
+                self.cov[i][j] -= row[i] * row[j] / row[number];
+            }
+        }
+        self
     }
 
     /// Replaces the growth by a fresh guess, independent of everything else.
@@ -183,6 +204,7 @@ impl Part {
         out.unit_variance = 0.0;
         out.noise = NoiseState { weight: [0.0; 3], left_s: [0.0; 2] };
         out.inflation = 0.0;
+        out.unit = [0.0; 2];
         for (part, weight) in parts.iter().zip(weights.clone()) {
             let share = weight * by_total;
             for i in 0..SIZE {
@@ -192,6 +214,7 @@ impl Part {
             out.unit_variance += share * part.unit_variance;
             out.noise.mix(&part.noise, share);
             out.inflation += share * part.inflation;
+            out.unit = [0, 1].map(|stroke| out.unit[stroke] + share * part.unit[stroke]);
         }
         let by_sigma2 = shape / out.scale;
         out.tuned = 0.0;

@@ -112,6 +112,17 @@ impl<'t> Plant<'t> {
         })
     }
 
+    /// Where each stroke stands with leaks of both kinds, 1 where it is at its limit under the reference conditions, and
+    /// the derivatives by the two severities: nearly straight lines. Only with a table of both.
+    pub(crate) fn stand(&self, severities: [f64; 2]) -> Option<[(f64, [f64; 2]); 2]> {
+        let limits = [self.limits[0], self.limits[1]];
+        let slowing = self.bundle.both_leaks()?.slowing([0, 1].map(|leak| severities[leak] * limits[leak]));
+        Some(slowing.map(|Equivalent { fault, area_m2, by }| {
+            let own = limits[fault as usize];
+            (area_m2 / own, [0, 1].map(|leak| by[leak] * limits[leak] / own))
+        }))
+    }
+
     /// The limit of a stroke in s.
     pub(crate) fn limit_s(&self, stroke: usize) -> f64 {
         self.bundle.manifest().limits.within_s(Stroke::ALL[stroke])

@@ -51,6 +51,7 @@ fn healthy(config: &BayesConfig, exact: bool, shape: f64, scale: f64) -> Part {
         scale,
         unit_variance: sd * sd,
         tuned: scale / shape,
+        unit: [0.0; 2],
         noise: NoiseState::default(),
         inflation: NoiseState::default().inflation(),
     };

@@ -10,7 +10,7 @@ use super::noise::NoiseState;
 use super::part::{Cause, Mode, Part, SIZE};
 
 /// Version of [`ValveRecord`]. A record of another version is not understood.
-pub const STATE_VERSION: u32 = 3;
+pub const STATE_VERSION: u32 = 4;
 
 /// Numbers of a symmetric matrix.
 const HALF: usize = SIZE * (SIZE + 1) / 2;
@@ -33,6 +33,7 @@ struct StoredPart {
     scale: f32,
     unit_variance: f32,
     tuned: f32,
+    unit: [f32; 2],
     inflation: f32,
     correlated: [f32; 2],
     left_s: [f32; 2],
@@ -104,6 +105,7 @@ impl StoredPart {
             scale: part.scale as f32,
             unit_variance: part.unit_variance as f32,
             tuned: part.tuned as f32,
+            unit: part.unit.map(|unit| unit as f32),
             inflation: part.inflation as f32,
             correlated: [part.noise.weight[1] as f32, part.noise.weight[2] as f32],
             left_s: part.noise.left_s.map(|left| left as f32),
@@ -131,6 +133,7 @@ impl StoredPart {
             scale: f64::from(self.scale),
             unit_variance: f64::from(self.unit_variance),
             tuned: f64::from(self.tuned),
+            unit: self.unit.map(f64::from),
             inflation: f64::from(self.inflation),
             noise: NoiseState { weight: [1.0 - medium - strong, medium, strong], left_s: self.left_s.map(f64::from) },
         }

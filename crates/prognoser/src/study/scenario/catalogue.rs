@@ -30,9 +30,11 @@ pub struct Scenario {
     /// Its name.
     pub name: &'static str,
     pub(crate) growth: Growth,
-    /// Kinds of wear, one of which a life draws; with `together` all of them.
+    /// Kinds of wear, one of which a life draws; with `together` or `later` all of them.
     pub(crate) wear: &'static [Wear],
     pub(crate) together: bool,
+    /// Whether one of them begins later than the other.
+    pub(crate) later: bool,
     pub(crate) weather: Weather,
     /// One-sigma share by which this valve's healthy times are off.
     pub(crate) unit_spread: f64,
@@ -51,6 +53,7 @@ const PLAIN: Scenario = Scenario {
     growth: Growth::Linear,
     wear: LEAKS,
     together: false,
+    later: false,
     weather: Weather::Steady,
     unit_spread: 0.0,
     blanks: 0.0,
@@ -62,7 +65,7 @@ const HEALTHY: Scenario = Scenario { name: "healthy", growth: Growth::None, heal
 
 impl Scenario {
     /// Every world, in the order of the table.
-    pub const ALL: [Self; 25] = [
+    pub const ALL: [Self; 26] = [
         PLAIN,
         Self { name: "square", growth: Growth::Square, ..PLAIN },
         Self { name: "exponential", growth: Growth::Exponential, ..PLAIN },
@@ -71,6 +74,7 @@ impl Scenario {
         Self { name: "step, rest, growth", growth: Growth::StepRest, ..PLAIN },
         Self { name: "repair to 40 %", growth: Growth::Repair, ..PLAIN },
         Self { name: "both leaks", together: true, ..PLAIN },
+        Self { name: "second leak later", later: true, ..PLAIN },
         Self { name: "supply random 3 %", weather: Weather::RandomSupply, ..PLAIN },
         Self { name: "supply swings 3 psi", weather: Weather::SwingingSupply, ..PLAIN },
         Self { name: "season of 15 K", weather: Weather::Season, ..PLAIN },

@@ -18,6 +18,9 @@ const SEASON_K: f64 = 15.0;
 const SEASON_CYCLES: f64 = 120.0;
 /// The smaller of two leaks that grow together, over the larger one.
 const LESSER_LEAK: [f64; 2] = [0.1, 1.0];
+/// Severity of the first leak at which a second one begins, and the logarithm of that one's growth over the first one's.
+const SECOND_AT: [f64; 2] = [0.3, 0.7];
+const LN_SECOND_PACE: [f64; 2] = [-1.1, 1.1];
 /// Times the severity of its own end up to which a life with both leaks is looked at.
 /// Leaks that hide each other for longer are drawn anew.
 const LONGEST_TOGETHER: f64 = 1.9;
@@ -33,6 +36,35 @@ pub(crate) struct Life {
     pub begins: f64,
     /// What is really there; empty for a healthy valve.
     pub wear: Vec<Wear>,
+    /// The wear that is not there from the beginning, and the cycle from which on it is.
+    pub later: Option<(Wear, f64)>,
+}
+
+/// The severity of each wear over the path of a life.
+struct Course {
+    /// When the path is at 1.
+    share: [f64; 6],
+    /// What begins when the path is somewhere, and its growth over that of the path.
+    later: Option<(Wear, f64, f64)>,
+}
+
+impl Course {
+    fn state(&self, path: f64) -> ValveState {
+        let mut severity = self.share.map(|part| part * path);
+        if let Some((wear, at, pace)) = self.later {
+            severity[wear as usize] = pace * (path - at).max(0.0);
+        }
+        ValveState { severity, ..ValveState::HEALTHY }
+    }
+
+    /// Where a stroke of a valve whose healthy times are off by some factors crosses its limit, if it does so soon enough.
+    fn end(&self, world: &dyn World, offset: [f64; 2], largest: f64) -> Option<f64> {
+        let over = |path: f64| {
+            let times = world.times_s(&self.state(path));
+            (0..2).any(|i| times[i].is_none_or(|time| time * offset[i] > world.limits_s()[i]))
+        };
+        over(largest).then(|| crossing(over, largest))
+    }
 }
 
 impl Life {
@@ -41,17 +73,19 @@ impl Life {
         let mut noise = NoiseSource::new(seed, name ^ noise_sd_s.to_bits());
         let path = Path::draw(scenario.growth, &mut noise, scenario.healthy_cycles);
         let healthy = scenario.healthy_cycles > 0;
-        let share = shares(world, scenario, &mut noise);
+        let course = course(world, scenario, &mut noise);
         let offset = [0, 1].map(|_| 1.0 + scenario.unit_spread * noise.normal());
         let mut path = path;
+        let mut later = None;
         if scenario.unit_spread > 0.0 && !healthy {
             // The limit is one of the stroke time, which this valve reaches elsewhere.
-            let over = |severity: f64| {
-                let state = ValveState { severity: share.map(|part| part * severity), ..ValveState::HEALTHY };
-                let times = world.times_s(&state);
-                (0..2).any(|i| times[i].is_none_or(|time| time * offset[i] > world.limits_s()[i]))
-            };
-            path = path.ending_at(crossing(over, 1.1));
+            path = path.ending_at(course.end(world, offset, 1.1).unwrap_or(1.1));
+        }
+        if let Some((wear, at, _)) = course.later {
+            let begins = (at * path.end_cycle).ceil();
+            path = path.ending_at(course.end(world, offset, LONGEST_TOGETHER).unwrap_or(LONGEST_TOGETHER));
+            path.begins = begins;
+            later = Some((wear, begins));
         }
         let phase = TAU * noise.uniform();
         let keep = (1.0 - scenario.correlation.powi(2)).sqrt();
@@ -59,7 +93,7 @@ impl Life {
         let mut readings = Vec::with_capacity(path.severity.len());
         for (k, severity) in path.severity.iter().enumerate() {
             let cycle = k as f64;
-            let mut state = ValveState { severity: share.map(|part| part * severity), ..ValveState::HEALTHY };
+            let mut state = course.state(*severity);
             match scenario.weather {
                 Weather::Steady => {}
                 Weather::RandomSupply => state.supply_ratio = 1.0 + RANDOM_SUPPLY * noise.normal().clamp(-3.0, 3.0),
@@ -97,39 +131,46 @@ impl Life {
                     .then(|| world.reference_temperature_k() + state.warmer_k),
             });
         }
-        let wear = if healthy {
-            Vec::new()
-        } else {
-            Wear::ALL.into_iter().filter(|wear| share[*wear as usize] > 0.0).collect()
-        };
-        Self { readings, severity: path.severity, end_cycle: path.end_cycle, begins: path.begins, wear }
+        let mut wear = Vec::new();
+        if !healthy {
+            let last = course.state(1.0).severity;
+            wear.extend(Wear::ALL.into_iter().filter(|wear| last[*wear as usize] > 0.0));
+        }
+        Self { readings, severity: path.severity, end_cycle: path.end_cycle, begins: path.begins, wear, later }
     }
 }
 
-/// The severity of each wear when the life is at its end.
-fn shares(world: &dyn World, scenario: &Scenario, noise: &mut NoiseSource) -> [f64; 6] {
+/// What wears, and how much of it.
+fn course(world: &dyn World, scenario: &Scenario, noise: &mut NoiseSource) -> Course {
     let mut share = [0.0; 6];
     let count = scenario.wear.len() as f64;
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a place in a short list")]
     let place = (noise.uniform() * count).floor() as usize;
     let drawn = scenario.wear[place.min(scenario.wear.len() - 1)];
-    if !scenario.together {
+    if !scenario.together && !scenario.later {
         share[drawn as usize] = 1.0;
-        return share;
+        return Course { share, later: None };
     }
+    let mut between = |[low, high]: [f64; 2]| low + (high - low) * noise.uniform();
+    // What hides the other for too long is drawn anew.
     loop {
+        if scenario.later {
+            share[drawn as usize] = 1.0;
+            let second = scenario.wear.iter().copied().find(|wear| *wear != drawn).unwrap_or(drawn);
+            let course = Course { share, later: Some((second, between(SECOND_AT), between(LN_SECOND_PACE).exp())) };
+            let end = course.end(world, [1.0; 2], LONGEST_TOGETHER);
+            if end.is_some_and(|end| course.state(end).severity[second as usize] < LONGEST_TOGETHER) {
+                return course;
+            }
+            continue;
+        }
         for wear in scenario.wear {
-            let lesser = LESSER_LEAK[0] + (LESSER_LEAK[1] - LESSER_LEAK[0]) * noise.uniform();
-            share[*wear as usize] = if *wear == drawn { 1.0 } else { lesser };
+            share[*wear as usize] = if *wear == drawn { 1.0 } else { between(LESSER_LEAK) };
         }
         // Together they reach a limit elsewhere than each alone.
-        let over = |scale: f64| {
-            let state = ValveState { severity: share.map(|part| part * scale), ..ValveState::HEALTHY };
-            world.times_s(&state).iter().zip(world.limits_s()).any(|(time, limit)| time.is_none_or(|time| time > limit))
-        };
-        if over(LONGEST_TOGETHER) {
-            let scale = crossing(over, LONGEST_TOGETHER);
-            return share.map(|part| part * scale);
+        let course = Course { share, later: None };
+        if let Some(scale) = course.end(world, [1.0; 2], LONGEST_TOGETHER) {
+            return Course { share: share.map(|part| part * scale), later: None };
         }
     }
 }

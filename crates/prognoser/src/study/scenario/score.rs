@@ -64,11 +64,14 @@ impl LifeScore {
         let mut score = Self { rows: said.len() as f64, seconds, ..Self::default() };
         let (mut sum, mut count) = (0.0, 0.0);
         let mut replaced = None;
+        let before: Vec<Wear> =
+            life.wear.iter().copied().filter(|wear| life.later.is_none_or(|(later, _)| *wear != later)).collect();
         for (one, severity) in said.iter().zip(&life.severity) {
             let cycle = one.cycle as f64;
             let left = life.end_cycle - cycle;
-            score.named_wrongly |= wrong(one, &life.wear, *severity);
-            score.called_other |= one.fault == FaultCall::Other && !grouped_with(one, &life.wear);
+            let wear = if life.later.is_some_and(|(_, begins)| cycle < begins) { &before } else { &life.wear };
+            score.named_wrongly |= wrong(one, wear, *severity);
+            score.called_other |= one.fault == FaultCall::Other && !grouped_with(one, wear);
             score.ended_early |= one.status == Status::EolReached && left > 1.0;
             if replaced.is_none() && one.replace_by_cycle.is_some_and(|by| (by as f64) < cycle + 1.0) {
                 replaced = Some(cycle);
