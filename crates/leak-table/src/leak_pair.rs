@@ -106,36 +106,41 @@ impl LeakPairTable {
     #[inline]
     pub fn equivalents(&self, areas_m2: [f64; 2]) -> [Equivalent; 2] {
         let slowing = self.slowing(areas_m2);
-        [0, 1].map(|stroke| {
+        let of = |stroke: usize| {
             let Equivalent { fault, area_m2, by } = slowing[stroke];
             if area_m2 >= 0.0 {
                 return slowing[stroke];
             }
             let undoes = self.strokes[stroke].undoes;
-            Equivalent { fault: fault.other(), area_m2: -undoes * area_m2, by: by.map(|by| -undoes * by) }
-        })
+            Equivalent { fault: fault.other(), area_m2: -undoes * area_m2, by: [-undoes * by[0], -undoes * by[1]] }
+        };
+        [of(0), of(1)]
     }
 
     /// For each stroke the severity of the leak that slows it down which alone does the same as both; below zero where
     /// the other one has the upper hand.
     #[inline]
     pub fn slowing(&self, areas_m2: [f64; 2]) -> [Equivalent; 2] {
-        let along = [0, 1].map(|leak| Along::new(&self.areas_m2[leak], areas_m2[leak]));
+        let along = [Along::new(&self.areas_m2[0], areas_m2[0]), Along::new(&self.areas_m2[1], areas_m2[1])];
         let columns = self.areas_m2[1].len();
-        Stroke::ALL.map(|stroke| {
-            let Equivalents { slowed_by, areas_m2: values, .. } = &self.strokes[stroke as usize];
+        let of = |stroke: usize| {
+            let Equivalents { slowed_by, areas_m2: values, .. } = &self.strokes[stroke];
             let (mut area, mut by) = (0.0, [0.0; 2]);
             for i in 0..4 {
                 let row = &values[(along[0].first + i) * columns + along[1].first..][..4];
-                let inner: f64 = (0..4).map(|j| along[1].weight[j] * row[j]).sum();
-                let slope: f64 = (0..4).map(|j| along[1].slope[j] * row[j]).sum();
+                let (mut inner, mut slope) = (0.0, 0.0);
+                for (value, (weight, by)) in row.iter().zip(along[1].weight.iter().zip(along[1].slope)) {
+                    inner += weight * value;
+                    slope += by * value;
+                }
                 area += along[0].weight[i] * inner;
                 by[0] += along[0].slope[i] * inner;
                 by[1] += along[0].weight[i] * slope;
             }
             area += by[0] * along[0].beyond + by[1] * along[1].beyond;
             Equivalent { fault: *slowed_by, area_m2: area, by }
-        })
+        };
+        [of(0), of(1)]
     }
 }
 

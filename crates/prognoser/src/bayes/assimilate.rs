@@ -67,38 +67,48 @@ impl Expected {
     #[inline]
     fn of(part: &Part, plant: &Plant, at: &[f64; SIZE]) -> [Self; 2] {
         match part.cause {
-            Cause::None => [0, 1].map(|stroke| {
-                let healthy_s = plant.healthy_s(stroke);
-                Self { time_s: healthy_s * (1.0 + at[2 + stroke]), moves_with: [0, 2 + stroke], by: [0.0, healthy_s] }
-            }),
+            Cause::None => {
+                let of = |stroke: usize| {
+                    let healthy_s = plant.healthy_s(stroke);
+                    let time_s = healthy_s * (1.0 + at[2 + stroke]);
+                    Self { time_s, moves_with: [0, 2 + stroke], by: [0.0, healthy_s] }
+                };
+                [of(0), of(1)]
+            }
             Cause::Wear(wear) => {
                 let (severity, grows) = part.law.severity(at[0]);
                 let times = plant.times_and_slopes(wear, severity);
-                [0, 1].map(|stroke| {
+                let of = |stroke: usize| {
                     let (time, by_severity) = times[stroke];
                     let factor = 1.0 + at[2 + stroke];
                     let by = [by_severity * grows * factor, time];
                     Self { time_s: time * factor, moves_with: [0, 2 + stroke], by }
-                })
+                };
+                [of(0), of(1)]
             }
             Cause::Both => {
                 let times = plant.both_leaks([at[0], at[1]]);
-                [0, 1].map(|stroke| {
-                    let ((time_s, by), factor) = (times[stroke], 1.0 + part.unit[stroke]);
-                    Self { time_s: time_s * factor, moves_with: [0, 1], by: by.map(|by| by * factor) }
-                })
+                let of = |stroke: usize| {
+                    let ((time_s, [by_first, by_second]), factor) = (times[stroke], 1.0 + part.unit[stroke]);
+                    let by = [by_first * factor, by_second * factor];
+                    Self { time_s: time_s * factor, moves_with: [0, 1], by }
+                };
+                [of(0), of(1)]
             }
-            Cause::Other => [0, 1].map(|stroke| {
-                let time_s = plant.healthy_s(stroke) + at[stroke];
-                Self { time_s, moves_with: [stroke, 2], by: [1.0, 0.0] }
-            }),
+            Cause::Other => {
+                let of = |stroke: usize| {
+                    let time_s = plant.healthy_s(stroke) + at[stroke];
+                    Self { time_s, moves_with: [stroke, 2], by: [1.0, 0.0] }
+                };
+                [of(0), of(1)]
+            }
         }
     }
 }
 
 /// Updates a story by a reading. It is linearised where it is expected, and
 /// again where it leads, if that is elsewhere.
-pub(crate) fn assimilate(part: &mut Part, plant: &Plant, sight: &Sight) -> Met {
+pub(crate) fn assimilate(part: &mut Part, before: &Part, plant: &Plant, sight: &Sight) -> Met {
     let levels = match part.cause {
         Cause::None | Cause::Other => 0,
         Cause::Wear(_) => 1,
@@ -108,7 +118,6 @@ pub(crate) fn assimilate(part: &mut Part, plant: &Plant, sight: &Sight) -> Met {
         let at = part.mean;
         return pass(part, plant, sight, &at);
     }
-    let before = *part;
     let curved = part.law != Law::Linear;
     let straight = if part.ln_weight < sight.ln_idle { IDLY_STRAIGHT } else { STRAIGHT };
     let mut at = before.mean;
@@ -125,7 +134,7 @@ pub(crate) fn assimilate(part: &mut Part, plant: &Plant, sight: &Sight) -> Met {
         if levels == 1 {
             (at[2], at[3]) = (part.mean[2], part.mean[3]);
         }
-        *part = before;
+        *part = *before;
         met = pass(part, plant, sight, &at);
     }
     met

@@ -11,7 +11,9 @@ use super::special::{normal_tail, quick_ln};
 /// Most stories kept.
 pub(crate) const MOST_PARTS: usize = 44;
 /// Stories below this share of the likeliest, as a logarithm, are dropped.
-const LN_DROP: f64 = -14.0;
+const LN_DROP: f64 = -12.0;
+/// The same of a free drift, which on a valve that was healthy for long is far less likely to begin.
+const LN_DROP_OTHER: f64 = -14.0;
 /// The same for steady growth since the first cycle once there were
 /// [`SETTLED`] readings: it then goes into the growth since later.
 const LN_SETTLED: f64 = -7.0;
@@ -53,7 +55,7 @@ pub(crate) fn step(
         let before = *part;
         let after = part;
         let part = &before;
-        let met = assimilate(after, plant, sight);
+        let met = assimilate(after, part, plant, sight);
         if matches!(part.cause, Cause::Wear(_)) && part.mode != Mode::Steady {
             after.keep_positive(0, sight.shape);
         }
@@ -81,7 +83,8 @@ pub(crate) fn step(
     }
     if let Some(part) = renewed.filter(|_| parts.iter().all(|part| part.cause != Cause::None)) {
         let mut after = as_good_as_new(&part, prior.repair);
-        let met = assimilate(&mut after, plant, sight);
+        let before = after;
+        let met = assimilate(&mut after, &before, plant, sight);
         if after.ln_weight > best {
             outcome = Outcome { met, step: None, renewed: true };
         }
@@ -97,7 +100,8 @@ fn with_step(part: &Part, plant: &Plant, config: &BayesConfig, sight: &Sight) ->
     let mut after = *part;
     after.cov[0][0] += prior.step_sd * prior.step_sd * sight.shape / part.scale;
     after.ln_weight += prior.step.ln();
-    assimilate(&mut after, plant, sight);
+    let before = after;
+    assimilate(&mut after, &before, plant, sight);
     // There is no negative severity.
     let sd = (after.cov[0][0] * after.scale / sight.shape).sqrt();
     after.ln_weight += quick_ln(normal_tail(-after.mean[0] / sd.max(1e-9)).max(1e-12));
@@ -137,7 +141,7 @@ fn prune(parts: &mut Vec<Part>, shape: f64, readings: f64) {
     for part in parts.iter_mut() {
         part.ln_weight -= top;
     }
-    parts.retain(|part| part.ln_weight > LN_DROP);
+    parts.retain(|part| part.ln_weight > if part.cause == Cause::Other { LN_DROP_OTHER } else { LN_DROP });
     if readings > SETTLED {
         join_healthy(parts, shape);
         let mut index = 0;

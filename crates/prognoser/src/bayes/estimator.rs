@@ -28,8 +28,9 @@ const LARGEST_SHAPE: f64 = 300.0;
 const NEGLIGIBLE: f64 = 1e-3;
 /// Logarithm of the weight below which a story's growth is not looked at.
 const LN_IDLE: f64 = -9.0;
-/// Share up to which a story is told roughly.
+/// Shares up to which a story is told roughly, and less finely.
 const SMALL: f64 = 0.03;
+const LARGE: f64 = 0.3;
 /// Share of the risk that is always left.
 const LEAST_RISK: f64 = 0.25;
 /// Longest life told, cycles.
@@ -292,7 +293,11 @@ impl BayesEstimator {
             }
             Corrected::Wide { nodes, .. } => {
                 // Neighbours together, all of them where the story hardly counts.
-                let together = if weight > SMALL { 2 } else { NODES };
+                let together = match weight {
+                    _ if weight > LARGE => 2,
+                    _ if weight > SMALL => 4,
+                    _ => NODES,
+                };
                 for nodes in nodes.chunks(together) {
                     let share: f64 = nodes.iter().map(|node| node.weight).sum();
                     let growth = nodes.iter().map(|node| node.weight * node.growth).sum::<f64>() / share.max(1e-300);

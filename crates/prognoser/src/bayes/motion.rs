@@ -10,7 +10,7 @@ use super::two_leaks::second_leaks;
 
 /// Stories that bring less than this share, as a logarithm, bring nothing.
 const LN_NOTHING: f64 = -16.0;
-/// Logarithm of the weight, over that of the likeliest, from which on a story may
+/// Logarithm of the weight, over that of the likeliest, from which on a story whose wear can be told from none may
 /// turn into another one.
 const LN_LIKELY: f64 = -6.0;
 /// Relative standard deviation of the pace after a rest.
@@ -167,7 +167,8 @@ pub(crate) fn turn(parts: &mut Vec<Part>, plant: &Plant, config: &BayesConfig, s
         for mode in [Mode::Late, Mode::Slow, Mode::Rough, Mode::Wander, Mode::Rest] {
             inflow.clear();
             for part in sources.clone() {
-                let Some((ln_rate, pace)) = way(part, mode, &ways, part.ln_weight > top + LN_LIKELY, shape) else {
+                let likely = part.ln_weight > top + LN_LIKELY && part.is_seen(shape);
+                let Some((ln_rate, pace)) = way(part, mode, &ways, likely, shape) else {
                     continue;
                 };
                 let ln_weight = part.ln_weight + if part.cause == Cause::None { ln_begin } else { 0.0 } + ln_rate;

@@ -84,7 +84,11 @@ impl NoiseState {
             ratio[i] = off * off / (spread[i] * scale);
         }
         spread[3] = square_of_norm * far * TAU;
-        let mut exponent = ratio.map(|ratio| -(shape + 0.5) * quick_ln(1.0 + ratio));
+        // Loops and not maps: those of arrays are not made wide.
+        let mut exponent = [0.0; 4];
+        for i in 0..4 {
+            exponent[i] = -(shape + 0.5) * quick_ln(1.0 + ratio[i]);
+        }
         exponent[3] = -0.5 * innovation * innovation / far;
         let mut value = [0.0; 4];
         for i in 0..4 {

@@ -50,7 +50,7 @@ pub(crate) const SIZE: usize = 4;
 pub(crate) const SEEN_FROM: f64 = 3.0;
 
 /// Change of the noise variance, a share of it, for which no prior is weighed anew.
-const UNTUNED: f64 = 0.005;
+const UNTUNED: f64 = 0.02;
 
 /// A story with its weight.
 #[derive(Clone, Copy, Debug)]
@@ -91,6 +91,13 @@ impl Part {
         for (i, variance) in variances.into_iter().enumerate() {
             self.cov[i][i] = variance / sigma2;
         }
+    }
+
+    /// Whether its first severity can be told from none.
+    #[inline]
+    pub(crate) fn is_seen(&self, shape: f64) -> bool {
+        let square = SEEN_FROM * SEEN_FROM * self.cov[0][0] * self.scale;
+        self.mean[0] > 0.0 && self.mean[0] * self.mean[0] * shape > square
     }
 
     /// Whether so much more is known of the noise that the priors have to be weighed anew.
@@ -164,16 +171,22 @@ impl Part {
     }
 
     /// The same with one of its numbers known; nothing else is learnt.
-    pub(crate) fn given(mut self, number: usize, value: f64) -> Self {
+    pub(crate) fn given(self, number: usize, value: f64) -> Self {
+        self.matched(number, value, 0.0)
+    }
+
+    /// The same with another mean and variance, in units of the noise variance, of one of its numbers, which the others follow.
+    pub(crate) fn matched(mut self, number: usize, mean: f64, variance: f64) -> Self {
         let row = self.cov[number];
         if row[number] <= 0.0 {
             return self;
         }
-        let off = (value - self.mean[number]) / row[number];
+        let off = (mean - self.mean[number]) / row[number];
+        let lost = (1.0 - variance / row[number]) / row[number];
         for i in 0..SIZE {
             self.mean[i] += row[i] * off;
             for j in 0..SIZE {
-                self.cov[i][j] -= row[i] * row[j] / row[number];
+                self.cov[i][j] -= row[i] * row[j] * lost;
             }
         }
         self

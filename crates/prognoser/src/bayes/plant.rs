@@ -3,7 +3,7 @@
 
 use std::cell::OnceCell;
 
-use leak_table::{Conditions, DegradationId, Equivalent, SeverityAt, Slice, Stroke, TableBundle};
+use leak_table::{Conditions, DegradationId, Equivalent, SeverityAt, SeverityTable, Slice, Stroke, TableBundle};
 
 /// Most kinds of wear with a table that are looked at.
 pub(crate) const MOST_WEARS: usize = 8;
@@ -23,6 +23,10 @@ pub(crate) struct Plant<'t> {
     wears: usize,
     limits: [f64; MOST_WEARS],
     healthy_s: [f64; 2],
+    /// The tables under the reference conditions.
+    tables: [Option<&'t SeverityTable>; MOST_WEARS],
+    /// By how much an end moves with the unit, from when it is asked first.
+    end_shifts: [OnceCell<[f64; 2]>; MOST_WEARS],
     /// The conditions, where the tables have them.
     conditions: Option<Conditions>,
     /// Each table under the conditions, from when it is asked first; none where it does not have them.
@@ -33,14 +37,17 @@ impl<'t> Plant<'t> {
     pub(crate) fn new(bundle: &'t TableBundle, weather: Weather) -> Self {
         let wears = bundle.len().min(MOST_WEARS);
         let mut limits = [1.0; MOST_WEARS];
-        for (index, limit) in limits.iter_mut().enumerate().take(wears) {
-            *limit = bundle.entry(index).limit_severity;
+        let mut tables = [None; MOST_WEARS];
+        for (index, entry) in bundle.entries().enumerate().take(wears) {
+            (limits[index], tables[index]) = (entry.limit_severity, Some(entry.table));
         }
         let mut plant = Self {
             bundle,
             wears,
             limits,
             healthy_s: [0.0; 2],
+            tables,
+            end_shifts: Default::default(),
             conditions: conditions(bundle, weather),
             slices: Default::default(),
         };
@@ -64,16 +71,19 @@ impl<'t> Plant<'t> {
     pub(crate) fn times_and_slopes(&self, wear: u8, severity: f64) -> [(f64, f64); 2] {
         let wear = usize::from(wear);
         let limit = self.limits[wear];
-        let entry = self.bundle.entry(wear);
         let slice = self.conditions.as_ref().and_then(|conditions| {
-            let table = || entry.over_conditions.and_then(|table| table.slice(conditions).ok());
+            let table = || self.bundle.entry(wear).over_conditions.and_then(|table| table.slice(conditions).ok());
             self.slices[wear].get_or_init(table).as_ref()
         });
-        let times = Stroke::ALL.map(|stroke| {
-            let curve = slice.map_or_else(|| entry.table.curve(stroke), |slice| slice.curve(stroke));
-            curve.extrapolated_time_and_slope(severity * limit)
-        });
-        times.map(|(time, slope)| (time, slope * limit))
+        let at = severity * limit;
+        let of = |stroke: Stroke| match (slice, self.tables[wear]) {
+            (Some(slice), _) => slice.curve(stroke).extrapolated_time_and_slope(at),
+            (None, Some(table)) => table.curve(stroke).extrapolated_time_and_slope(at),
+            (None, None) => unreachable!("wears are counted by their tables"),
+        };
+        let times = [of(Stroke::Close), of(Stroke::Open)];
+        let [(close, by_close), (open, by_open)] = times;
+        [(close, by_close * limit), (open, by_open * limit)]
     }
 
     /// Time of the healthy valve in s.
@@ -93,14 +103,15 @@ impl<'t> Plant<'t> {
     pub(crate) fn both_leaks(&self, severities: [f64; 2]) -> [(f64, [f64; 2]); 2] {
         if let Some(table) = self.bundle.both_leaks() {
             let limits = [self.limits[0], self.limits[1]];
-            let areas = [0, 1].map(|leak| severities[leak] * limits[leak]);
-            let equivalents = table.equivalents(areas);
-            return [0, 1].map(|stroke| {
+            let equivalents = table.equivalents([severities[0] * limits[0], severities[1] * limits[1]]);
+            let of = |stroke: usize| {
                 let Equivalent { fault, area_m2, by } = equivalents[stroke];
                 let limit = limits[fault as usize];
                 let (time, slope) = self.times_and_slopes(fault as u8, area_m2 / limit)[stroke];
-                (time, [0, 1].map(|leak| slope / limit * by[leak] * limits[leak]))
-            });
+                let per_area = slope / limit;
+                (time, [per_area * by[0] * limits[0], per_area * by[1] * limits[1]])
+            };
+            return [of(0), of(1)];
         }
         let alone = [0, 1].map(|leak| self.times_and_slopes(leak, severities[usize::from(leak)]));
         [0, 1].map(|stroke| {
@@ -116,11 +127,14 @@ impl<'t> Plant<'t> {
     /// the derivatives by the two severities: nearly straight lines. Only with a table of both.
     pub(crate) fn stand(&self, severities: [f64; 2]) -> Option<[(f64, [f64; 2]); 2]> {
         let limits = [self.limits[0], self.limits[1]];
-        let slowing = self.bundle.both_leaks()?.slowing([0, 1].map(|leak| severities[leak] * limits[leak]));
-        Some(slowing.map(|Equivalent { fault, area_m2, by }| {
+        let table = self.bundle.both_leaks()?;
+        let slowing = table.slowing([severities[0] * limits[0], severities[1] * limits[1]]);
+        let of = |stroke: usize| {
+            let Equivalent { fault, area_m2, by } = slowing[stroke];
             let own = limits[fault as usize];
-            (area_m2 / own, [0, 1].map(|leak| by[leak] * limits[leak] / own))
-        }))
+            (area_m2 / own, [by[0] * limits[0] / own, by[1] * limits[1] / own])
+        };
+        Some([of(0), of(1)])
     }
 
     /// The limit of a stroke in s.
@@ -153,12 +167,14 @@ impl<'t> Plant<'t> {
     /// By how much a valve whose time is off by a share reaches its limit at a
     /// smaller severity, per unit of that share, for each stroke.
     pub(crate) fn end_shift(&self, wear: u8) -> [f64; 2] {
-        let entry = self.bundle.entry(usize::from(wear));
-        let limit = self.limits[usize::from(wear)];
-        [0, 1].map(|stroke| {
-            let ends_it = entry.info.stroke(Stroke::ALL[stroke]).limit_severity == Some(limit);
-            let (time, slope) = entry.table.curve(Stroke::ALL[stroke]).extrapolated_time_and_slope(limit);
-            if ends_it && slope > 0.0 { time / (slope * limit) } else { 0.0 }
+        *self.end_shifts[usize::from(wear)].get_or_init(|| {
+            let entry = self.bundle.entry(usize::from(wear));
+            let limit = self.limits[usize::from(wear)];
+            [0, 1].map(|stroke| {
+                let ends_it = entry.info.stroke(Stroke::ALL[stroke]).limit_severity == Some(limit);
+                let (time, slope) = entry.table.curve(Stroke::ALL[stroke]).extrapolated_time_and_slope(limit);
+                if ends_it && slope > 0.0 { time / (slope * limit) } else { 0.0 }
+            })
         })
     }
 }

@@ -139,7 +139,10 @@ impl RatePrior {
             ln[i] = width - 0.5 * (prior * prior + own * own) + (0.5 * flat * flat).min(FARTHEST);
         }
         let top = ln.into_iter().fold(f64::NEG_INFINITY, f64::max);
-        let mut weight = ln.map(|ln| quick_exp(ln - top));
+        let mut weight = [0.0; NODES];
+        for i in 0..NODES {
+            weight[i] = quick_exp(ln[i] - top);
+        }
         if matches!(mode, Mode::Slow | Mode::Late) {
             for i in 0..NODES {
                 let slowness = 1.0 / (1.0 + (growth[i] * (1.0 / SLOW_BELOW)).powi(2));

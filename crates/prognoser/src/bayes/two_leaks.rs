@@ -8,7 +8,7 @@ use super::config::GrowthPrior;
 use super::ending::Line;
 use super::law::Law;
 use super::motion::drift_turn;
-use super::part::{Cause, Mode, Part, SEEN_FROM, SIZE};
+use super::part::{Cause, Mode, Part, SIZE};
 use super::plant::Plant;
 use super::rate_prior::{Corrected, NODES, RatePrior, WideGrowth};
 use super::special::quick_ln;
@@ -33,10 +33,9 @@ pub(crate) fn second_leaks(parts: &[Part], prior: &GrowthPrior, ln_likely: f64, 
     seconds.extend(parts.iter().filter(|part| part.cause == Cause::Both && part.mode == Mode::Late));
     let leaks = || parts.iter().filter(|part| matches!(part.cause, Cause::Wear(0 | 1)) && part.ln_weight > ln_likely);
     let likeliest = leaks().max_by(|a, b| a.ln_weight.total_cmp(&b.ln_weight)).map(|part| part.cause);
-    let is_seen = |part: &Part| part.mean[0] > SEEN_FROM * (part.cov[0][0] * part.scale / shape).sqrt();
     let begin: Vec<Part> = leaks()
         .filter(|part| Some(part.cause) == likeliest && part.law == Law::Linear && part.mode != Mode::Rest)
-        .filter(|part| is_seen(part))
+        .filter(|part| part.is_seen(shape))
         .map(|part| with_second(part, prior.second, shape))
         .collect();
     if !begin.is_empty() {
@@ -103,11 +102,21 @@ pub(crate) struct TwoLeaks<'a> {
 impl TwoLeaks<'_> {
     /// The ways in which they may come to their end: for paces of the leak whose pace is known less.
     pub(crate) fn lines(&self, prior: &RatePrior, weight: f64, finely: bool, lines: &mut Vec<Line>) {
-        let part = self.part;
-        let vague = |i: usize| part.cov[i][i] / part.mean[i].powi(2).max(1e-12);
-        let less = if vague(2) > vague(3) { 2 } else { 3 };
-        let sd = (part.cov[less][less] * self.sigma2).max(0.0).sqrt();
-        match prior.correct(part.mean[less], sd, Mode::Steady) {
+        let vague = |i: usize| self.part.cov[i][i] / self.part.mean[i].powi(2).max(1e-12);
+        let (less, more) = if vague(2) > vague(3) { (2, 3) } else { (3, 2) };
+        let correct = |i: usize| {
+            let sd = (self.part.cov[i][i] * self.sigma2).max(0.0).sqrt();
+            prior.correct(self.part.mean[i], sd, Mode::Steady)
+        };
+        let mut part = *self.part;
+        if let Corrected::Wide { nodes, .. } = correct(more) {
+            // Nothing grows backwards.
+            let mean: f64 = nodes.iter().map(|node| node.weight * node.growth).sum();
+            let square: f64 = nodes.iter().map(|node| node.weight * (node.growth - mean).powi(2)).sum();
+            part = part.matched(more, mean, square / self.sigma2);
+        }
+        let part = &part;
+        match correct(less) {
             Corrected::Narrow { mean, .. } => {
                 let mut moved = *part;
                 let off = (mean - part.mean[less]) / part.cov[less][less].max(1e-300);
