@@ -19,6 +19,7 @@
 mod chebyshev;
 mod ends;
 mod error;
+mod fidelity;
 mod leak_pair;
 mod levelled;
 mod limit;
@@ -43,7 +44,9 @@ use leak_table::{
     SeverityTable, TableBundle,
 };
 use rayon::prelude::*;
+use valve_model::Fidelity;
 
+use crate::fidelity::Begun;
 use crate::simulation::Simulation;
 use crate::sweep::Sweep;
 
@@ -107,14 +110,20 @@ pub fn build_request(
     if let Some(range) = &request.conditions {
         range.check_ends()?;
     }
+    let quicker_s = fidelity::quicker_s(model, options);
+    let options = &fidelity::of_strokes(options, quicker_s);
+    let fidelities = fidelity::candidates(model, options, quicker_s);
     let table = |(place, wear)| {
-        let sweep = Sweep::new(Simulation::new(model, options, wear), place, progress);
-        table(sweep, request.conditions.as_ref())
+        let start = |fidelity| Sweep::new(Simulation::new(model, options, wear, fidelity), place, progress);
+        table(&start, &fidelities, request.conditions.as_ref())
     };
     let tables: Vec<Result<FaultTable, BuildError>> = request.wears.par_iter().enumerate().map(table).collect();
     let mut parts = Vec::new();
     let mut notices = Vec::new();
     let mut simulated = 0;
+    // As closely as that of the two leaks that asks for more.
+    let leaks = tables.iter().take(LEAKS).flatten().map(|table| table.fidelity);
+    let pair_fidelity = leaks.min_by(|a, b| a.step_s.total_cmp(&b.step_s)).unwrap_or(fidelity::fine(options));
     for (place, (table, wear)) in tables.into_iter().zip(&request.wears).enumerate() {
         let table = match table {
             Err(error) if place >= LEAKS => {
@@ -144,7 +153,7 @@ pub fn build_request(
     };
     let mut bundle = TableBundle::new(info, &parts)?;
     if request.both_leaks {
-        match leak_pair::build(model, options, &request.wears, &bundle) {
+        match leak_pair::build(model, options, pair_fidelity, &request.wears, &bundle) {
             Ok(both) => {
                 bundle = bundle.with_both_leaks(&both.table)?;
                 simulated += both.simulated;
@@ -167,13 +176,17 @@ struct FaultTable {
     over_conditions: Option<ConditionTable>,
     notices: Vec<Notice>,
     simulated: usize,
+    /// How closely it was simulated.
+    fidelity: Fidelity,
 }
 
 /// Range, limits, points; then the same over conditions.
-fn table(mut sweep: Sweep<'_>, conditions: Option<&ConditionRange>) -> Result<FaultTable, BuildError> {
-    let mut notices = Vec::new();
-    let range = range::find(&mut sweep)?;
-    let limits = limit::find(&mut sweep, &range, &mut notices)?;
+fn table<'a>(
+    start: &dyn Fn(Fidelity) -> Sweep<'a>,
+    fidelities: &[Fidelity],
+    conditions: Option<&ConditionRange>,
+) -> Result<FaultTable, BuildError> {
+    let Begun { sweep, range, limits, notices } = fidelity::begin(start, fidelities)?;
     let (mut table, mut sweep) = refine::refine(sweep, range, limits, notices)?;
     if let Some(range) = conditions {
         let over_conditions = over_conditions::build(&sweep.simulation, &table.table, range)?;

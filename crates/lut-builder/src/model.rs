@@ -35,7 +35,8 @@ pub fn model_hash(canonical_text: &str, limits: &Limits) -> String {
     hasher.finalize().to_hex().to_string()
 }
 
-/// How accurate the tables shall be.
+/// How accurate the tables shall be. The tolerances are those of valves whose quicker stroke takes up to two seconds while they
+/// are sound; for slower ones they grow in proportion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
     /// The integrator's step, s.

@@ -275,7 +275,8 @@ impl<'a> Refinement<'a> {
             interpolation_error,
         };
         let simulated = self.sweep.simulated();
-        let table = FaultTable { table, info, over_conditions: None, notices: self.notices, simulated };
+        let fidelity = self.sweep.simulation.fidelity;
+        let table = FaultTable { table, info, over_conditions: None, notices: self.notices, simulated, fidelity };
         Ok((table, self.sweep))
     }
 

@@ -6,7 +6,7 @@ use leak_table::{Degradation, Limits, SeverityPoint, Stroke};
 use rayon::prelude::*;
 use valve_model::cycle::{CycleTimes, cycles};
 use valve_model::real::LANES;
-use valve_model::{Conditions, Valve};
+use valve_model::{Conditions, Fidelity, Valve};
 
 use crate::error::BuildError;
 use crate::model::{Options, TableModel};
@@ -24,13 +24,15 @@ pub(crate) struct Simulation<'a> {
     pub(crate) model: &'a TableModel<'a>,
     pub(crate) options: &'a Options,
     pub(crate) wear: &'a Wear,
+    /// How closely it is simulated.
+    pub(crate) fidelity: Fidelity,
     /// Bits of the widest wandering seen, s; positive numbers order as their bits do.
     wandering: AtomicU64,
 }
 
 impl<'a> Simulation<'a> {
-    pub(crate) fn new(model: &'a TableModel<'a>, options: &'a Options, wear: &'a Wear) -> Self {
-        Self { model, options, wear, wandering: AtomicU64::new(0) }
+    pub(crate) fn new(model: &'a TableModel<'a>, options: &'a Options, wear: &'a Wear, fidelity: Fidelity) -> Self {
+        Self { model, options, wear, fidelity, wandering: AtomicU64::new(0) }
     }
 
     /// By how much the times of one severity wander from cycle to cycle, at worst, s. No table can be more
@@ -91,7 +93,7 @@ impl<'a> Simulation<'a> {
         };
         let worn: Vec<(Valve, Conditions)> = wanted.iter().map(worn).collect::<Result<_, _>>()?;
         let runs: Vec<_> = worn.iter().map(|(valve, conditions)| (valve, *conditions)).collect();
-        let simulated = cycles(&runs, &self.model.schedule, self.options.most_cycles, self.options.step_s);
+        let simulated = cycles(&runs, &self.model.schedule, self.options.most_cycles, self.fidelity);
         wanted.iter().zip(simulated).map(|((_, ticks), times)| self.periodic(*ticks, &times)).collect()
     }
 
