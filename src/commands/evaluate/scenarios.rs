@@ -69,8 +69,7 @@ pub fn run(args: &EvaluateArgs, file: &ValveFile) -> anyhow::Result<Answer> {
 
 fn table(results: &[ScenarioResult], args: &EvaluateArgs) -> String {
     let mut table = TextTable::new(&[
-        ("world", Align::Left),
-        ("noise (ms)", Align::Right),
+        ("world, noise", Align::Left),
         ("relative accuracy", Align::Right),
         ("90 % holds", Align::Right),
         ("named wrongly", Align::Right),
@@ -79,13 +78,13 @@ fn table(results: &[ScenarioResult], args: &EvaluateArgs) -> String {
         ("ended early", Align::Right),
         ("failed in service", Align::Right),
         ("life given away", Align::Right),
-        ("us a row", Align::Right),
+        ("us a row (elapsed)", Align::Right),
     ]);
     let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.3}"));
     for one in results {
         table.row(vec![
-            one.scenario.to_owned(),
-            format!("{:.1}", 1e3 * one.noise_s),
+            // Together, so that the parts of a table that is wider than the screen say which row is which.
+            format!("{}, {:.1} ms", one.scenario, 1e3 * one.noise_s),
             number(one.relative_accuracy),
             number(one.coverage_90),
             number(Some(one.named_wrongly)),
