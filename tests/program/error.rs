@@ -65,14 +65,17 @@ fn a_step_has_one_error_in_all_verbs_reports_and_histories() {
     // With the effect: `explain` and `adopt` come to it by ways of their own.
     let [found, taken] = [&explained, &adopted].map(|one| &one["steps"][2]);
     assert_eq!([&found["step"], &taken["step"]], [effect, effect]);
-    assert_same(found, taken, 0.05);
+    // Stroke times with dry friction answer to the smallest change of a fit with some hundredths of a millisecond.
+    assert_same(found, taken, 0.1);
 
     // What was written leaves what was promised, once instruments are allowed for again.
     for (file, step) in [("calibrated.toml", &calibrated["steps"][1]), ("better.toml", taken)] {
         let again = answer(&sandbox, &["compare", file, campaign]);
         for key in ["normalised_rms", "rmse_m"] {
             let (a, b) = (number(&again["allowing_for_instruments"], key), number(step, key));
-            assert!((a / b - 1.0).abs() < 0.1, "{file}, {key}: {a} for {b}");
+            // A calibrated file stands in for a friction that it lacks: another fit of the instruments beside it may take
+            // a tenth more or less.
+            assert!((a / b - 1.0).abs() < 0.15, "{file}, {key}: {a} for {b}");
         }
     }
 

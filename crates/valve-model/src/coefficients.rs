@@ -89,6 +89,8 @@ coefficients! {
     zr,
     /// Z R T / V_p, Pa/kg.
     pipe_gain,
+    /// Pipe volume V_p, m³.
+    pipe_volume,
     /// C A / sqrt(Z R T) of the solenoid's supply port, kg/(s Pa).
     fill,
     /// The same of its vent port.
@@ -99,6 +101,12 @@ coefficients! {
     leak_out,
     /// The same of a leak from the supply.
     leak_in,
+    /// How much of the rate at which pipe and chamber find one pressure is kept, over the root of their relative
+    /// difference; all of it where that is 1 or more (see `equalising.rs`).
+    port_ease,
+    /// The same of the rate at which the pipe finds the pressure at which as much comes in as goes out, over the root of
+    /// its relative difference from the other end of the orifices.
+    pipe_ease,
     /// Run temperature, K.
     temperature,
     /// 1 over it, 1/K.

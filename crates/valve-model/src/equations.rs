@@ -7,7 +7,7 @@ use crate::custom::{CustomEffect, CustomTarget};
 use crate::demand::{Cause, Demand, FOLLOWED_RATE};
 use crate::effects::{ActsOn, Assembly, Laws};
 use crate::fidelity::Fidelity;
-use crate::orifice::{Blend, OrificeLaw};
+use crate::orifice::{Blend, EASED_BLEND, OrificeLaw};
 use crate::params::STANDARD_GRAVITY_M_PER_S2;
 use crate::terms::Terms;
 use crate::valve::Valve;
@@ -78,11 +78,14 @@ impl Equations {
             zrt,
             zr,
             pipe_gain: zrt / p.pipe_volume_m3,
+            pipe_volume: p.pipe_volume_m3,
             fill: orifice(p.solenoid_orifice_area_m2),
             vent: orifice(p.solenoid_orifice_area_m2),
             port: orifice(p.port_orifice_area_m2),
             leak_out: orifice(conditions.leak_to_atmosphere_m2),
             leak_in: orifice(conditions.leak_from_supply_m2),
+            port_ease: f64::INFINITY,
+            pipe_ease: f64::INFINITY,
             temperature: conditions.temperature_k,
             inverse_temperature: 1.0 / conditions.temperature_k,
             gamma: p.ratio_of_specific_heats,
@@ -92,7 +95,7 @@ impl Equations {
             bristle_damping: 0.0,
             quickest: fidelity.roughness / FASTEST_PER_S,
             law: OrificeLaw::ideal_nozzle(p.ratio_of_specific_heats),
-            port_blend: Blend::new(NARROWEST_BLEND),
+            port_blend: Blend::new(EASED_BLEND),
             blend: Blend::new(NARROWEST_BLEND),
             line_blend: Blend::new(NARROWEST_BLEND),
         };

@@ -3,8 +3,8 @@
 /// The step of the integrator unless said otherwise, s.
 pub const DEFAULT_STEP_S: f64 = 1e-3;
 
-/// Substeps that a lane may take: the blend shrinks with their square, down to a relative pressure
-/// difference of some 1e-5, where no stroke time feels it any more.
+/// Substeps that a lane may take where a supply line feeds the pipe: the blend shrinks with their square, down to a
+/// relative pressure difference of some 1e-4, where no stroke time feels it any more.
 pub(crate) const MOST_SUBSTEPS: u32 = 16;
 
 /// How closely a run is followed. A step of a millisecond gives stroke times to some microseconds; a search that simulates
@@ -13,8 +13,7 @@ pub(crate) const MOST_SUBSTEPS: u32 = 16;
 pub struct Fidelity {
     /// Longest step of the integrator, s.
     pub step_s: f64,
-    /// Substeps that a step is cut into at most where pressures meet, a power of two. All of them are wanted for stroke
-    /// times close to the leak that stalls the valve.
+    /// Substeps that a step is cut into at most where the pressures of a supply line and the pipe meet, a power of two.
     pub most_substeps: u32,
     /// How many times wider than in a step of a millisecond the orifice law may be blended to a line, and how many times
     /// lower the bound of the quickest rates may be; at least 1.

@@ -20,6 +20,7 @@ mod demand;
 pub mod dispatch;
 pub mod driven;
 pub mod effects;
+mod equalising;
 pub mod equations;
 pub mod fidelity;
 mod integrator;

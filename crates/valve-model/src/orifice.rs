@@ -61,6 +61,10 @@ impl<R: Real> Blend<R> {
     }
 }
 
+/// Where the flow is eased and not blended, the law is blended this much all the same, so that it has a slope at equal
+/// pressures: over less than a pascal.
+pub(crate) const EASED_BLEND: f64 = 1e-7;
+
 /// Slope of the blend at equal pressures, in units of that of the chord.
 pub const BLEND_SLOPE: f64 = 1.25;
 
@@ -133,18 +137,20 @@ impl<R: Real> OrificeLaw<R> {
     /// sqrt((1 - r) q(r)) for a pressure ratio r <= 1, choked below the critical ratio.
     #[inline(always)]
     pub fn shape(&self, ratio: R, blend: Blend<R>) -> R {
-        self.shape_at(R::splat(1.0) - ratio, blend)
+        self.shape_at(R::splat(1.0) - ratio, blend).0
     }
 
-    /// The same over the gap 1 - r, which is exact where the pressures are nearly equal.
+    /// The same over the gap 1 - r, which is exact where the pressures are nearly equal; and the root of the gap, of
+    /// the blend's width at least.
     #[inline(always)]
-    fn shape_at(&self, gap: R, blend: Blend<R>) -> R {
+    fn shape_at(&self, gap: R, blend: Blend<R>) -> (R, R) {
         let one = R::splat(1.0);
         let gap = gap.min(self.widest);
         let smooth = polynomial(&self.root, one - gap * self.scale);
         let s = (gap * blend.inverse).min(one);
         let odd = s * (s * s).mul_add(R::splat(-0.25), R::splat(BLEND_SLOPE));
-        gap.max(blend.width).sqrt() * smooth * odd
+        let root = gap.max(blend.width).sqrt();
+        (root * smooth * odd, root)
     }
 
     /// Mass flow from `p1` to `p2`, kg/s, for a coefficient C A / sqrt(Z R T); negative where it runs back.
@@ -156,10 +162,17 @@ impl<R: Real> OrificeLaw<R> {
     /// The same between pressures whose inverses are known: quotients are what a step spends its time on.
     #[inline(always)]
     pub fn flow_between(&self, from: Pressure<R>, to: Pressure<R>, coefficient: R, blend: Blend<R>) -> R {
+        self.flow_with_root(from, to, coefficient, blend).0
+    }
+
+    /// The same, and the root of the relative pressure difference, of the blend's width at least.
+    #[inline(always)]
+    pub fn flow_with_root(&self, from: Pressure<R>, to: Pressure<R>, coefficient: R, blend: Blend<R>) -> (R, R) {
         let (p1, p2) = (from.pa, to.pa);
         let gap = (p1 - p2).abs() * p1.select_lt(p2, to.inverse, from.inverse);
-        let magnitude = coefficient * p1.max(p2) * self.shape_at(gap, blend);
-        p1.select_lt(p2, -magnitude, magnitude)
+        let (shape, root) = self.shape_at(gap, blend);
+        let magnitude = coefficient * p1.max(p2) * shape;
+        (p1.select_lt(p2, -magnitude, magnitude), root)
     }
 }
 

@@ -40,6 +40,8 @@ pub trait Real:
     /// `then` where `self < bound`, otherwise `otherwise`.
     #[must_use]
     fn select_lt(self, bound: Self, then: Self, otherwise: Self) -> Self;
+    /// Whether it is below a bound in any lane.
+    fn any_lt(self, bound: Self) -> bool;
     /// Applies a scalar function lane by lane; for laws that are rarely used.
     #[must_use]
     fn map(self, function: impl Fn(f64) -> f64) -> Self;
@@ -202,6 +204,10 @@ impl Real for f64 {
         if self < bound { then } else { otherwise }
     }
     #[inline(always)]
+    fn any_lt(self, bound: Self) -> bool {
+        self < bound
+    }
+    #[inline(always)]
     fn map(self, function: impl Fn(f64) -> f64) -> Self {
         function(self)
     }
@@ -316,6 +322,14 @@ impl<const N: usize, const FUSED: bool> Real for Lanes<N, FUSED> {
             result.0[lane] = if self.0[lane] < bound.0[lane] { then.0[lane] } else { otherwise.0[lane] };
         }
         result
+    }
+    #[inline(always)]
+    fn any_lt(self, bound: Self) -> bool {
+        let mut any = false;
+        for lane in 0..N {
+            any |= self.0[lane] < bound.0[lane];
+        }
+        any
     }
     #[inline(always)]
     fn map(mut self, function: impl Fn(f64) -> f64) -> Self {

@@ -19,7 +19,7 @@ pub struct System<'a, R> {
     /// The numbers of the base equations.
     pub coefficients: Coefficients<R>,
     /// Those of the effects of the catalogue.
-    laws: Laws<R>,
+    pub(crate) laws: Laws<R>,
     /// The groups of terms in use, the same in all lanes.
     pub terms: Terms,
     /// The same as bits.
@@ -66,7 +66,7 @@ impl<'a, R: Real> System<'a, R> {
 
     /// Whether a group of terms takes part: known where the loop is compiled, unless that is for any.
     #[inline(always)]
-    fn has<const GROUPS: u8>(&self, group: u8) -> bool {
+    pub(crate) fn has<const GROUPS: u8>(&self, group: u8) -> bool {
         if GROUPS == groups::ANY { self.groups & group != 0 } else { GROUPS & group != 0 }
     }
 
@@ -156,6 +156,7 @@ impl<'a, R: Real> System<'a, R> {
             flows.into_chamber = self.laws.chamber_flow(&at, flows.into_chamber);
         }
         if self.has::<GROUPS>(groups::CUSTOM) || self.has::<GROUPS>(groups::FLOWS) {
+            flows.into_pipe = flows.into_pipe * flows.kept;
             pipe_rate = pipe_rate + flows.into_pipe;
             chamber_rate = chamber_rate + flows.into_chamber;
         }
@@ -189,6 +190,7 @@ impl<'a, R: Real> System<'a, R> {
         if self.has::<GROUPS>(groups::HEATING) {
             self.laws.warm(&at, &flows, &mut rate);
         }
+        self.equalise::<GROUPS>(&at, &flows, &mut rate);
         rate
     }
 
@@ -220,11 +222,14 @@ impl<'a, R: Real> System<'a, R> {
             from_pipe = (both * state.chamber_temperature).sqrt();
             from_chamber = (both * state.pipe_temperature).sqrt();
         }
-        let (filled, vented);
+        let (mut filled, mut vented, mut root);
         if self.has::<GROUPS>(groups::SPOOL) {
-            filled = self.flow::<GROUPS>(source, pipe_gas, c.fill * inputs.spool, run, from_pipe, fed);
+            let (flow, fed_root) = self.flow::<GROUPS>(source, pipe_gas, c.fill * inputs.spool, run, from_pipe, fed);
             let closed = one - inputs.spool;
-            vented = self.flow::<GROUPS>(self.exhaust, pipe_gas, c.vent * closed, run, from_pipe, c.blend);
+            let (out, vent_root) =
+                self.flow::<GROUPS>(self.exhaust, pipe_gas, c.vent * closed, run, from_pipe, c.blend);
+            (filled, vented) = (flow, out);
+            root = half.select_lt(inputs.spool, fed_root, vent_root);
         } else {
             let upstream = Pressure {
                 pa: half.select_lt(inputs.spool, source.pa, self.exhaust.pa),
@@ -236,7 +241,8 @@ impl<'a, R: Real> System<'a, R> {
                 blend.width = half.select_lt(inputs.spool, fed.width, blend.width);
                 blend.inverse = half.select_lt(inputs.spool, fed.inverse, blend.inverse);
             }
-            let flow = self.flow::<GROUPS>(upstream, pipe_gas, coefficient, run, from_pipe, blend);
+            let (flow, flow_root) = self.flow::<GROUPS>(upstream, pipe_gas, coefficient, run, from_pipe, blend);
+            root = flow_root;
             if has_line {
                 filled = half.select_lt(inputs.spool, flow, zero);
                 vented = half.select_lt(inputs.spool, zero, flow);
@@ -246,17 +252,49 @@ impl<'a, R: Real> System<'a, R> {
         }
         let (mut leaked_in, mut leaked_out) = (zero, zero);
         if self.leaks_in {
-            leaked_in = self.flow::<GROUPS>(source, pipe_gas, c.leak_in, run, from_pipe, fed);
+            let (flow, leak_root) = self.flow::<GROUPS>(source, pipe_gas, c.leak_in, run, from_pipe, fed);
+            leaked_in = flow;
+            root = zero.select_lt(c.leak_in, root.min(leak_root), root);
         }
         if self.leaks_out {
-            leaked_out = self.flow::<GROUPS>(pipe_gas, self.ambient, c.leak_out, from_pipe, run, c.blend);
+            let (flow, leak_root) = self.flow::<GROUPS>(pipe_gas, self.ambient, c.leak_out, from_pipe, run, c.blend);
+            leaked_out = flow;
+            root = zero.select_lt(c.leak_out, root.min(leak_root), root);
         }
-        let through_port = self.flow::<GROUPS>(pipe_gas, chamber_gas, c.port, from_pipe, from_chamber, c.port_blend);
-        Flows { filled, vented, leaked_in, leaked_out, through_port, into_pipe: zero, into_chamber: zero }
+        let (through_port, port_root) =
+            self.flow::<GROUPS>(pipe_gas, chamber_gas, c.port, from_pipe, from_chamber, c.port_blend);
+        let mut kept = c.pipe_ease * root;
+        if kept.any_lt(one) {
+            // Where the port is eased as well, the chamber takes part, and nothing is to flow in the end; where it is not,
+            // as much as through the port.
+            kept = kept.min(one);
+            let sustained = through_port * (c.port_ease * port_root).min(one) * (one - kept);
+            (filled, vented) = (filled * kept, vented * kept);
+            (leaked_in, leaked_out) = (leaked_in * kept, leaked_out * kept);
+            if self.has::<GROUPS>(groups::SPOOL) || has_line {
+                filled = filled + half.select_lt(inputs.spool, sustained, zero);
+                vented = vented + half.select_lt(inputs.spool, zero, sustained);
+            } else {
+                vented = vented + sustained;
+            }
+        } else {
+            kept = one;
+        }
+        Flows {
+            filled,
+            vented,
+            leaked_in,
+            leaked_out,
+            through_port,
+            port_root,
+            kept,
+            into_pipe: zero,
+            into_chamber: zero,
+        }
     }
 
     /// Flow from one pressure to another; `warmth1` and `warmth2` are sqrt(T/T upstream) of gas that comes from
-    /// either side.
+    /// either side. And the root of the relative pressure difference.
     #[inline(always)]
     fn flow<const GROUPS: u8>(
         &self,
@@ -266,9 +304,10 @@ impl<'a, R: Real> System<'a, R> {
         warmth1: R,
         warmth2: R,
         blend: Blend<R>,
-    ) -> R {
-        let flow = self.coefficients.law.flow_between(from, to, coefficient, blend);
-        if self.has::<GROUPS>(groups::HEATING) { flow * from.pa.select_lt(to.pa, warmth2, warmth1) } else { flow }
+    ) -> (R, R) {
+        let (flow, root) = self.coefficients.law.flow_with_root(from, to, coefficient, blend);
+        let warmth = from.pa.select_lt(to.pa, warmth2, warmth1);
+        (if self.has::<GROUPS>(groups::HEATING) { flow * warmth } else { flow }, root)
     }
 
     /// The friction of steady sliding, N: that of the catalogue and of custom effects.

@@ -4,10 +4,11 @@
 //! infinite at equal pressures, is blended to a line just as widely as the step then wants.
 
 use crate::conditions::Conditions;
+use crate::custom::{CustomEffect, CustomTarget};
 use crate::demand::{Cause, Demand, FOLLOWED_RATE};
 use crate::equations::{Equations, NARROWEST_BLEND};
 use crate::fidelity::Fidelity;
-use crate::integrator::Pace;
+use crate::integrator::{BLOCK, Pace};
 use crate::orifice::BLEND_SLOPE;
 use crate::params::{ParameterError, ParameterId};
 use crate::valve::Valve;
@@ -15,6 +16,9 @@ use crate::valve::Valve;
 /// Largest product of rate and step for pipe and chamber together; with that of the solenoid and the
 /// leaks inside the stability of the method (2.78 on the real axis).
 const PORT_RATE: f64 = 2.0;
+
+/// The same where the port is eased; at equal pressures, where it is largest. Room is left for what else moves the gas.
+const EASED_RATE: f64 = 1.6;
 
 /// The same for the solenoid and the leaks.
 const SOLENOID_RATE: f64 = 0.7;
@@ -29,6 +33,13 @@ const WIDEST_BLEND: f64 = 2e-4;
 /// The same for what a supply line feeds; substeps make it narrow where line and pipe are nearly at one
 /// pressure.
 const WIDEST_LINE_BLEND: f64 = 5e-2;
+
+/// Largest relative pressure difference over which the pipe may be eased on a stop, seen through the smaller volume: some
+/// hundred pascals at the supply's pressure, through which it then takes a few steps.
+const WIDEST_EASED: f64 = 2e-3;
+
+/// Steps that one may span on a stop where the supply's pressure is measured.
+const MOST_SPAN_BESIDE_A_RECORD: u32 = 2;
 
 /// Steps that a run may take in all: with pressures its nodes then take 160 MB.
 const MOST_STEPS: f64 = 4e6;
@@ -99,6 +110,26 @@ impl Equations {
         base.into_iter().chain(bristles).chain(line).chain(self.demands.iter().copied())
     }
 
+    /// How many steps one may span while the piston rests firmly on a stop: as many as let the gas be followed all the
+    /// same. A line's pressure, measured ones and formulas for flows, or for anything in time, may ask for every step.
+    fn most_span(&self, flows: &FlowRates, pace: &Pace) -> u32 {
+        let terms = self.terms;
+        let into_gas = |target| matches!(target, CustomTarget::PipeFlow | CustomTarget::ChamberFlow);
+        let asks = |effect: &CustomEffect| into_gas(effect.target()) || effect.formula().depends_on_time();
+        if terms.line || terms.driven_pipe || terms.driven_chamber || terms.flows || self.custom.iter().any(asks) {
+            return 1;
+        }
+        let together = self.volumes.pipe / (self.volumes.pipe + self.volumes.dead);
+        let share = pace.taking_part(together);
+        let eased_over = |span: u32| (share * flows.solenoid * pace.step_s * f64::from(span) / SOLENOID_RATE).powi(2);
+        // The pipe lags behind a supply that moves, by as much as it is eased.
+        let mut span = if terms.driven_supply { MOST_SPAN_BESIDE_A_RECORD } else { BLOCK };
+        while span > 1 && eased_over(span) > WIDEST_EASED {
+            span /= 2;
+        }
+        span
+    }
+
     /// The step and the blends of the orifice law that keep every state stable, from the rates at which
     /// a disturbance of each decays: a step of at most what is asked for, or a whole fraction of it.
     pub fn pace(&self, fidelity: impl Into<Fidelity>) -> Pace {
@@ -106,18 +137,25 @@ impl Equations {
         let flows = self.flow_rates();
         let parts = self.demands(&flows, roughness).map(|demand| demand.parts(step_s)).fold(1.0, f64::max);
         let step_s = step_s / parts;
+        // Measured pressures move as they like, and what is eased would lag behind them.
+        let eased = !(self.terms.driven_pipe || self.terms.driven_chamber);
         let blend = |rate: f64, limit: f64| {
             let root = rate * step_s / limit;
             (root * root).max(NARROWEST_BLEND)
         };
-        Pace {
+        let pace = Pace {
             step_s,
             port_blend: blend(flows.port, PORT_RATE),
             blend: blend(flows.solenoid, SOLENOID_RATE),
             line_blend: if self.terms.line { blend(flows.line, SOLENOID_RATE) } else { 0.0 },
+            port_ease: if eased { EASED_RATE / (flows.port * step_s) } else { f64::INFINITY },
+            pipe_ease: SOLENOID_RATE / (flows.solenoid * step_s),
+            follows_port: eased && self.terms.friction,
+            most_span: 1,
             most_substeps: most_substeps.max(1),
             ends_at_m: f64::INFINITY,
-        }
+        };
+        Pace { most_span: self.most_span(&flows, &pace), ..pace }
     }
 
     /// Whether a run of this length can be afforded; if not, which parameter is to blame.

@@ -145,6 +145,10 @@ pub(crate) struct Flows<R> {
     pub leaked_out: R,
     /// From the pipe to the chamber.
     pub through_port: R,
+    /// The root of the relative pressure difference between them.
+    pub port_root: R,
+    /// What is kept of all flows into and out of the pipe but that through the port: 1 unless they are eased.
+    pub kept: R,
     /// What effects add to the pipe.
     pub into_pipe: R,
     /// What effects add to the chamber.

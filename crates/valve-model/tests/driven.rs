@@ -36,7 +36,8 @@ fn a_recorded_supply_that_is_constant_is_that_supply() {
         let conditions = Conditions { supply_pressure_pa: low_pa, ..Conditions::nominal(valve.parameters()) };
         let constant = Run { conditions, ..run_of(&valve, vec![close_at(0.5), open_at(4.0)], 9.0) };
         for (a, b) in times(&valve, &recorded).iter().zip(times(&valve, &constant)) {
-            assert!((a - b).abs() < 1e-5, "{:?}: {a} s and {b} s", valve.effects());
+            // Beside a record, steps span fewer on the stops.
+            assert!((a - b).abs() < 3e-5, "{:?}: {a} s and {b} s", valve.effects());
         }
     }
 }

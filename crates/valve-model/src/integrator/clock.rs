@@ -3,10 +3,9 @@
 //! A lane in which nothing happens any more goes to the end of its segment at once.
 
 use super::Front;
-use super::step_control::{BLOCK, Pace, substeps};
+use super::step_control::{BLOCK, Pace, Past, Piston, Stride, block_steps};
 use crate::coefficients::Coefficients;
 use crate::command::Segment;
-use crate::orifice::Blend;
 use crate::real::Real;
 use crate::state::State;
 use crate::trajectory::Outcome;
@@ -15,6 +14,10 @@ use crate::trajectory::Outcome;
 /// slow would take years for a stroke, and what is still to come of a decay is below 1e-8.
 const SETTLED: f64 = 1e-11;
 
+/// Steps after which a piston may count as resting within a segment. What happens at its beginning is over by then, so that
+/// it does not depend on a parameter by jumps in which block that is.
+const UNREST: u32 = 5 * BLOCK;
+
 /// The clock of one lane.
 pub(crate) struct Clock {
     segments: Vec<(Segment, u32, f64)>,
@@ -22,6 +25,8 @@ pub(crate) struct Clock {
     index: usize,
     /// Whole steps left in the segment after the current block.
     beyond: u32,
+    /// Whole steps in the current block.
+    block: u32,
     /// Substeps left in the current block.
     left: u32,
     /// Whether a lane at rest stays there until its segment ends.
@@ -29,6 +34,9 @@ pub(crate) struct Clock {
     /// The state at the start of the block before, within the same segment.
     before: Option<State<f64>>,
     held: Held,
+    piston: Piston,
+    /// That of the block before, which the equations are set to.
+    stride: Option<Stride>,
     outcome: Outcome,
 }
 
@@ -62,7 +70,7 @@ impl Held {
 impl Clock {
     /// Cuts every segment into equal steps of at most the pace's. `may_settle` says that nothing but
     /// a new segment can move a lane at rest.
-    pub(super) fn new(segments: &[Segment], pace: Pace, may_settle: bool, held: Held) -> Self {
+    pub(super) fn new(segments: &[Segment], pace: Pace, may_settle: bool, held: Held, piston: Piston) -> Self {
         let cut = |segment: &Segment| {
             let length = segment.end_s - segment.start_s;
             // A segment that is a whole number of steps up to rounding takes just that number.
@@ -72,8 +80,20 @@ impl Clock {
         };
         let segments: Vec<_> = segments.iter().map(cut).collect();
         let beyond = segments.first().map_or(0, |(_, count, _)| *count);
-        let outcome = Outcome::Complete;
-        Self { segments, pace, index: 0, beyond, left: 0, may_settle, before: None, held, outcome }
+        Self {
+            segments,
+            pace,
+            index: 0,
+            beyond,
+            block: BLOCK,
+            left: 0,
+            may_settle,
+            before: None,
+            held,
+            piston,
+            stride: None,
+            outcome: Outcome::Complete,
+        }
     }
 
     /// How the run ended, once it is done.
@@ -112,17 +132,13 @@ impl Clock {
             (self.index, self.beyond, self.left) = (self.segments.len(), 0, 0);
         }
         let Some((segment, count, step)) = self.segments.get(self.index) else {
-            front.step.set_lane(lane, 0.0);
-            front.wait.set_lane(lane, 0.0);
-            front.spool_rate.set_lane(lane, 0.0);
+            stand_still(lane, front, coefficients);
             return;
         };
         if self.index + 1 == self.segments.len() && state.x >= self.pace.ends_at_m && self.beyond < *count {
             self.index += 1;
             self.left = 0;
-            front.step.set_lane(lane, 0.0);
-            front.wait.set_lane(lane, 0.0);
-            front.spool_rate.set_lane(lane, 0.0);
+            stand_still(lane, front, coefficients);
             return;
         }
         let starts = self.beyond == *count;
@@ -130,7 +146,7 @@ impl Clock {
             && !starts
             && segment.spool_rate == 0.0
             && self.before.is_some_and(|before| state.is_within(&before, SETTLED));
-        self.before = self.may_settle.then_some(state);
+        let before = self.before.replace(state).filter(|_| !starts);
         if rests {
             front.step.set_lane(lane, 0.0);
             front.wait.set_lane(lane, segment.end_s - front.time.lane(lane));
@@ -138,22 +154,38 @@ impl Clock {
             return;
         }
         front.wait.set_lane(lane, 0.0);
-        let block = self.beyond.min(BLOCK);
         if starts {
             front.time.set_lane(lane, segment.start_s);
             front.spool.set_lane(lane, segment.spool);
             front.spool_rate.set_lane(lane, segment.spool_rate);
             front.since_command.set_lane(lane, (segment.start_s - segment.last_command_s).min(1e9));
         }
+        let whole = self.beyond >= BLOCK && count - self.beyond >= UNREST && segment.spool_rate == 0.0;
+        let past = before.filter(|_| whole).map(|state| Past {
+            state,
+            steps: self.block,
+            length_s: step * f64::from(self.block),
+            rested: self.stride.is_some_and(|stride| stride.span > 1),
+        });
+        let stride = Stride::choose(lane, front, &state, past.as_ref(), coefficients, self.pace);
+        let stride = if starts { stride.first(self.pace) } else { stride };
+        let block = block_steps(lane, &state, past.as_ref(), stride, coefficients, self.beyond);
         self.beyond -= block;
-        let substeps = substeps(lane, front, coefficients, self.pace);
-        self.left = block * substeps;
-        let share = 1.0 / f64::from(substeps);
-        front.step.set_lane(lane, step * share);
-        coefficients.port_blend.set_lane(lane, Blend::new(self.pace.port_blend * share * share));
-        coefficients.blend.set_lane(lane, Blend::new(self.pace.blend * share * share));
-        if self.pace.line_blend > 0.0 {
-            coefficients.line_blend.set_lane(lane, Blend::new(self.pace.line_blend * share * share));
+        self.block = block;
+        self.left = block * stride.substeps / stride.span;
+        front.step.set_lane(lane, step * stride.length());
+        if stride.span > 1 || self.stride != Some(stride) {
+            stride.load(lane, &state, coefficients, self.pace, self.piston);
+            self.stride = Some(stride);
         }
     }
+}
+
+/// Lets a lane stand still, and not ask for anything that its neighbours would wait for.
+fn stand_still<R: Real>(lane: usize, front: &mut Front<R>, coefficients: &mut Coefficients<R>) {
+    front.step.set_lane(lane, 0.0);
+    front.wait.set_lane(lane, 0.0);
+    front.spool_rate.set_lane(lane, 0.0);
+    coefficients.port_ease.set_lane(lane, f64::INFINITY);
+    coefficients.pipe_ease.set_lane(lane, f64::INFINITY);
 }

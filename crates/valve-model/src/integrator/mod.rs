@@ -12,7 +12,8 @@ mod step_control;
 pub(crate) use clock::Clock;
 use clock::Held;
 pub(crate) use recorder::Recorder;
-pub(crate) use step_control::Pace;
+use step_control::Piston;
+pub(crate) use step_control::{BLOCK, Pace};
 
 use crate::command::Segment;
 use crate::driven::Driven;
@@ -122,7 +123,8 @@ impl<'a, R: Real> Batch<'a, R> {
         self.front.state.set_lane(lane, &run.initial);
         self.front.time.set_lane(lane, run.segments.first().map_or(0.0, |segment| segment.start_s));
         let held = Held { chamber: !self.system.terms.driven_chamber, pipe: !self.system.terms.driven_pipe };
-        let mut clock = Clock::new(run.segments, run.pace, self.may_settle, held);
+        let piston = Piston::of(&run.equations.coefficients);
+        let mut clock = Clock::new(run.segments, run.pace, self.may_settle, held, piston);
         clock.load(lane, &mut self.front, &mut self.system.coefficients);
         clock
     }

@@ -1,38 +1,72 @@
-//! How long the steps of a lane are: as stability asks for, and shorter where pressures meet or the piston hits a stop.
+//! How long the steps of a lane are: as stability asks for, shorter where a line feeds the pipe or the piston hits a stop,
+//! longer where it rests on one.
 
 use super::Front;
 use crate::coefficients::Coefficients;
+use crate::orifice::{Blend, EASED_BLEND};
 use crate::real::Real;
+use crate::state::State;
 
 /// How one run is paced.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pace {
     /// Longest step, s.
     pub step_s: f64,
-    /// Width of the port's blend that is stable at that step.
+    /// Width to which the port's law would have to be blended to be stable at that step; the integrator eases the port
+    /// instead.
     pub port_blend: f64,
-    /// The same for the solenoid and the leaks.
+    /// The same for the solenoid and the leaks, which are blended.
     pub blend: f64,
     /// The same for what a supply line feeds; 0 without such a line.
     pub line_blend: f64,
+    /// What is kept at that step of the rate at which pipe and chamber find one pressure, over the root of their relative
+    /// difference ([`Coefficients::port_ease`]); infinite where the port is blended after all.
+    pub port_ease: f64,
+    /// The same of the rate at which a pipe without a chamber finds its pressure ([`Coefficients::pipe_ease`]).
+    pub pipe_ease: f64,
+    /// Whether the eased port is to be followed in substeps while the piston moves: where something sticks and slips, each
+    /// slip would meet a chamber that lags.
+    pub follows_port: bool,
+    /// How many steps one may span while the piston rests firmly on a stop: 1 or another divisor of a block.
+    pub most_span: u32,
     /// Substeps that a lane may take.
     pub most_substeps: u32,
     /// Position from which on the last segment is over, m.
     pub ends_at_m: f64,
 }
 
-/// Steps after which a lane looks again whether it needs substeps.
-pub(super) const BLOCK: u32 = 8;
+impl Pace {
+    /// How quickly the pipe finds its pressure beside a chamber, over how quickly it does alone, given its share of both
+    /// volumes: what the port lets through while both it and the pipe are eased counts.
+    pub(crate) fn taking_part(&self, together: f64) -> f64 {
+        // The share s is together + (1 - together) k s, with k s what is kept at the port where the pipe begins to be eased.
+        let kept = self.port_ease / self.pipe_ease;
+        let rest = 1.0 - kept * (1.0 - together);
+        if rest > together { together / rest } else { 1.0 }
+    }
+}
 
-/// On a stop, supply, line, pipe and chamber closer than this (relative) are at one pressure for all purposes.
+/// Steps after which a lane looks again whether it needs substeps.
+pub(crate) const BLOCK: u32 = 8;
+
+/// On a stop, supply, line and pipe closer than this (relative) are at one pressure for all purposes.
 const REST_GAP: f64 = 1e-4;
+
+/// The same where a piston rests.
+const LONG_BLOCK: u32 = 4 * BLOCK;
 
 /// A piston that presses on its stop with more than this share of what the supply can press on it is not about to
 /// leave.
 const FIRM: f64 = 0.02;
 
-/// Substeps at most while a piston is firmly pressed on its stop: what comes of that is rest, and the pressures there do not
-/// depend on how wide the blend was on the way. With fewer, times near a stall step back by microseconds.
+/// Substeps of the first block of a segment.
+const FIRST_SUBSTEPS: u32 = 4;
+
+/// Substeps at most in which a port is followed.
+const FOLLOWING_SUBSTEPS: u32 = 4;
+
+/// Substeps at most for what a line feeds while a piston is firmly pressed on its stop: what comes of that is rest, and the
+/// pressures there do not depend on how wide the blend was on the way.
 const PRESSED_SUBSTEPS: u32 = 4;
 
 /// A piston that runs against a stop and would press it in by more than this share of its stroke is followed closely: with
@@ -43,42 +77,87 @@ const HARD_HIT: f64 = 5e-3;
 const HIT_ANGLE: f64 = 0.15;
 const HIT_SUBSTEPS: u32 = 8;
 
-/// The substeps that keep the blends away from the pressure differences at hand: fewer where the piston is pressed
-/// on a stop, and one where all is at one pressure there; more where it hits a stop hard.
+/// The substeps that a block is taken in: more where the piston hits a stop hard, where a line feeds the pipe, and where a
+/// piston may stick and slip.
 #[inline(always)]
-pub(super) fn substeps<R: Real>(lane: usize, front: &Front<R>, coefficients: &Coefficients<R>, pace: Pace) -> u32 {
-    let state = front.state.lane(lane);
+fn substeps<R: Real>(
+    lane: usize,
+    front: &Front<R>,
+    state: &State<f64>,
+    coefficients: &Coefficients<R>,
+    pace: Pace,
+) -> u32 {
     let stroke = coefficients.stroke.lane(lane);
-    let zr = coefficients.zr.lane(lane);
-    let volume = coefficients.closed_volume.lane(lane) - coefficients.piston_area.lane(lane) * state.x;
-    let chamber = state.chamber_mass * zr * state.chamber_temperature / volume;
-    let temperature_ratio = state.pipe_temperature / coefficients.temperature.lane(lane);
-    let pipe = state.pipe_mass * coefficients.pipe_gain.lane(lane) * temperature_ratio;
-    let gap = |a: f64, b: f64| (a - b).abs() / a.max(b);
-    let port = gap(pipe, chamber);
+    let inside = inside(stroke, state);
+    let meets = inside < 0.0 && (state.v > 0.0) == (state.x > 0.5 * stroke);
+    let count = hit_substeps(state.v, inside, stroke, swing(lane, coefficients), pace.step_s, meets);
     // A line only acts where it feeds the pipe.
     let feeds = pace.line_blend > 0.0 && (front.spool.lane(lane) > 0.0 || coefficients.leak_in.lane(lane) > 0.0);
+    if feeds || pace.follows_port { gas_substeps(lane, state, feeds, coefficients, pace, count, inside) } else { count }
+}
+
+/// At least as many substeps as given, and as many as keep the blend of what a line feeds narrow and the port hardly eased.
+fn gas_substeps<R: Real>(
+    lane: usize,
+    state: &State<f64>,
+    feeds: bool,
+    coefficients: &Coefficients<R>,
+    pace: Pace,
+    given: u32,
+    inside: f64,
+) -> u32 {
+    let (chamber, pipe) = pressures(lane, state, coefficients);
     let line = if feeds { gap(state.line_pressure, pipe) } else { 0.0 };
     let drop = if feeds { gap(coefficients.supply.lane(lane), state.line_pressure) } else { 0.0 };
-    let inside = (state.x - stroke).max(-state.x);
     let mut most = pace.most_substeps;
-    let mut count = hit_substeps(state.v, inside, stroke, swing(lane, coefficients), pace.step_s);
+    let mut follows_port = pace.follows_port;
     if inside >= 0.0 {
-        if port.max(line).max(drop) < REST_GAP {
-            return count;
+        if line.max(drop) < REST_GAP {
+            return given;
         }
-        let pressed = coefficients.contact.lane(lane) * inside;
-        let firm = FIRM * coefficients.supply.lane(lane) * coefficients.piston_area.lane(lane);
-        if pressed > firm {
+        if is_firm(inside, lane, coefficients) {
             most = most.min(PRESSED_SUBSTEPS);
+            follows_port = false;
         }
     }
+    let port = gap(pipe, chamber);
     let wide = |count: u32| 0.8 * f64::from(count * count);
-    while count < most && (pace.port_blend > port * wide(count) || feeds && pace.line_blend > line * wide(count)) {
+    let beyond = |count: u32| {
+        let eased = follows_port && count < FOLLOWING_SUBSTEPS && pace.port_blend > port * wide(count);
+        feeds && pace.line_blend > line * wide(count) || eased
+    };
+    let mut count = given;
+    while count < most && beyond(count) {
         count *= 2;
     }
     count
 }
+
+/// The pressures of a state in chamber and pipe, Pa.
+#[inline(always)]
+fn pressures<R: Real>(lane: usize, state: &State<f64>, coefficients: &Coefficients<R>) -> (f64, f64) {
+    let volume = coefficients.closed_volume.lane(lane) - coefficients.piston_area.lane(lane) * state.x;
+    let chamber = state.chamber_mass * coefficients.zr.lane(lane) * state.chamber_temperature / volume;
+    let temperature_ratio = state.pipe_temperature / coefficients.temperature.lane(lane);
+    (chamber, state.pipe_mass * coefficients.pipe_gain.lane(lane) * temperature_ratio)
+}
+
+/// How far two pressures are apart, relative to the larger one.
+#[inline(always)]
+fn gap(a: f64, b: f64) -> f64 {
+    (a - b).abs() / a.max(b)
+}
+
+/// Whether a piston so far inside a stop presses firmly on it.
+#[inline(always)]
+fn is_firm<R: Real>(inside: f64, lane: usize, coefficients: &Coefficients<R>) -> bool {
+    let firm = FIRM * coefficients.supply.lane(lane) * coefficients.piston_area.lane(lane);
+    coefficients.contact.lane(lane) * inside > firm
+}
+
+/// Substeps of a block in which a piston meets a stop softly: the time at which it does would jump by 20 us with where in a
+/// step that is, close to the leak that stalls the valve.
+const MEETING_SUBSTEPS: u32 = 4;
 
 /// How fast a piston swings on its stop, 1/s.
 #[inline(always)]
@@ -89,15 +168,194 @@ fn swing<R: Real>(lane: usize, coefficients: &Coefficients<R>) -> f64 {
 /// The substeps of a block in which the piston hits a stop, or comes off it; one where it does not. `inside` is how far it
 /// is beyond the stop, m.
 #[inline(always)]
-fn hit_substeps(v: f64, inside: f64, stroke: f64, swing: f64, step_s: f64) -> u32 {
+fn hit_substeps(v: f64, inside: f64, stroke: f64, swing: f64, step_s: f64, meets: bool) -> u32 {
     // It may gain speed on the way.
     let within_block = 2.0 * v.abs() * f64::from(BLOCK) * step_s;
-    if inside < -within_block || v.abs() < HARD_HIT * stroke * swing {
+    if inside < -within_block {
         return 1;
+    }
+    if v.abs() < HARD_HIT * stroke * swing {
+        return if meets { MEETING_SUBSTEPS } else { 1 };
     }
     let mut count = 1;
     while count < HIT_SUBSTEPS && swing * step_s > HIT_ANGLE * f64::from(count) {
         count *= 2;
     }
     count
+}
+
+/// A piston on a stop rests where it strays by no more than this share of its stroke from an even motion over a block: a
+/// quarter of a micrometre in 25 mm. What swings more, or is about to turn, is followed in steps as they are.
+const STILL: f64 = 1e-5;
+
+/// How much the speed of a piston that begins to rest may differ from that of the balance between stop and gas, as a share:
+/// friction and springs take part in it.
+const UNEVEN: f64 = 0.3;
+
+/// How far behind the balance of its forces a piston at rest may be held by damping that is lent to it, in strokes.
+const LAG: f64 = 2e-6;
+
+/// The damping ratio that a piston at rest is lent at most.
+const STILLING: f64 = 0.7;
+
+/// What a piston brings into the equations, which is stretched in time where steps span several.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Piston {
+    mass: f64,
+    viscous: f64,
+    quickest: f64,
+}
+
+impl Piston {
+    pub(super) fn of(coefficients: &Coefficients<f64>) -> Self {
+        Self { mass: coefficients.mass, viscous: coefficients.viscous, quickest: coefficients.quickest }
+    }
+}
+
+/// How a lane steps through a block.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Stride {
+    /// Substeps of each step.
+    pub substeps: u32,
+    /// Steps that one spans.
+    pub span: u32,
+}
+
+impl Stride {
+    /// At least the substeps of a first block after something changed from outside: gas finds its new way within a few
+    /// milliseconds.
+    pub(super) fn first(self, pace: Pace) -> Self {
+        Self { substeps: self.substeps.max(pace.most_substeps.min(FIRST_SUBSTEPS)), ..self }
+    }
+
+    /// The stride of the block to come, given the block before, or nothing where the stride may not span steps.
+    #[inline(always)]
+    pub(super) fn choose<R: Real>(
+        lane: usize,
+        front: &Front<R>,
+        state: &State<f64>,
+        past: Option<&Past>,
+        coefficients: &Coefficients<R>,
+        pace: Pace,
+    ) -> Self {
+        if pace.most_span > 1 && past.is_some_and(|past| rests(lane, state, past, coefficients, pace.most_span)) {
+            return Self { substeps: 1, span: pace.most_span };
+        }
+        Self { substeps: substeps(lane, front, state, coefficients, pace), span: 1 }
+    }
+
+    /// A step's length in steps as they are.
+    pub(super) fn length(self) -> f64 {
+        f64::from(self.span) / f64::from(self.substeps)
+    }
+
+    /// Puts what the stride asks for into the equations of a lane.
+    pub(super) fn load<R: Real>(
+        self,
+        lane: usize,
+        state: &State<f64>,
+        coefficients: &mut Coefficients<R>,
+        pace: Pace,
+        piston: Piston,
+    ) {
+        let length = self.length();
+        coefficients.port_ease.set_lane(lane, pace.port_ease / length);
+        let port_blend = if pace.port_ease.is_finite() { EASED_BLEND } else { pace.port_blend * length * length };
+        coefficients.port_blend.set_lane(lane, Blend::new(port_blend));
+        let stretch = f64::from(self.span);
+        let mass = piston.mass * stretch * stretch;
+        coefficients.mass.set_lane(lane, mass);
+        coefficients.inverse_mass.set_lane(lane, 1.0 / mass);
+        coefficients.quickest.set_lane(lane, piston.quickest * stretch);
+        if self.span == 1 {
+            coefficients.viscous.set_lane(lane, piston.viscous);
+            coefficients.pipe_ease.set_lane(lane, f64::INFINITY);
+            coefficients.blend.set_lane(lane, Blend::new(pace.blend * length * length));
+            if pace.line_blend > 0.0 {
+                coefficients.line_blend.set_lane(lane, Blend::new(pace.line_blend * length * length));
+            }
+            return;
+        }
+        // A piston that only follows the balance of its forces may be slower to do so, all in proportion; where that
+        // hardly moves, it may be stilled as well.
+        let contact = coefficients.contact.lane(lane);
+        let lag = LAG * coefficients.stroke.lane(lane);
+        let most = 2.0 * STILLING * (contact * piston.mass).sqrt() * stretch;
+        coefficients.viscous.set_lane(lane, (contact * lag / state.v.abs()).min(most).max(piston.viscous));
+        // As far as the port is eased, the chamber takes its part of what comes into the pipe.
+        let (chamber, pipe) = pressures(lane, state, coefficients);
+        let open = (pace.port_ease / length * gap(pipe, chamber).sqrt()).min(1.0);
+        let volume = coefficients.closed_volume.lane(lane) - coefficients.piston_area.lane(lane) * state.x;
+        let together = coefficients.pipe_volume.lane(lane) / (coefficients.pipe_volume.lane(lane) + volume);
+        let share = (together + open * (1.0 - together)).max(pace.taking_part(together));
+        coefficients.pipe_ease.set_lane(lane, pace.pipe_ease / (share * length));
+        coefficients.blend.set_lane(lane, Blend::new(EASED_BLEND));
+    }
+}
+
+/// What is known of a block that is over.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Past {
+    /// The state at its start.
+    pub state: State<f64>,
+    /// Its length in steps as they are, and in s.
+    pub steps: u32,
+    pub length_s: f64,
+    /// Whether the piston rested in it, as far as steps go.
+    pub rested: bool,
+}
+
+/// Whether the piston rests on a stop over the block to come: firmly pressed, not about to leave, and where the balance of
+/// its forces moves it, not in a swing. A swing would grow as it is stretched, so that less of one may be there at first.
+#[inline(always)]
+fn rests<R: Real>(lane: usize, state: &State<f64>, past: &Past, coefficients: &Coefficients<R>, span: u32) -> bool {
+    let stroke = coefficients.stroke.lane(lane);
+    if inside(stroke, &past.state) <= 0.0 || !stays_firm(lane, state, past, coefficients, 2.0) {
+        return false;
+    }
+    let pressed = pressures(lane, state, coefficients).0 - pressures(lane, &past.state, coefficients).0;
+    let balance = -pressed * coefficients.piston_area.lane(lane) / coefficients.contact.lane(lane);
+    let ahead = state.v * past.length_s;
+    let blocks = f64::from(past.steps / BLOCK);
+    let (strays, least, share) =
+        if past.rested { (4.0 * blocks * blocks, 4.0 * blocks, 1.0) } else { (1.0, 1.0 / f64::from(span), UNEVEN) };
+    (state.x - past.state.x - ahead).abs() <= strays * STILL * stroke
+        && (ahead - balance).abs() <= least * STILL * stroke + share * balance.abs()
+}
+
+/// How far a piston is inside a stop, m.
+#[inline(always)]
+fn inside(stroke: f64, state: &State<f64>) -> f64 {
+    (state.x - stroke).max(-state.x)
+}
+
+/// Whether a piston that comes off its stop as fast as in the block before is still firm after so many such blocks.
+#[inline(always)]
+fn stays_firm<R: Real>(
+    lane: usize,
+    state: &State<f64>,
+    past: &Past,
+    coefficients: &Coefficients<R>,
+    blocks: f64,
+) -> bool {
+    let stroke = coefficients.stroke.lane(lane);
+    let (now, then) = (inside(stroke, state), inside(stroke, &past.state));
+    is_firm(now + blocks * (now - then).min(0.0), lane, coefficients)
+}
+
+/// The steps of the block to come: as many as usual, and several times that where a piston has rested and goes on to.
+#[inline(always)]
+pub(super) fn block_steps<R: Real>(
+    lane: usize,
+    state: &State<f64>,
+    past: Option<&Past>,
+    stride: Stride,
+    coefficients: &Coefficients<R>,
+    left: u32,
+) -> u32 {
+    let long = past.filter(|past| stride.span > 1 && past.rested && left >= LONG_BLOCK).is_some_and(|past| {
+        let blocks = 2.0 * f64::from(LONG_BLOCK) / f64::from(past.steps);
+        stays_firm(lane, state, past, coefficients, blocks)
+    });
+    if long { LONG_BLOCK } else { left.min(BLOCK) }
 }
