@@ -5,6 +5,7 @@
 //! and the logarithm of the [evidence](normal::Posterior::log_evidence) is the one currency in which models are
 //! compared. The crate knows no valve.
 
+mod envelope;
 pub mod fit;
 pub mod held_out;
 pub mod left;
@@ -18,6 +19,6 @@ pub mod variance;
 
 pub use fit::{Fit, FitOptions, fit};
 pub use noise::{GroupNoise, Noise, Smoothness};
-pub use problem::{Coordinate, Linear, Problem, Record, Request, Row, Scope, Series};
+pub use problem::{Coordinate, Differences, Linear, Problem, Record, Request, Row, Scope, Series};
 pub use stop::Stop;
 pub use variance::GroupPrior;

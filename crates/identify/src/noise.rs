@@ -167,12 +167,15 @@ fn gains(series: &Series, noise: &Noise, log_determinant: &mut f64) -> Vec<Gain>
     };
     let mut covariance = stationary;
     let mut before = None;
+    // Rows mostly lie equally far apart.
+    let mut usual = (0.0, [1.0, 0.0, 0.0, 1.0]);
+    let mut product = LogProduct::default();
     for row in &series.rows {
         let white = (group.multiplier * row.sigma).powi(2);
         let sees = if series.is_process { group.discrepancy * row.activity } else { 0.0 };
         if !has_memory {
             let deviation = (white + sees * sees).sqrt();
-            *log_determinant += 2.0 * deviation.ln();
+            product.take(white + sees * sees);
             gains.push(Gain {
                 transition: [0.0; 4],
                 sees: 0.0,
@@ -183,7 +186,13 @@ fn gains(series: &Series, noise: &Noise, log_determinant: &mut f64) -> Vec<Gain>
         }
         let transition = match before {
             None => [1.0, 0.0, 0.0, 1.0],
-            Some(before) => transition(noise.smoothness, (row.time_s - before) / group.time_s),
+            Some(before) => {
+                let time_s = row.time_s - before;
+                if time_s != usual.0 {
+                    usual = (time_s, transition(noise.smoothness, time_s / group.time_s));
+                }
+                usual.1
+            }
         };
         before = Some(row.time_s);
         covariance = propagated(transition, covariance, stationary);
@@ -191,10 +200,40 @@ fn gains(series: &Series, noise: &Noise, log_determinant: &mut f64) -> Vec<Gain>
         let variance = sees * sees * p00 + white;
         let gain = [p00 * sees / variance, p01 * sees / variance];
         covariance = [p00 - gain[0] * sees * p00, p01 - gain[0] * sees * p01, p11 - gain[1] * sees * p01];
-        *log_determinant += variance.ln();
+        product.take(variance);
         gains.push(Gain { transition, sees, to_state: gain, inverse_deviation: 1.0 / variance.sqrt() });
     }
+    *log_determinant += product.logarithm();
     gains
+}
+
+/// The logarithm of a product of many positive numbers, taken of several at once.
+struct LogProduct {
+    logarithm: f64,
+    product: f64,
+}
+
+impl Default for LogProduct {
+    fn default() -> Self {
+        Self { logarithm: 0.0, product: 1.0 }
+    }
+}
+
+impl LogProduct {
+    /// Within these a further number of the size of a variance neither overflows nor loses digits.
+    const RANGE: (f64, f64) = (1e-150, 1e150);
+
+    fn take(&mut self, number: f64) {
+        self.product *= number;
+        if self.product < Self::RANGE.0 || self.product > Self::RANGE.1 {
+            self.logarithm += self.product.ln();
+            self.product = 1.0;
+        }
+    }
+
+    fn logarithm(&self) -> f64 {
+        self.logarithm + self.product.ln()
+    }
 }
 
 /// The state's transition over a time in units of the correlation time.

@@ -1,8 +1,9 @@
 //! The problem made linear about a point: normal equations, bounded steps and the evidence by Laplace.
 
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
+use crate::envelope::{Factor, ordered};
 use crate::noise::{Noise, Whitener};
 use crate::problem::{Coordinate, Linear, Problem, residuals};
 use crate::special::ln_normal_cdf;
@@ -35,17 +36,9 @@ impl Jacobian {
         Self { whitener, coordinates: columns.0, columns: columns.1 }
     }
 
-    /// Adds the products of the columns with each other.
-    fn add_gram(&self, matrix: &mut DMatrix<f64>) {
-        if self.columns.is_empty() {
-            return;
-        }
-        let gram = self.columns.transpose() * &self.columns;
-        for (i, row) in self.coordinates.iter().enumerate() {
-            for (j, column) in self.coordinates.iter().enumerate() {
-                matrix[(*row, *column)] += gram[(i, j)];
-            }
-        }
+    /// The products of the columns with each other.
+    fn gram(&self) -> DMatrix<f64> {
+        if self.columns.is_empty() { DMatrix::zeros(0, 0) } else { self.columns.transpose() * &self.columns }
     }
 
     /// Adds the products of the columns with a residual, and gives its square.
@@ -113,33 +106,47 @@ impl Linearised {
         self
     }
 
-    /// The part of one record in the normal equations.
-    fn normal_of(&self, record: usize, whitener: Whitener) -> Normal {
-        let mut normal = Normal::empty(self.u.len());
-        normal.log_determinant = whitener.log_determinant;
-        normal.rows = self.residual[record].len();
-        let jacobian = Jacobian::new(whitener, &self.columns[record]);
-        jacobian.add_gram(&mut normal.matrix);
-        normal.chi2 = jacobian.add_gradient(&self.residual[record], &mut normal.gradient);
-        normal
-    }
-
     /// The normal equations of all records, one by one.
     pub fn normals<P: Problem + ?Sized>(&self, problem: &P, noise: &Noise) -> Vec<Normal> {
-        problem
-            .records()
-            .par_iter()
-            .enumerate()
-            .map(|(index, record)| self.normal_of(index, Whitener::new(record, noise)))
-            .collect()
+        let alone = |(part, record): (&(Jacobian, DMatrix<f64>), usize)| {
+            let mut normal = Normal::empty(self.u.len());
+            normal.add_record(part, &self.residual[record]);
+            normal
+        };
+        self.whitened(problem, noise).iter().zip(0..).map(alone).collect()
     }
 
     /// The normal equations of all records.
     pub fn normal<P: Problem + ?Sized>(&self, problem: &P, noise: &Noise) -> Normal {
-        let mut all = self.normals(problem, noise).into_iter();
-        let mut sum = all.next().unwrap_or_else(|| Normal::empty(self.u.len()));
-        all.for_each(|one| sum.add(&one));
+        let mut sum = Normal::empty(self.u.len());
+        for (part, residual) in self.whitened(problem, noise).iter().zip(&self.residual) {
+            sum.add_record(part, residual);
+        }
         sum
+    }
+
+    /// The whitened derivatives of each record, and their products with each other.
+    fn whitened<P: Problem + ?Sized>(&self, problem: &P, noise: &Noise) -> Vec<(Jacobian, DMatrix<f64>)> {
+        let records = problem.records().par_iter().zip(&self.columns);
+        let of_record = |(record, columns): (_, &Vec<(usize, Vec<f64>)>)| {
+            let jacobian = Jacobian::new(Whitener::new(record, noise), columns);
+            let gram = jacobian.gram();
+            (jacobian, gram)
+        };
+        records.map(of_record).collect()
+    }
+
+    /// The residuals after a step to another point, as the derivatives foresee them.
+    pub fn foreseen(&self, to: &[f64]) -> Vec<Vec<f64>> {
+        let after = |(residual, columns): (&Vec<f64>, &Vec<(usize, Vec<f64>)>)| {
+            let mut residual = residual.clone();
+            for (index, column) in columns {
+                let by = to[*index] - self.u[*index];
+                residual.iter_mut().zip(column).for_each(|(value, slope)| *value -= by * slope);
+            }
+            residual
+        };
+        self.residual.iter().zip(&self.columns).map(after).collect()
     }
 }
 
@@ -172,7 +179,7 @@ impl Whitened {
             .collect();
         let mut whitened = Self { records: Vec::new(), normal: Normal::empty(n) };
         for jacobian in &jacobians {
-            jacobian.add_gram(&mut whitened.normal.matrix);
+            whitened.normal.add_gram(jacobian, &jacobian.gram());
             whitened.normal.log_determinant += jacobian.whitener.log_determinant;
         }
         whitened.records = jacobians;
@@ -197,6 +204,22 @@ impl Whitened {
 impl Normal {
     fn empty(n: usize) -> Self {
         Self { matrix: DMatrix::zeros(n, n), gradient: DVector::zeros(n), chi2: 0.0, log_determinant: 0.0, rows: 0 }
+    }
+
+    /// Adds a record: its derivatives with their products, and its residuals.
+    fn add_record(&mut self, (jacobian, gram): &(Jacobian, DMatrix<f64>), residual: &[f64]) {
+        self.add_gram(jacobian, gram);
+        self.chi2 += jacobian.add_gradient(residual, &mut self.gradient);
+        self.log_determinant += jacobian.whitener.log_determinant;
+        self.rows += residual.len();
+    }
+
+    fn add_gram(&mut self, jacobian: &Jacobian, gram: &DMatrix<f64>) {
+        for (i, row) in jacobian.coordinates.iter().enumerate() {
+            for (j, column) in jacobian.coordinates.iter().enumerate() {
+                self.matrix[(*row, *column)] += gram[(i, j)];
+            }
+        }
     }
 
     /// Adds the rows of others.
@@ -234,6 +257,8 @@ pub struct Posterior<'a> {
     /// chi-squared, priors and ln |S| at the point.
     pub cost: f64,
     rows: usize,
+    /// The coordinates in the order in which they are factored.
+    order: Vec<usize>,
 }
 
 /// A step to the least of the quadratic within the bounds.
@@ -258,7 +283,7 @@ impl<'a> Posterior<'a> {
             pull[index] -= weight * (u[index] - coordinate.mean);
         }
         let cost = normal.chi2 + prior_cost(coordinates, u) + normal.log_determinant;
-        Self { coordinates, u, precision, pull, cost, rows: normal.rows }
+        Self { coordinates, u, precision, pull, cost, rows: normal.rows, order: ordered(coordinates) }
     }
 
     /// The step to the least of the quadratic within the bounds.
@@ -270,6 +295,11 @@ impl<'a> Posterior<'a> {
     /// there, and the others are solved anew. None moves by more than `reach` of its prior deviations. Nothing where the
     /// matrix is not positive definite.
     pub fn step(&self, damping: f64, reach: f64) -> Option<Step> {
+        self.solved(damping, reach).map(|(step, _)| step)
+    }
+
+    /// The same with the factor of the coordinates that are free in it.
+    fn solved(&self, damping: f64, reach: f64) -> Option<(Step, Factor)> {
         let n = self.u.len();
         let bounds = |index: usize| {
             let coordinate: &Coordinate = &self.coordinates[index];
@@ -281,10 +311,9 @@ impl<'a> Posterior<'a> {
             matrix[(index, index)] *= 1.0 + damping;
         }
         let mut fixed: Vec<Option<f64>> = vec![None; n];
-        let mut step = DVector::zeros(n);
+        let (mut step, mut factor) = self.solve_free(&matrix, &fixed)?;
         // Every round holds one coordinate more or lets one go; a few rounds beyond all of them are plenty.
         for _ in 0..2 * n + 4 {
-            step = solve_free(&matrix, &self.pull, &fixed)?;
             let beyond = (0..n)
                 .filter(|index| fixed[*index].is_none())
                 .filter_map(|index| {
@@ -297,6 +326,7 @@ impl<'a> Posterior<'a> {
                 .max_by(|a, b| a.2.total_cmp(&b.2));
             if let Some((index, by, _)) = beyond {
                 fixed[index] = Some(by);
+                (step, factor) = self.solve_free(&matrix, &fixed)?;
                 continue;
             }
             let left = &self.pull - &matrix * &step;
@@ -307,10 +337,9 @@ impl<'a> Posterior<'a> {
                     && ((at <= lower && left[*index] > 1e-9 * matrix[(*index, *index)])
                         || (at >= upper && left[*index] < -1e-9 * matrix[(*index, *index)]))
             });
-            match inwards {
-                Some(index) => fixed[index] = None,
-                None => break,
-            }
+            let Some(index) = inwards else { break };
+            fixed[index] = None;
+            (step, factor) = self.solve_free(&matrix, &fixed)?;
         }
         let to: Vec<f64> = (0..n)
             .map(|index| {
@@ -321,34 +350,45 @@ impl<'a> Posterior<'a> {
         let step = DVector::from_iterator(n, to.iter().zip(self.u).map(|(to, from)| to - from));
         let promised = 2.0 * self.pull.dot(&step) - step.dot(&(&self.precision * &step));
         let held = to.iter().zip(self.coordinates).map(|(to, coordinate)| coordinate.is_at_bound(*to)).collect();
-        Some(Step { to, promised, held })
+        Some((Step { to, promised, held }, factor))
+    }
+
+    /// The step in which some coordinates move by what is fixed and the others as is best, and the factor of those.
+    fn solve_free(&self, matrix: &DMatrix<f64>, fixed: &[Option<f64>]) -> Option<(DVector<f64>, Factor)> {
+        let by = DVector::from_iterator(fixed.len(), fixed.iter().map(|value| value.unwrap_or(0.0)));
+        let free: Vec<usize> = self.order.iter().copied().filter(|index| fixed[*index].is_none()).collect();
+        let is_any_fixed = free.len() < fixed.len();
+        let factor = Factor::new(matrix, free)?;
+        let right = if is_any_fixed { &self.pull - matrix * &by } else { self.pull.clone() };
+        Some((factor.solve(&right) + by, factor))
     }
 
     /// The logarithm of the evidence by Laplace's method about the least within the bounds, nats.
     ///
     /// Coordinates at a bound count with the integral of the density on their side of it.
     pub fn log_evidence(&self) -> Option<f64> {
-        let step = self.newton()?;
-        self.log_evidence_at(&step)
+        self.least().map(|(_, log_evidence)| log_evidence)
     }
 
-    /// The same where the step is known.
-    pub fn log_evidence_at(&self, step: &Step) -> Option<f64> {
+    /// The step to the least within the bounds, and the logarithm of the evidence about it.
+    pub fn least(&self) -> Option<(Step, f64)> {
         let n = self.u.len();
+        let (step, mut factor) = self.solved(0.0, f64::INFINITY)?;
         let moved = DVector::from_iterator(n, step.to.iter().zip(self.u).map(|(to, from)| to - from));
         let pull = &self.pull - &self.precision * &moved;
-        let free: Vec<usize> = (0..n).filter(|index| !step.held[*index]).collect();
+        if factor.indices().iter().any(|index| step.held[*index]) {
+            let free = self.order.iter().copied().filter(|index| !step.held[*index]);
+            factor = Factor::new(&self.precision, free.collect())?;
+        }
         let mut value = -0.5 * (self.cost - step.promised) - 0.5 * LN_2_PI * self.rows as f64;
         value -= self.coordinates.iter().map(|coordinate| coordinate.sigma.ln()).sum::<f64>();
-        let block = DMatrix::from_fn(free.len(), free.len(), |i, j| self.precision[(free[i], free[j])]);
-        let factor = cholesky(block)?;
-        value -= factor.l_dirty().diagonal().map(f64::ln).sum();
-        let inverse = factor.inverse();
-        for (place, index) in free.iter().enumerate() {
+        value -= factor.half_log_determinant();
+        for index in factor.indices() {
             let coordinate = &self.coordinates[*index];
             if coordinate.is_half() {
                 let bound = if coordinate.lower == coordinate.mean { coordinate.lower } else { coordinate.upper };
-                let distance = (step.to[*index] - bound).abs() / inverse[(place, place)].max(1e-300).sqrt();
+                let variance = factor.inverse_column(*index, n)[*index];
+                let distance = (step.to[*index] - bound).abs() / variance.max(1e-300).sqrt();
                 value += std::f64::consts::LN_2 + ln_normal_cdf(distance);
             }
         }
@@ -361,21 +401,17 @@ impl<'a> Posterior<'a> {
                 value += std::f64::consts::LN_2;
             }
         }
-        Some(value)
+        Some((step, value))
     }
 
     /// The covariance of the coordinates that are not held at a bound; rows and columns of the others are zero.
     pub fn covariance(&self, held: &[bool]) -> DMatrix<f64> {
         let n = self.u.len();
-        let free: Vec<usize> = (0..n).filter(|index| !held[*index]).collect();
-        let block = DMatrix::from_fn(free.len(), free.len(), |i, j| self.precision[(free[i], free[j])]);
         let mut covariance = DMatrix::zeros(n, n);
-        if let Some(factor) = cholesky(block) {
-            let inverse = factor.inverse();
-            for (i, row) in free.iter().enumerate() {
-                for (j, column) in free.iter().enumerate() {
-                    covariance[(*row, *column)] = inverse[(i, j)];
-                }
+        let free: Vec<usize> = self.order.iter().copied().filter(|index| !held[*index]).collect();
+        if let Some(factor) = Factor::new(&self.precision, free) {
+            for index in factor.indices() {
+                covariance.set_column(*index, &factor.inverse_column(*index, n));
             }
         }
         covariance
@@ -383,26 +419,3 @@ impl<'a> Posterior<'a> {
 }
 
 const LN_2_PI: f64 = 1.837_877_066_409_345_5;
-
-/// The factor of a symmetric positive matrix.
-pub fn cholesky(matrix: DMatrix<f64>) -> Option<Cholesky<f64, Dyn>> {
-    Cholesky::new(matrix)
-}
-
-/// The solution for the coordinates that are not fixed; nothing where the matrix is not positive definite.
-fn solve_free(matrix: &DMatrix<f64>, right: &DVector<f64>, fixed: &[Option<f64>]) -> Option<DVector<f64>> {
-    let n = fixed.len();
-    let free: Vec<usize> = (0..n).filter(|index| fixed[*index].is_none()).collect();
-    let mut solution = DVector::from_iterator(n, fixed.iter().map(|value| value.unwrap_or(0.0)));
-    if free.is_empty() {
-        return Some(solution);
-    }
-    let rest = right - matrix * &solution;
-    let block = DMatrix::from_fn(free.len(), free.len(), |i, j| matrix[(free[i], free[j])]);
-    let rest = DVector::from_iterator(free.len(), free.iter().map(|index| rest[*index]));
-    let solved = cholesky(block)?.solve(&rest);
-    for (place, index) in free.iter().enumerate() {
-        solution[*index] = solved[place];
-    }
-    Some(solution)
-}

@@ -153,49 +153,73 @@ pub trait Problem: Sync {
     /// The predictions of every record at a point with all derivatives; finite differences unless a problem knows
     /// better. `steps` are the differences.
     fn linearise(&self, u: &[f64], steps: &[f64]) -> Option<Vec<Linear>> {
-        let all: Vec<usize> = (0..u.len()).collect();
-        self.differences(u, steps, &all)
-    }
-
-    /// The same with finite differences for some of the coordinates only, by index.
-    fn differences(&self, u: &[f64], steps: &[f64], which: &[usize]) -> Option<Vec<Linear>> {
-        let mut points = vec![u.to_vec()];
-        let mut requests: Vec<Request> = (0..self.records().len()).map(|record| Request { point: 0, record }).collect();
-        let mut columns = Vec::new();
-        for &index in which {
-            let mut moved = u.to_vec();
-            moved[index] += steps[index];
-            points.push(moved);
-            for record in 0..self.records().len() {
-                if self.coordinates()[index].moves(record) {
-                    requests.push(Request { point: points.len() - 1, record });
-                    columns.push((index, record));
-                }
-            }
-        }
-        let mut predicted = self.predict(&points, &requests).into_iter();
-        let mut linear = Vec::with_capacity(self.records().len());
-        for _ in 0..self.records().len() {
-            linear.push(Linear { predicted: predicted.next()??, columns: Vec::new() });
-        }
-        for ((index, record), moved) in columns.into_iter().zip(predicted) {
-            let at = &linear[record].predicted;
-            let column = match moved {
-                Some(mut moved) => {
-                    let inverse = 1.0 / steps[index];
-                    moved.iter_mut().zip(at).for_each(|(moved, at)| *moved = (*moved - at) * inverse);
-                    moved
-                }
-                None => vec![0.0; at.len()],
-            };
-            linear[record].columns.push((index, column));
-        }
-        Some(linear)
+        let differences = Differences::new(self.coordinates(), self.records().len(), u, steps, 0..u.len());
+        let predicted = self.predict(&differences.points, &differences.requests);
+        differences.linear(predicted)
     }
 
     /// Whether somebody asked to stop; fits and searches look often.
     fn stop(&self) -> &Stop {
         Stop::never()
+    }
+}
+
+/// Derivatives by finite differences: what has to be predicted for them, and what comes of it.
+#[derive(Debug, Clone)]
+pub struct Differences {
+    /// The point itself, and one moved along each coordinate.
+    pub points: Vec<Vec<f64>>,
+    /// The predictions wanted: every record at the point itself, which is the first, and those that a coordinate moves.
+    pub requests: Vec<Request>,
+    records: usize,
+    /// By how much each of the coordinates is moved, with its index.
+    steps: Vec<(usize, f64)>,
+}
+
+impl Differences {
+    /// With respect to some of the coordinates, by index; `steps` are the differences of all of them.
+    pub fn new(
+        coordinates: &[Coordinate],
+        records: usize,
+        u: &[f64],
+        steps: &[f64],
+        which: impl IntoIterator<Item = usize>,
+    ) -> Self {
+        let steps: Vec<(usize, f64)> = which.into_iter().map(|index| (index, steps[index])).collect();
+        let mut points = vec![u.to_vec()];
+        let mut requests: Vec<Request> = (0..records).map(|record| Request { point: 0, record }).collect();
+        for (index, step) in &steps {
+            let mut moved = u.to_vec();
+            moved[*index] += step;
+            let moves = (0..records).filter(|record| coordinates[*index].moves(*record));
+            requests.extend(moves.map(|record| Request { point: points.len(), record }));
+            points.push(moved);
+        }
+        Self { points, requests, records, steps }
+    }
+
+    /// The predictions with their derivatives, from what was predicted for the requests; nothing where the point itself is
+    /// impossible. A moved one that is impossible has no derivative.
+    pub fn linear(&self, predicted: Vec<Option<Vec<f64>>>) -> Option<Vec<Linear>> {
+        let mut predicted = predicted.into_iter();
+        let mut linear = Vec::with_capacity(self.records);
+        for _ in 0..self.records {
+            linear.push(Linear { predicted: predicted.next()??, columns: Vec::new() });
+        }
+        for (Request { point, record }, moved) in self.requests[self.records..].iter().zip(predicted) {
+            let (index, step) = self.steps[point - 1];
+            let at = &linear[*record].predicted;
+            let column = match moved {
+                Some(mut moved) => {
+                    let inverse = 1.0 / step;
+                    moved.iter_mut().zip(at).for_each(|(moved, at)| *moved = (*moved - at) * inverse);
+                    moved
+                }
+                None => vec![0.0; at.len()],
+            };
+            linear[*record].columns.push((index, column));
+        }
+        Some(linear)
     }
 }
 

@@ -4,6 +4,8 @@
 //! the restricted likelihood (Patterson and Thompson, Biometrika 58(3), 1971) with the priors of the coordinates. It has
 //! more than one summit, so a grid is looked at first and the best of it refined.
 
+use rayon::prelude::*;
+
 use crate::noise::{GroupNoise, Noise, Whitener};
 use crate::normal::{Linearised, Normal, Posterior};
 use crate::problem::Problem;
@@ -46,6 +48,29 @@ const DIRECTIONS: [[i32; 3]; 5] = [[1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [
 /// A gain of evidence below this is none, nats.
 const LEAST_GAIN: f64 = 0.05;
 
+/// A refinement goes over what the coordinates make of the sizes at most so often.
+const ROUNDS: usize = 4;
+
+/// No size moves by more than this factor in one of them.
+const REACH: f64 = 8.0;
+
+/// The factor by which a size is moved to see what the coordinates make of it.
+const DIFFERENCE: f64 = 1.2;
+
+/// Sizes with what they make of the records: how likely they are, and where the coordinates are best under them.
+struct Judged {
+    noise: Noise,
+    log_evidence: f64,
+    to: Vec<f64>,
+}
+
+/// A linearised problem whose errors' sizes are looked for.
+struct Sizing<'a, P: Problem + ?Sized> {
+    problem: &'a P,
+    at: &'a Linearised,
+    priors: &'a [GroupPrior],
+}
+
 /// The sizes that make what is left about a linearised problem most likely.
 pub fn components<P: Problem + ?Sized>(
     problem: &P,
@@ -54,54 +79,107 @@ pub fn components<P: Problem + ?Sized>(
     from: &Noise,
     effort: Effort,
 ) -> Noise {
-    let score = |noise: &Noise| -> f64 { evidence(problem, at, &at.normal(problem, noise), priors, noise) };
-    let mut best = from.clone();
-    let mut best_score = score(&best);
-    let mut consider = |noise: Noise, best: &mut Noise| -> bool {
-        let value = score(&noise);
-        let better = value > best_score + LEAST_GAIN;
-        if better {
-            best_score = value;
-            *best = noise;
-        }
-        better
-    };
+    let sizing = Sizing { problem, at, priors };
+    let Some(mut best) = sizing.judged(from.clone()) else { return from.clone() };
     for (group, prior) in priors.iter().enumerate().take(from.groups.len()) {
-        let has_process = problem
-            .records()
-            .iter()
-            .flat_map(|record| &record.series)
-            .any(|series| series.group == group && series.is_process && !series.rows.is_empty());
+        let series = problem.records().iter().flat_map(|record| &record.series);
+        let mut series = series.filter(|series| series.group == group && !series.rows.is_empty()).peekable();
+        if series.peek().is_none() {
+            continue;
+        }
+        let has_process = series.any(|series| series.is_process);
         if effort == Effort::Global && has_process {
-            let none = GroupNoise { discrepancy: 0.0, ..best.groups[group] };
-            consider(replaced(&best, group, none), &mut best);
+            let none = GroupNoise { discrepancy: 0.0, ..best.noise.groups[group] };
+            sizing.consider(replaced(&best.noise, group, none), &mut best);
             let ((least, most), times) = (prior.discrepancy, prior.time_s);
             let mut grid: Vec<(f64, Noise)> = (0..GRID.0 * GRID.1)
                 .map(|point| GroupNoise {
                     discrepancy: between(least, most, point / GRID.1, GRID.0),
                     time_s: between(times.0, times.1, point % GRID.1, GRID.1),
-                    ..best.groups[group]
+                    ..best.noise.groups[group]
                 })
-                .map(|one| replaced(&best, group, one))
-                .map(|noise| (log_likelihood(problem, at, &noise), noise))
+                .map(|one| replaced(&best.noise, group, one))
+                .map(|noise| (log_likelihood(problem, &at.residual, &noise), noise))
                 .collect();
             grid.sort_by(|a, b| b.0.total_cmp(&a.0));
             for (_, noise) in grid.into_iter().take(LOOKED_AT) {
-                consider(noise, &mut best);
+                sizing.consider(noise, &mut best);
             }
         }
+        for _ in 0..ROUNDS {
+            let refined = sizing.refined(&best, group, has_process);
+            if !sizing.consider(refined, &mut best) {
+                break;
+            }
+        }
+        if has_process && best.noise.groups[group].discrepancy > 0.0 {
+            let none = GroupNoise { discrepancy: 0.0, ..best.noise.groups[group] };
+            sizing.consider(replaced(&best.noise, group, none), &mut best);
+        }
+    }
+    best.noise
+}
+
+impl<P: Problem + ?Sized> Sizing<'_, P> {
+    fn judged(&self, noise: Noise) -> Option<Judged> {
+        let normal = self.at.normal(self.problem, &noise);
+        let (step, log_evidence) = Posterior::new(self.problem.coordinates(), &self.at.u, &normal).least()?;
+        let log_evidence = log_evidence + log_prior(self.priors, &noise);
+        log_evidence.is_finite().then_some(Judged { noise, log_evidence, to: step.to })
+    }
+
+    /// Takes sizes that are more likely; whether they are.
+    fn consider(&self, noise: Noise, best: &mut Judged) -> bool {
+        let better = self.judged(noise).filter(|one| one.log_evidence > best.log_evidence + LEAST_GAIN);
+        let is_better = better.is_some();
+        if let Some(better) = better {
+            *best = better;
+        }
+        is_better
+    }
+
+    /// The likely sizes of a group, from others close by. What the rows left say of them is taken as it is, with the
+    /// coordinates where they are best under the sizes at hand; how much of it is owed to the freedom of the coordinates, the
+    /// part that is costly to compute, as linear in the logarithms of the sizes.
+    fn refined(&self, from: &Judged, group: usize, has_process: bool) -> Noise {
+        let start = from.noise.groups[group];
+        let prior = narrowed(self.priors[group], start);
+        let left = self.at.foreseen(&from.to);
+        let of_rows = |noise: &Noise| log_likelihood(self.problem, &left, noise) + log_prior(self.priors, noise);
+        let of_freedom = |judged: &Judged| judged.log_evidence - of_rows(&judged.noise);
+        let moves_process = has_process && start.discrepancy > 0.0;
+        let known = of_freedom(from);
+        let slopes: Vec<f64> = DIRECTIONS[..if moves_process { 3 } else { 1 }]
+            .par_iter()
+            .map(|powers| {
+                let moved = [DIFFERENCE, DIFFERENCE.recip()].map(|factor| scaled(start, prior, *powers, factor));
+                let by = |moved: &GroupNoise| logarithms(*moved, start).into_iter().sum::<f64>();
+                let farthest = moved.into_iter().max_by(|a, b| by(a).abs().total_cmp(&by(b).abs()));
+                let Some(moved) = farthest.filter(|moved| by(moved) != 0.0) else { return 0.0 };
+                let judged = self.judged(replaced(&from.noise, group, moved));
+                judged.map_or(0.0, |judged| (of_freedom(&judged) - known) / by(&moved))
+            })
+            .collect();
+        let score = |noise: &Noise| {
+            let logarithms = logarithms(noise.groups[group], start);
+            of_rows(noise) + slopes.iter().zip(logarithms).map(|(slope, by)| slope * by).sum::<f64>()
+        };
+        let mut best = (score(&from.noise), from.noise.clone());
         let mut factor = MOVES.0;
         while factor > MOVES.1 {
             let mut moved = false;
             for powers in DIRECTIONS {
-                if powers[1..] != [0, 0] && (!has_process || best.groups[group].discrepancy == 0.0) {
+                if powers[1..] != [0, 0] && !moves_process {
                     continue;
                 }
                 for factor in [factor, 1.0 / factor] {
-                    while consider(
-                        replaced(&best, group, scaled(best.groups[group], *prior, powers, factor)),
-                        &mut best,
-                    ) {
+                    loop {
+                        let noise = replaced(&best.1, group, scaled(best.1.groups[group], prior, powers, factor));
+                        let value = score(&noise);
+                        if value <= best.0 + LEAST_GAIN {
+                            break;
+                        }
+                        best = (value, noise);
                         moved = true;
                     }
                 }
@@ -110,16 +188,31 @@ pub fn components<P: Problem + ?Sized>(
                 factor = factor.sqrt();
             }
         }
-        if has_process && best.groups[group].discrepancy > 0.0 {
-            consider(replaced(&best, group, GroupNoise { discrepancy: 0.0, ..best.groups[group] }), &mut best);
-        }
+        best.1
     }
-    best
 }
 
-/// The logarithm of the likelihood of the residuals alone, up to a constant, nats.
-fn log_likelihood<P: Problem + ?Sized>(problem: &P, at: &Linearised, noise: &Noise) -> f64 {
-    let records = problem.records().iter().zip(&at.residual);
+/// The range of sizes that a refinement goes through at once.
+fn narrowed(prior: GroupPrior, about: GroupNoise) -> GroupPrior {
+    let within =
+        |(least, most): (f64, f64), value: f64| (f64::max(least, value / REACH), f64::min(most, value * REACH));
+    GroupPrior {
+        multiplier: within(prior.multiplier, about.multiplier),
+        discrepancy: within(prior.discrepancy, about.discrepancy),
+        time_s: within(prior.time_s, about.time_s),
+        ..prior
+    }
+}
+
+/// The logarithms by which multiplier, discrepancy and correlation time differ; nothing where one is zero.
+fn logarithms(one: GroupNoise, other: GroupNoise) -> [f64; 3] {
+    let by = |one: f64, other: f64| if one > 0.0 && other > 0.0 { (one / other).ln() } else { 0.0 };
+    [by(one.multiplier, other.multiplier), by(one.discrepancy, other.discrepancy), by(one.time_s, other.time_s)]
+}
+
+/// The logarithm of the likelihood of residuals alone, up to a constant, nats.
+fn log_likelihood<P: Problem + ?Sized>(problem: &P, residual: &[Vec<f64>], noise: &Noise) -> f64 {
+    let records = problem.records().iter().zip(residual);
     let of_record = |(record, residual): (_, &Vec<f64>)| {
         let whitener = Whitener::new(record, noise);
         let chi2: f64 = whitener.whitened(residual).iter().map(|value| value * value).sum();

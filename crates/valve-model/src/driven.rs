@@ -22,11 +22,13 @@ pub(crate) struct DrivenPressures {
     pub supply: f64,
 }
 
+/// A sample this many places from where it is looked for is close.
+const NEAR: usize = 4;
+
 impl Driven {
     /// The pressures at a time.
     pub(crate) fn at(&self, time_s: f64) -> DrivenPressures {
-        let last = self.time_s.len().saturating_sub(1);
-        let right = self.time_s.partition_point(|time| *time <= time_s).max(1).min(last);
+        let right = self.next_after(time_s);
         let left = right.saturating_sub(1);
         let (from, to) = (self.time_s.get(left).copied(), self.time_s.get(right).copied());
         let share = match (from, to) {
@@ -45,6 +47,27 @@ impl Driven {
             chamber: value(&self.chamber_pressure_pa),
             supply: value(&self.supply_pressure_pa),
         }
+    }
+
+    /// The first sample later than a time, but never the very first one nor one beyond the last. A recorder takes samples
+    /// evenly, so that it is looked for about where it would then be.
+    fn next_after(&self, time_s: f64) -> usize {
+        let times = self.time_s.as_slice();
+        let last = times.len().saturating_sub(1);
+        let (Some(from), Some(to)) = (times.first(), times.last()) else { return 0 };
+        let share = ((time_s - from) / (to - from)).clamp(0.0, 1.0);
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of the samples")]
+        let mut right = (1 + (share * last as f64) as usize).min(last);
+        for _ in 0..NEAR {
+            if right > 1 && times[right - 1] > time_s {
+                right -= 1;
+            } else if right < last && times[right] <= time_s {
+                right += 1;
+            } else {
+                return right;
+            }
+        }
+        times.partition_point(|time| *time <= time_s).max(1).min(last)
     }
 
     /// What is wrong with it, in words.
@@ -93,6 +116,21 @@ mod tests {
         assert_eq!(at(1.5), (1.5e5, 0.0, 5e5));
         assert_eq!(at(3.0), (4e5, 0.0, 4.5e5));
         assert_eq!(at(9.0), (6e5, 0.0, 4e5));
+    }
+
+    #[test]
+    fn samples_are_found_however_they_lie() {
+        let even: Vec<f64> = (0..50).map(|i| 0.1 * f64::from(i)).collect();
+        let uneven: Vec<f64> = (0..50).map(|i| 0.002 * f64::from(i).powi(2)).collect();
+        let doubled = vec![0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 5.0];
+        for time_s in [even, uneven, doubled] {
+            let last = time_s.len() - 1;
+            let driven = Driven { time_s: time_s.clone(), ..Driven::default() };
+            for time in (-20..120).map(|i| 0.05 * f64::from(i)).chain(time_s.iter().copied()) {
+                let expected = time_s.iter().filter(|one| **one <= time).count().clamp(1, last);
+                assert_eq!(driven.next_after(time), expected, "{time} s");
+            }
+        }
     }
 
     #[test]

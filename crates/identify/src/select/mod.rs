@@ -18,7 +18,8 @@ use rayon::prelude::*;
 pub use family::{Family, Level, News, Set};
 pub use options::SelectOptions;
 
-use crate::fit::{Fit, fit};
+use self::race::settling;
+use crate::fit::{Fit, FitOptions, fit};
 use crate::held_out::{HeldOut, folds, held_out};
 use crate::left::{excess, left_nats, left_to_explain, rms_in_noise};
 use crate::noise::Noise;
@@ -99,13 +100,9 @@ fn base_at<F: Family>(family: &F, level: Level, from: Option<&Model<F::Member>>)
 
 /// Searches a family for the effects that records need; nothing where not even the empty set can be fitted.
 pub fn select<F: Family>(family: &F, options: &SelectOptions) -> Option<Selection<F::Member>> {
-    let mut search = Search { family, options, models: HashMap::new(), reduced: Vec::new() };
+    let mut search = Search { family, options, models: HashMap::new(), looked_at: Vec::new(), reduced: Vec::new() };
     for model in base(family)? {
         search.models.insert((Vec::new(), model.level), model);
-    }
-    if !search.is_explained(&[]) {
-        let screen = base_at(family, Level::Screen, search.models.get(&(Vec::new(), Level::Low)))?;
-        search.models.insert((Vec::new(), Level::Screen), screen);
     }
     let mut steps: Vec<Set> = vec![Vec::new()];
     loop {
@@ -141,6 +138,8 @@ struct Search<'a, F: Family> {
     family: &'a F,
     options: &'a SelectOptions,
     models: HashMap<(Set, Level), Model<F::Member>>,
+    /// Sets that were fitted to a few of the records, for larger ones to begin from.
+    looked_at: Vec<Set>,
     /// Sets whose smaller ones were fitted from their optimum.
     reduced: Vec<Set>,
 }
@@ -193,36 +192,61 @@ impl<F: Family> Search<'_, F> {
             .collect()
     }
 
-    /// A set and those with one effect less, fitted as exactly; from its own optimum where they are new.
+    /// The sets with one effect less, fitted from the optimum of all. At first a little and cheaply: one that is then far less
+    /// likely is not worth a fit as exact as those that decide.
     fn with_smaller(&mut self, set: &[usize]) -> Vec<Set> {
         let smaller: Vec<Set> =
             set.iter().map(|one| set.iter().copied().filter(|other| other != one).collect()).collect();
         if self.reduced.iter().any(|one| one == set) {
             return smaller;
         }
-        let fits: Vec<(Set, F::Member, Fit)> = {
-            let Some(origin) = self.models.get(&(set.to_vec(), Level::High)) else { return smaller };
-            smaller
-                .par_iter()
-                .filter(|set| !set.is_empty())
-                .filter_map(|set| {
-                    let problem = self.family.member(set, Level::High)?;
-                    let mut starts = self.family.warm(&problem, &origin.problem, &origin.fit.u);
-                    if let Some(low) = self.models.get(&(set.clone(), Level::Low)) {
-                        starts.push(self.family.carried(&low.problem, &low.fit.u, &problem));
-                    }
-                    // A start that looks worse may lie in the better valley.
-                    let fits = starts.into_par_iter().filter_map(|start| fit(&problem, &start, &self.family.options()));
-                    let fit = fits.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))?;
-                    Some((set.clone(), problem, fit))
-                })
-                .collect()
-        };
-        for (set, problem, fit) in fits {
+        let begun = self.reduced_a_little(set, &smaller);
+        let of_all = self.evidence(set, Level::Low);
+        let is_near =
+            |fit: &Fit| of_all.is_none_or(|all| fit.log_evidence + fit.promised > all - self.options.hopeless);
+        let near: Vec<Set> = begun.iter().filter(|(.., fit)| is_near(fit)).map(|(set, ..)| set.clone()).collect();
+        for (set, problem, fit) in begun {
+            self.keep(set, Level::Low, problem, fit);
+        }
+        for (set, problem, fit) in self.reduced_exactly(set, &near) {
             self.keep(set, Level::High, problem, fit);
         }
         self.reduced.push(set.to_vec());
         smaller
+    }
+
+    /// Smaller sets fitted cheaply from the optimum of a larger one.
+    fn reduced_a_little(&self, origin: &[usize], sets: &[Set]) -> Vec<(Set, F::Member, Fit)> {
+        let Some(origin) = self.models.get(&(origin.to_vec(), Level::High)) else { return Vec::new() };
+        let options = FitOptions {
+            known: Some(origin.fit.noise.clone()),
+            ..settling(self.options.rounds[1], self.family.options())
+        };
+        let fitted = |set: &Set| {
+            let problem = self.family.member(set, Level::Low)?;
+            let starts = self.family.warm(&problem, &origin.problem, &origin.fit.u);
+            let fits = starts.into_par_iter().filter_map(|start| fit(&problem, &start, &options));
+            let fit = fits.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))?;
+            Some((set.clone(), problem, fit))
+        };
+        sets.par_iter().filter(|set| !set.is_empty()).filter_map(fitted).collect()
+    }
+
+    /// Smaller sets fitted as exactly as a larger one: from its optimum, and from where they are known to be best.
+    fn reduced_exactly(&self, origin: &[usize], sets: &[Set]) -> Vec<(Set, F::Member, Fit)> {
+        let Some(origin) = self.models.get(&(origin.to_vec(), Level::High)) else { return Vec::new() };
+        let fitted = |set: &Set| {
+            let problem = self.family.member(set, Level::High)?;
+            let mut starts = self.family.warm(&problem, &origin.problem, &origin.fit.u);
+            if let Some(low) = self.models.get(&(set.clone(), Level::Low)) {
+                starts.push(self.family.carried(&low.problem, &low.fit.u, &problem));
+            }
+            // A start that looks worse may lie in the better valley.
+            let fits = starts.into_par_iter().filter_map(|start| fit(&problem, &start, &self.family.options()));
+            let fit = fits.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))?;
+            Some((set.clone(), problem, fit))
+        };
+        sets.par_iter().filter_map(fitted).collect()
     }
 
     /// The set without effects that it does not need any more.

@@ -23,13 +23,10 @@ pub struct SelectOptions {
     pub hopeless: f64,
     /// Sets that are followed to the end, at most.
     pub followed: usize,
-    /// Where a fit may have ended in a false valley, so many of all starts are followed to the end.
-    pub restarts: usize,
     /// What is left counts as nothing where its evidence is below this, nats.
     pub nothing_left: f64,
     /// A model error larger than this is more than instruments and small laws explain (in the units of the rows'
-    /// activity): the fit may have ended in a false valley, or something else is missing. Common position sensors are
-    /// linear to half a percent of their span.
+    /// activity): something else is missing. Common position sensors are linear to half a percent of their span.
     pub large: f64,
     /// What is left is given up once the error that was held out is below this (in the units of the rows' noise);
     /// zero for never.
@@ -48,7 +45,6 @@ impl Default for SelectOptions {
             finalists: 3,
             hopeless: 60.0,
             followed: 5,
-            restarts: 2,
             nothing_left: 3.0,
             large: 0.005,
             good_enough: 0.0,

@@ -17,7 +17,7 @@ struct Runner<P> {
 }
 
 /// How a fit goes on whose way an annealed phase, or a fit close by, has shown.
-fn settling(settled: usize, options: FitOptions) -> FitOptions {
+pub(super) fn settling(settled: usize, options: FitOptions) -> FitOptions {
     FitOptions { annealed: 0, settled, ..options }
 }
 
@@ -63,8 +63,6 @@ impl<F: Family> Search<'_, F> {
             runners = self.carried_on(kept, derivatives);
         }
         runners.sort_by(|a, b| b.fit.log_evidence.total_cmp(&a.fit.log_evidence));
-        runners = self.started_again(runners);
-        runners.sort_by(|a, b| b.fit.log_evidence.total_cmp(&a.fit.log_evidence));
         let best = runners.first().map_or(best_known, |runner| runner.fit.log_evidence.max(best_known));
         let mut finalists = known;
         for (place, runner) in runners.into_iter().enumerate() {
@@ -81,7 +79,8 @@ impl<F: Family> Search<'_, F> {
             .max_by(|a, b| of(a).partial_cmp(&of(b)).unwrap_or(std::cmp::Ordering::Equal))
     }
 
-    fn first_round(&self, sets: &[Set], from: &[usize]) -> Vec<Runner<F::Member>> {
+    fn first_round(&mut self, sets: &[Set], from: &[usize]) -> Vec<Runner<F::Member>> {
+        self.look_at_smaller(sets, from);
         let family = self.family;
         let tasks: Vec<(&Set, bool)> = sets.iter().flat_map(|set| [(set, false), (set, true)]).collect();
         let little = FitOptions { annealed: self.options.rounds[0], settled: 0, ..family.options() };
@@ -91,9 +90,9 @@ impl<F: Family> Search<'_, F> {
             .filter_map(|(set, is_warm)| {
                 let problem = family.member(set, Level::Screen)?;
                 let fit = if *is_warm {
-                    let (of_all, u, noise) = self.foreseen(set, from)?;
+                    let (start, noise) = self.foreseen(&problem, set, from)?;
                     let options = FitOptions { known: Some(noise), ..settling(self.options.rounds[0], little.clone()) };
-                    fit(&problem, &family.carried(&of_all, &u, &problem), &options)?
+                    fit(&problem, &start, &options)?
                 } else {
                     fit(&problem, &best_start(&problem, family.cold(&problem))?, &little)?
                 };
@@ -148,33 +147,6 @@ impl<F: Family> Search<'_, F> {
             .collect()
     }
 
-    /// Runners whose fits leave a large model error, fitted from every start that knows nothing: one of them may lead out
-    /// of a false valley.
-    fn started_again(&self, runners: Vec<Runner<F::Member>>) -> Vec<Runner<F::Member>> {
-        let family = self.family;
-        let again = |mut runner: Runner<F::Member>| {
-            let is_large = runner.fit.noise.groups.iter().any(|group| group.discrepancy > self.options.large);
-            if !is_large || family.stop().is_asked() {
-                return runner;
-            }
-            runner.fit = self.best_of(&runner.problem, family.cold(&runner.problem), runner.fit);
-            runner
-        };
-        runners.into_par_iter().map(again).collect()
-    }
-
-    /// The best of a fit and those from other starts: all get a little work, those that got farthest are fitted to the end.
-    fn best_of(&self, problem: &F::Member, starts: Vec<Vec<f64>>, known: Fit) -> Fit {
-        let options = self.family.options();
-        let little = FitOptions { annealed: self.options.rounds[0], settled: 0, ..options.clone() };
-        let mut begun: Vec<Fit> = starts.into_par_iter().filter_map(|start| fit(problem, &start, &little)).collect();
-        begun.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));
-        begun.truncate(self.options.restarts);
-        let fits = begun.into_par_iter().filter_map(|begun| fit(problem, &begun.u, &options));
-        let best = fits.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence));
-        best.filter(|best| best.log_evidence > known.log_evidence).unwrap_or(known)
-    }
-
     /// Fits sets as exactly as they are reported, from where their cheap fits ended.
     fn finely(&mut self, sets: &[Set]) {
         let wanted: Vec<&Set> =
@@ -187,14 +159,9 @@ impl<F: Family> Search<'_, F> {
                 let low = self.models.get(&(set.clone(), Level::Low))?;
                 let problem = self.family.member(set, Level::High)?;
                 let start = self.family.carried(&low.problem, &low.fit.u, &problem);
-                let mut best = fit(&problem, &start, &options)?;
-                // What only this level can move may have held the way there in a false valley.
-                let is_wider = problem.coordinates().len() > low.problem.coordinates().len();
-                if is_wider && left_nats(&problem, &best, &options) > self.options.accept {
-                    best = self.best_of(&problem, self.family.cold(&problem), best);
-                }
-                self.family.tell(fitted_news(set, &problem, &best, of));
-                Some((set.clone(), problem, best))
+                let fit = fit(&problem, &start, &options)?;
+                self.family.tell(fitted_news(set, &problem, &fit, of));
+                Some((set.clone(), problem, fit))
             })
             .collect();
         for (set, problem, fit) in fits {

@@ -114,8 +114,7 @@ fn in_order(catalogue: &Catalogue<'_>, found: &Selection<ValveProblem<'_>>) -> V
     let accepted = found.accepted();
     let lost = |one: usize| {
         let rest: Vec<usize> = accepted.iter().copied().filter(|other| *other != one).collect();
-        let without = found.models.iter().find(|model| model.set == rest && model.level == Level::High);
-        without.map_or(f64::INFINITY, |model| -found.gain(model))
+        found.model(&rest).map_or(f64::INFINITY, |model| -found.gain(model))
     };
     let mut order = accepted.to_vec();
     order.sort_by(|a, b| lost(*b).total_cmp(&lost(*a)));
@@ -250,14 +249,9 @@ fn candidates(
     let accepted = found.accepted();
     let all = probabilities(found);
     let accepted_gain = found.model(accepted).map_or(0.0, |model| found.gain(model));
-    let mut sets: Vec<&Fitted<'_>> = Vec::new();
-    for model in found.models.iter().filter(|model| !model.set.is_empty()) {
-        let is_coarse = model.level == Level::Low
-            && found.models.iter().any(|other| other.set == model.set && other.level == Level::High);
-        if !is_coarse {
-            sets.push(model);
-        }
-    }
+    let is_most_exact = |model: &&Fitted<'_>| found.model(&model.set).is_some_and(|exact| std::ptr::eq(exact, *model));
+    let sets: Vec<&Fitted<'_>> =
+        found.models.iter().filter(|model| !model.set.is_empty()).filter(is_most_exact).collect();
     let mut reports: Vec<CandidateReport> = sets
         .into_par_iter()
         .map(|model| {

@@ -11,7 +11,7 @@ use valve_model::{EffectKind, Fidelity, ParameterId};
 
 use super::nuisance::{Entry, Nuisance, NuisanceSizes, nuisances};
 use super::problem::{DEFAULT_TOLERANCES, ValveProblem};
-use super::setup::Setup;
+use super::setup::{Kind, Setup};
 use super::start::Beginning;
 use crate::data::Dataset;
 use crate::space::{Space, Target};
@@ -62,9 +62,17 @@ const USUAL: usize = 3;
 /// 20 nats at most, if an effect does just what the simulation does wrong.
 const OWN_ERROR: (f64, f64) = (0.5, 0.2);
 
-/// Root mean square of errors by record and row, in standard deviations of the rows.
-fn rms_in_noise(setup: &Setup, errors: &[Vec<f64>]) -> f64 {
-    let rows = setup.records.iter().zip(errors).flat_map(|(record, errors)| record.rows().zip(errors));
+/// The rungs of a record whose usual fidelity is this.
+fn rungs(usual: Fidelity) -> [Fidelity; RUNGS.len()] {
+    RUNGS.map(|(step, substeps)| Fidelity {
+        most_inert_kg: usual.most_inert_kg,
+        ..Fidelity::with_step(step * usual.step_s).with_most_substeps(substeps)
+    })
+}
+
+/// Root mean square over some records of errors by record and row, in standard deviations of the rows.
+fn rms_in_noise(setup: &Setup, records: &[usize], errors: &[Vec<f64>]) -> f64 {
+    let rows = records.iter().flat_map(|record| setup.records[*record].rows().zip(&errors[*record]));
     let (sum, count) =
         rows.fold((0.0, 0.0), |(sum, count), (row, error)| (sum + (error / row.sigma).powi(2), count + 1.0));
     (sum / f64::max(count, 1.0)).sqrt()
@@ -92,10 +100,9 @@ impl Subject {
             space,
             tolerances_are_assumed,
         };
-        let (step, substeps) = RUNGS[0];
-        let step_s = step * subject.high.fidelity.step_s;
-        let roughest = Fidelity::with_step(step_s).with_most_substeps(substeps);
-        subject.low.fidelity = Fidelity { most_inert_kg: subject.high.fidelity.most_inert_kg, ..roughest };
+        for unit in &mut subject.low.units {
+            unit.fidelity = rungs(unit.fidelity)[0];
+        }
         subject.find_unseen_edges(&campaign.uncertainty, sizes);
         subject.choose_fidelity();
         subject.find_unrest();
@@ -154,25 +161,25 @@ impl Subject {
         }
     }
 
-    /// How closely to simulate on the way, and for what decides, by what the recorders can see of the difference; what is cut
-    /// short all the same counts as noise.
+    /// How closely to simulate each record on the way, and for what decides, by what its recorder can see of the difference;
+    /// what is cut short all the same counts as noise. Stroke times are all simulated alike.
     fn choose_fidelity(&mut self) {
-        let usual = self.high.fidelity;
-        let rungs = RUNGS.map(|(step, substeps)| Fidelity {
-            most_inert_kg: usual.most_inert_kg,
-            ..Fidelity::with_step(step * usual.step_s).with_most_substeps(substeps)
-        });
+        let of_unit: Vec<[Fidelity; RUNGS.len()]> = self.high.units.iter().map(|unit| rungs(unit.fidelity)).collect();
+        let at = |setup: &mut Setup, chosen: &[usize]| {
+            for ((unit, rungs), rung) in setup.units.iter_mut().zip(&of_unit).zip(chosen) {
+                unit.fidelity = rungs[*rung];
+            }
+        };
         let mut setup = self.low.clone();
-        let predicted: Vec<Vec<Vec<f64>>> = rungs
-            .iter()
+        let predicted: Vec<Vec<Vec<f64>>> = (0..RUNGS.len())
             .filter_map(|rung| {
-                setup.fidelity = *rung;
+                at(&mut setup, &vec![rung; of_unit.len()]);
                 let problem = ValveProblem::new(&setup, self.space.clone(), &self.nuisances, Stop::never());
                 predict_all(&problem, &[problem.start()]).remove(0)
             })
             .collect();
         // The valve as its file has it may be none that can be simulated.
-        let Some((exact, others)) = predicted.split_last().filter(|(_, others)| others.len() + 1 == rungs.len()) else {
+        let Some((exact, others)) = predicted.split_last().filter(|(_, others)| others.len() + 1 == RUNGS.len()) else {
             return;
         };
         let errors: Vec<Vec<Vec<f64>>> = others
@@ -182,17 +189,26 @@ impl Subject {
                 both.map(|(one, exact)| one.iter().zip(exact).map(|(one, exact)| one - exact).collect()).collect()
             })
             .collect();
-        let in_noise: Vec<f64> = errors.iter().map(|errors| rms_in_noise(&setup, errors)).collect();
-        let first = |rungs: std::ops::RangeInclusive<usize>, most: f64| {
+        let is_timed = |unit: usize| matches!(setup.units[unit].kind, Kind::Times(_));
+        let units = 0..of_unit.len();
+        let first = |unit: usize, rungs: std::ops::RangeInclusive<usize>, most: f64| {
             let last = *rungs.end();
-            rungs.into_iter().find(|rung| in_noise[*rung] <= most).unwrap_or(last)
+            let is_alike = |other: &usize| *other == unit || is_timed(*other) && is_timed(unit);
+            let alike: Vec<usize> = units.clone().filter(is_alike).collect();
+            rungs.into_iter().find(|rung| rms_in_noise(&setup, &alike, &errors[*rung]) <= most).unwrap_or(last)
         };
-        let low = first(0..=USUAL, OWN_ERROR.0);
-        let high = first(low.max(USUAL)..=errors.len() - 1, OWN_ERROR.1);
-        self.low.fidelity = rungs[low];
-        self.low.add_noise(&errors[low]);
-        self.high = Setup { fidelity: rungs[high], ..setup };
-        self.high.add_noise(&errors[high]);
+        let low: Vec<usize> = units.clone().map(|unit| first(unit, 0..=USUAL, OWN_ERROR.0)).collect();
+        let finest = errors.len() - 1;
+        let high: Vec<usize> =
+            units.clone().map(|unit| first(unit, low[unit].max(USUAL)..=finest, OWN_ERROR.1)).collect();
+        let of_rungs = |chosen: &[usize]| -> Vec<Vec<f64>> {
+            chosen.iter().enumerate().map(|(unit, rung)| errors[*rung][unit].clone()).collect()
+        };
+        at(&mut self.low, &low);
+        self.low.add_noise(&of_rungs(&low));
+        self.high = setup;
+        at(&mut self.high, &high);
+        self.high.add_noise(&of_rungs(&high));
     }
 
     /// Which delays only a simulation tells: those of records in which a command finds the valve still filling, emptying or

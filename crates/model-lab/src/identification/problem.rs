@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use identify::{Coordinate, Linear, Problem, Record, Request, Scope, Stop};
+use identify::{Coordinate, Differences, Linear, Problem, Record, Request, Scope, Stop};
 use rayon::prelude::*;
 use valve_model::cycle::{CycleTimes, cycles};
 use valve_model::driven::Driven;
 use valve_model::real::LANES;
-use valve_model::{ParameterId, Prepared, Run, Start, Trajectory, Valve, simulate};
+use valve_model::{Fidelity, ParameterId, Prepared, Run, Start, Trajectory, Valve, simulate};
 
 use super::nuisance::{Entry, Nuisance};
 use super::setup::{Kind, Setup, Trace, Unit};
@@ -24,6 +24,9 @@ const SIZE_SIGMA: f64 = 2.0;
 
 /// A stroke that was not finished counts as this many times its window.
 const BEYOND: f64 = 1.2;
+
+/// Batches that each thread gets: more share the work out more evenly, but at the end of each some lanes run empty.
+const BATCHES_A_THREAD: usize = 2;
 
 /// Differences in time for derivatives with respect to delays, s.
 const TIME_STEP_S: f64 = 5e-4;
@@ -216,29 +219,40 @@ impl<'a> ValveProblem<'a> {
         of_trace: impl Fn(Request, &Trace, &Valve, &Trajectory) -> T + Sync,
         of_times: impl Fn(Request, Option<&CycleTimes>) -> T + Sync,
     ) -> Vec<Option<T>> {
-        let fidelity = self.setup.fidelity;
-        let jobs: Vec<Option<(Valve, Run)>> =
-            requests.par_iter().map(|request| self.simulation(&points[request.point], request.record)).collect();
+        let of_request = |request: &Request| {
+            let (valve, run) = self.simulation(&points[request.point], request.record)?;
+            let unit = &self.setup.units[request.record];
+            let prepared = unit.is_trace().then(|| Prepared::new(&valve, &run, unit.fidelity));
+            Some((valve, run, prepared))
+        };
+        let jobs: Vec<Option<(Valve, Run, Option<Prepared>)>> = requests.par_iter().map(of_request).collect();
         let pressures = self.setup.units.iter().any(Unit::has_pressures);
         let mut results: Vec<Option<T>> = vec![None; requests.len()];
-        let mut traces: Vec<(usize, &Trace, &Valve, Prepared)> = Vec::new();
+        let mut traces: Vec<(usize, &Trace, &Valve, &Prepared)> = Vec::new();
         let mut times: [Vec<(usize, &Valve, &Run)>; 2] = [Vec::new(), Vec::new()];
         for (place, job) in jobs.iter().enumerate() {
-            let Some((valve, run)) = job else { continue };
-            match &self.setup.units[requests[place].record].kind {
-                Kind::Trace(trace) => {
-                    let prepared = Prepared::new(valve, run, fidelity);
-                    traces.push((place, trace, valve, prepared));
-                }
-                Kind::Times(of) => times[usize::from(of.cycles > 1)].push((place, valve, run)),
+            let Some((valve, run, prepared)) = job else { continue };
+            match (&self.setup.units[requests[place].record].kind, prepared) {
+                (Kind::Trace(trace), Some(prepared)) => traces.push((place, trace, valve, prepared)),
+                (Kind::Times(of), _) => times[usize::from(of.cycles > 1)].push((place, valve, run)),
+                (Kind::Trace(_), None) => {}
             }
         }
-        let length = traces.len().div_ceil(4 * rayon::current_num_threads()).clamp(LANES, 8 * LANES);
+        // Runs of one record are equally long, so that the lanes of a batch end together; those with other terms run apart.
+        let mut kinds: Vec<&Prepared> = Vec::new();
+        for (.., prepared) in &traces {
+            if !kinds.iter().any(|kind| kind.fits_beside(prepared)) {
+                kinds.push(prepared);
+            }
+        }
+        let kind_of = |prepared: &Prepared| kinds.iter().position(|kind| kind.fits_beside(prepared));
+        traces.sort_by_cached_key(|(place, .., prepared)| (kind_of(prepared), requests[*place].record));
+        let length = traces.len().div_ceil(BATCHES_A_THREAD * rayon::current_num_threads()).max(LANES);
         let of_batches: Vec<Vec<(usize, T)>> = traces
             .par_chunks(length.next_multiple_of(LANES))
             .map(|batch| {
                 let mut found = Vec::with_capacity(batch.len());
-                let prepared: Vec<&Prepared> = batch.iter().map(|(.., prepared)| prepared).collect();
+                let prepared: Vec<&Prepared> = batch.iter().map(|(.., prepared)| *prepared).collect();
                 simulate(&prepared, pressures, |index, nodes, _| {
                     let (place, trace, valve, _) = &batch[index];
                     found.push((*place, of_trace(requests[*place], trace, valve, nodes)));
@@ -249,6 +263,8 @@ impl<'a> ValveProblem<'a> {
         for (place, found) in of_batches.into_iter().flatten() {
             results[place] = Some(found);
         }
+        let timed = self.setup.units.iter().find(|unit| matches!(unit.kind, Kind::Times(_)));
+        let fidelity = timed.map_or(Fidelity::FINE, |unit| unit.fidelity);
         for (more, jobs) in times.iter().enumerate() {
             let of_batches: Vec<Vec<(usize, T)>> = jobs
                 .par_chunks(jobs.len().div_ceil(4 * rayon::current_num_threads()).clamp(LANES, 8 * LANES))
@@ -351,22 +367,34 @@ impl Problem for ValveProblem<'_> {
         let is_simulated =
             |index: &usize| index.checked_sub(first).is_none_or(|nuisance| self.nuisances[nuisance].is_simulated);
         let simulated: Vec<usize> = (0..u.len()).filter(is_simulated).collect();
-        let mut linear = self.differences(u, steps, &simulated)?;
-        // How every row moves with time, from the same motion seen by a clock that is a little off.
-        let points = [u.to_vec()];
-        let requests: Vec<Request> = (0..self.setup.units.len()).map(|record| Request { point: 0, record }).collect();
-        let by_time = self.simulated(
-            &points,
-            &requests,
-            |request, trace, valve, nodes| {
-                let late = self.rows(u, request.record, trace, valve, nodes, TIME_STEP_S);
-                let early = self.rows(u, request.record, trace, valve, nodes, -TIME_STEP_S);
-                late.iter().zip(&early).map(|(late, early)| (late - early) / (2.0 * TIME_STEP_S)).collect()
+        let records = self.setup.units.len();
+        let differences = Differences::new(&self.coordinates, records, u, steps, simulated);
+        let points = &differences.points;
+        let simulated = self.simulated(
+            points,
+            &differences.requests,
+            |Request { point, record }, trace, valve, nodes| {
+                let seen = |shift_s: f64| self.rows(&points[point], record, trace, valve, nodes, shift_s);
+                // How every row moves with time: the same motion seen by a clock that is a little off.
+                let slopes = || {
+                    let pairs = seen(TIME_STEP_S).into_iter().zip(seen(-TIME_STEP_S));
+                    pairs.map(|(late, early)| (late - early) / (2.0 * TIME_STEP_S)).collect()
+                };
+                (seen(0.0), if point == 0 { slopes() } else { Vec::new() })
             },
-            |_, _| Vec::new(),
+            |Request { point, record }, cycle| (self.times(&points[point], record, cycle), Vec::new()),
         );
-        for (index, (linear, by_time)) in linear.iter_mut().zip(by_time).enumerate() {
-            let columns: Vec<(usize, Vec<f64>)> = self.analytic(u, index, &linear.predicted, &by_time?);
+        let mut by_time: Vec<Vec<f64>> = Vec::with_capacity(records);
+        let predicted = simulated.into_iter().map(|one| {
+            let (predicted, slopes) = one?;
+            if by_time.len() < records {
+                by_time.push(slopes);
+            }
+            Some(predicted)
+        });
+        let mut linear = differences.linear(predicted.collect())?;
+        for (index, (linear, by_time)) in linear.iter_mut().zip(&by_time).enumerate() {
+            let columns: Vec<(usize, Vec<f64>)> = self.analytic(u, index, &linear.predicted, by_time);
             linear.columns.extend(columns);
         }
         Some(linear)

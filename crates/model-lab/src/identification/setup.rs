@@ -78,6 +78,8 @@ pub struct Unit {
     /// How long before a command to close, and one to open, the row before it was written, s: when in that time the command
     /// was given is not recorded. The longest of each.
     pub unseen_s: [f64; 2],
+    /// How closely it is simulated.
+    pub fidelity: Fidelity,
     /// The recorded run that it is a part of, by index; stroke times follow the runs.
     pub source: usize,
     /// What it is of.
@@ -97,8 +99,6 @@ pub struct Setup {
     pub noise_m: Option<f64>,
     /// Cycle of stroke times without traces.
     pub schedule: Schedule,
-    /// How closely it is simulated.
-    pub fidelity: Fidelity,
     /// Travel between the stops, m.
     pub stroke_m: f64,
     /// Atmospheric pressure, Pa.
@@ -156,17 +156,21 @@ impl Setup {
         let travel_s = travel_s(data, stroke_m);
         let push_n = (parameters.supply_pressure_pa - ambient_pa).abs() * parameters.piston_area_m2;
         let is_driven = campaign.inputs.pipe_pressure || campaign.inputs.chamber_pressure;
+        let fidelity = Fidelity {
+            most_inert_kg: INERTIA_SHARE * push_n * travel_s * travel_s / stroke_m,
+            ..Fidelity::with_step(step_s(travel_s)).with_most_substeps(MOST_SUBSTEPS)
+        };
         let mut units = Vec::new();
         let mut records: Vec<Record> = Vec::new();
         for (source, (recorded, run)) in campaign.runs.iter().zip(&data.runs).enumerate() {
             for (unit, record) in trace_units(recorded, run, travel_s, (stroke_m, ambient_pa), is_driven) {
-                units.push(Unit { source, ..unit });
+                units.push(Unit { fidelity, source, ..unit });
                 records.push(record);
             }
         }
         for (index, group) in data.timing_groups.iter().enumerate() {
             let (unit, record) = times_unit(data, group);
-            units.push(Unit { source: data.runs.len() + index, ..unit });
+            units.push(Unit { fidelity, source: data.runs.len() + index, ..unit });
             records.push(record);
         }
         for index in 0..records.len() {
@@ -190,10 +194,6 @@ impl Setup {
             noise_m,
             groups: vec![position, position, times],
             schedule: data.schedule,
-            fidelity: Fidelity {
-                most_inert_kg: INERTIA_SHARE * push_n * travel_s * travel_s / stroke_m,
-                ..Fidelity::with_step(step_s(travel_s)).with_most_substeps(MOST_SUBSTEPS)
-            },
             stroke_m,
             ambient_pa,
             is_driven,
@@ -322,6 +322,11 @@ impl Unit {
         record.rows().map(of_row).collect()
     }
 
+    /// Whether it is a recorded run.
+    pub fn is_trace(&self) -> bool {
+        matches!(self.kind, Kind::Trace(_))
+    }
+
     /// Whether pressures were recorded that judge the model.
     pub fn has_pressures(&self) -> bool {
         matches!(&self.kind, Kind::Trace(trace) if trace.channels.len() > 1)
@@ -376,6 +381,7 @@ fn trace_units(
                 origin_s: part.origin_s,
                 unseen_s: part.unseen_s(data),
                 beginning: part.beginning,
+                fidelity: Fidelity::FINE,
                 source: 0,
                 kind: Kind::Trace(Trace { channels }),
             };
@@ -597,6 +603,7 @@ fn times_unit(data: &Dataset, group: &TimingGroup) -> (Unit, Record) {
         origin_s: 0.0,
         beginning: Beginning::Open,
         unseen_s: [0.0; 2],
+        fidelity: Fidelity::FINE,
         source: 0,
         kind,
     };

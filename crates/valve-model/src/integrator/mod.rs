@@ -9,6 +9,8 @@ mod clock;
 mod recorder;
 mod step_control;
 
+use std::cell::Cell;
+
 pub(crate) use clock::Clock;
 use clock::Held;
 pub(crate) use recorder::Recorder;
@@ -16,7 +18,7 @@ use step_control::Piston;
 pub(crate) use step_control::{BLOCK, Pace};
 
 use crate::command::Segment;
-use crate::driven::Driven;
+use crate::driven::{Driven, DrivenPressures};
 use crate::equations::Equations;
 use crate::real::Real;
 use crate::rhs::System;
@@ -85,6 +87,26 @@ struct Batch<'a, R> {
 struct InLane {
     run: usize,
     clock: Clock,
+    /// When the measured pressures were looked up last, and what they were: two stages of a step are at one time, and it ends
+    /// where the next one begins.
+    driven: Cell<Option<(f64, DrivenPressures)>>,
+}
+
+impl InLane {
+    fn new(run: usize, clock: Clock) -> Self {
+        Self { run, clock, driven: Cell::new(None) }
+    }
+
+    fn driven_at(&self, driven: &Driven, time_s: f64) -> DrivenPressures {
+        match self.driven.get() {
+            Some((at, pressures)) if at == time_s => pressures,
+            _ => {
+                let pressures = driven.at(time_s);
+                self.driven.set(Some((time_s, pressures)));
+                pressures
+            }
+        }
+    }
 }
 
 impl<'a, R: Real> Batch<'a, R> {
@@ -110,7 +132,7 @@ impl<'a, R: Real> Batch<'a, R> {
         let mut batch = Self { runs, next: 0, system, front, lanes, may_settle, driven };
         for lane in 0..R::LANES.min(runs.len()) {
             let clock = batch.load(lane);
-            batch.lanes.push(InLane { run: lane, clock });
+            batch.lanes.push(InLane::new(lane, clock));
         }
         batch
     }
@@ -187,13 +209,13 @@ impl<'a, R: Real> Batch<'a, R> {
     fn hand_over<const GROUPS: u8>(&mut self, recorder: &mut Recorder, take: &mut Take<'_>) {
         for lane in 0..self.lanes.len() {
             while self.lanes[lane].clock.is_done() && recorder.is_busy(lane) {
-                let InLane { run, clock } = &self.lanes[lane];
+                let InLane { run, clock, .. } = &self.lanes[lane];
                 let outcome = if self.runs[*run].refused { Outcome::Refused } else { clock.outcome() };
                 take(*run, recorder.end(lane, outcome), &self.front.state.lane(lane));
                 if self.next < self.runs.len() {
                     let run = self.next;
                     let clock = self.load(lane);
-                    self.lanes[lane] = InLane { run, clock };
+                    self.lanes[lane] = InLane::new(run, clock);
                     recorder.begin::<R, GROUPS>(lane, &self.system, &self.front, &self.inputs::<GROUPS>(R::splat(0.0)));
                 }
             }
@@ -203,9 +225,9 @@ impl<'a, R: Real> Batch<'a, R> {
     /// Fills in the measured pressures at each lane's time.
     #[inline(never)]
     fn drive(&self, inputs: &mut Inputs<R>, time: R) {
-        for (lane, InLane { run, .. }) in self.lanes.iter().enumerate() {
-            if let Some(driven) = self.runs[*run].driven {
-                let pressures = driven.at(time.lane(lane));
+        for (lane, in_lane) in self.lanes.iter().enumerate() {
+            if let Some(driven) = self.runs[in_lane.run].driven {
+                let pressures = in_lane.driven_at(driven, time.lane(lane));
                 inputs.pipe_pressure.set_lane(lane, pressures.pipe);
                 inputs.chamber_pressure.set_lane(lane, pressures.chamber);
                 inputs.supply_pressure.set_lane(lane, pressures.supply);
