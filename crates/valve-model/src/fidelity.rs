@@ -7,6 +7,9 @@ pub const DEFAULT_STEP_S: f64 = 1e-3;
 /// relative pressure difference of some 1e-4, where no stroke time feels it any more.
 pub(crate) const MOST_SUBSTEPS: u32 = 16;
 
+/// Steps that one may span on a stop.
+const MOST_SPAN: u32 = 8;
+
 /// How closely a run is followed. A step of a millisecond gives stroke times to some microseconds; a search that simulates
 /// thousands of times may ask for less.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -15,6 +18,9 @@ pub struct Fidelity {
     pub step_s: f64,
     /// Substeps that a step is cut into at most where the pressures of a supply line and the pipe meet, a power of two.
     pub most_substeps: u32,
+    /// Steps that one may span at most while the piston rests on a stop. Which ones may depends on the terms of a valve: where
+    /// models are compared with and without an effect, with fewer the difference is the effect's alone.
+    pub most_span: u32,
     /// How many times wider than in a step of a millisecond the orifice law may be blended to a line, and how many times
     /// lower the bound of the quickest rates may be; at least 1.
     pub roughness: f64,
@@ -26,8 +32,13 @@ pub struct Fidelity {
 
 impl Fidelity {
     /// As results are computed.
-    pub const FINE: Self =
-        Self { step_s: DEFAULT_STEP_S, most_substeps: MOST_SUBSTEPS, roughness: 1.0, most_inert_kg: 0.0 };
+    pub const FINE: Self = Self {
+        step_s: DEFAULT_STEP_S,
+        most_substeps: MOST_SUBSTEPS,
+        most_span: MOST_SPAN,
+        roughness: 1.0,
+        most_inert_kg: 0.0,
+    };
 
     /// With steps of at most this, s. One longer than a millisecond is meant to be rough.
     pub fn with_step(step_s: f64) -> Self {
@@ -38,6 +49,12 @@ impl Fidelity {
     #[must_use]
     pub fn with_most_substeps(self, most_substeps: u32) -> Self {
         Self { most_substeps: most_substeps.max(1), ..self }
+    }
+
+    /// With every step taken, on a stop as well.
+    #[must_use]
+    pub fn with_every_step(self) -> Self {
+        Self { most_span: 1, ..self }
     }
 }
 

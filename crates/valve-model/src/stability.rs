@@ -112,7 +112,7 @@ impl Equations {
 
     /// How many steps one may span while the piston rests firmly on a stop: as many as let the gas be followed all the
     /// same. A line's pressure, measured ones and formulas for flows, or for anything in time, may ask for every step.
-    fn most_span(&self, flows: &FlowRates, pace: &Pace) -> u32 {
+    fn most_span(&self, flows: &FlowRates, pace: &Pace, at_most: u32) -> u32 {
         let terms = self.terms;
         let into_gas = |target| matches!(target, CustomTarget::PipeFlow | CustomTarget::ChamberFlow);
         let asks = |effect: &CustomEffect| into_gas(effect.target()) || effect.formula().depends_on_time();
@@ -123,7 +123,7 @@ impl Equations {
         let share = pace.taking_part(together);
         let eased_over = |span: u32| (share * flows.solenoid * pace.step_s * f64::from(span) / SOLENOID_RATE).powi(2);
         // The pipe lags behind a supply that moves, by as much as it is eased.
-        let mut span = if terms.driven_supply { MOST_SPAN_BESIDE_A_RECORD } else { BLOCK };
+        let mut span = at_most.min(if terms.driven_supply { MOST_SPAN_BESIDE_A_RECORD } else { BLOCK });
         while span > 1 && eased_over(span) > WIDEST_EASED {
             span /= 2;
         }
@@ -133,7 +133,7 @@ impl Equations {
     /// The step and the blends of the orifice law that keep every state stable, from the rates at which
     /// a disturbance of each decays: a step of at most what is asked for, or a whole fraction of it.
     pub fn pace(&self, fidelity: impl Into<Fidelity>) -> Pace {
-        let Fidelity { step_s, most_substeps, roughness, .. } = fidelity.into();
+        let Fidelity { step_s, most_substeps, most_span, roughness, .. } = fidelity.into();
         let flows = self.flow_rates();
         let parts = self.demands(&flows, roughness).map(|demand| demand.parts(step_s)).fold(1.0, f64::max);
         let step_s = step_s / parts;
@@ -155,7 +155,7 @@ impl Equations {
             most_substeps: most_substeps.max(1),
             ends_at_m: f64::INFINITY,
         };
-        Pace { most_span: self.most_span(&flows, &pace), ..pace }
+        Pace { most_span: self.most_span(&flows, &pace, most_span), ..pace }
     }
 
     /// Whether a run of this length can be afforded; if not, which parameter is to blame.

@@ -66,7 +66,7 @@ const OWN_ERROR: (f64, f64) = (0.5, 0.2);
 fn rungs(usual: Fidelity) -> [Fidelity; RUNGS.len()] {
     RUNGS.map(|(step, substeps)| Fidelity {
         most_inert_kg: usual.most_inert_kg,
-        ..Fidelity::with_step(step * usual.step_s).with_most_substeps(substeps)
+        ..Fidelity::with_step(step * usual.step_s).with_most_substeps(substeps).with_every_step()
     })
 }
 

@@ -158,7 +158,7 @@ impl Setup {
         let is_driven = campaign.inputs.pipe_pressure || campaign.inputs.chamber_pressure;
         let fidelity = Fidelity {
             most_inert_kg: INERTIA_SHARE * push_n * travel_s * travel_s / stroke_m,
-            ..Fidelity::with_step(step_s(travel_s)).with_most_substeps(MOST_SUBSTEPS)
+            ..Fidelity::with_step(step_s(travel_s)).with_most_substeps(MOST_SUBSTEPS).with_every_step()
         };
         let mut units = Vec::new();
         let mut records: Vec<Record> = Vec::new();
