@@ -25,7 +25,7 @@ const experiment = new Experiment(sliders, explain);
 
 const line = h("p", { class: "notice bad", role: "alert", hidden: true });
 const told = h("p", { class: "notice", role: "status", hidden: true });
-const speed = h("span", { class: "speed", "data-latency": "" });
+const speed = h("span", { class: "speed", "data-latency": "", "data-pictures": "0" });
 const names = h("div", { class: "names" });
 
 let lab: Description;
@@ -36,6 +36,8 @@ let is_laid_out = false;
 let busy = false;
 let waiting: { since: number } | null = null;
 let since: number | null = null;
+/** Models drawn so far. */
+let pictures = 0;
 
 /** Simulates the sliders' model; while one is under way, only the newest of those that follow is kept. */
 async function simulate(): Promise<void> {
@@ -57,6 +59,7 @@ async function simulate(): Promise<void> {
       const drawn = await next_picture();
       say(speed, `${lab.runs.length} runs simulated and drawn in ${Math.round(drawn - asked.since)} ms`);
       speed.dataset["latency"] = (drawn - asked.since).toFixed(1);
+      speed.dataset["pictures"] = String(++pictures);
     }
   } catch (error) {
     refused(error, (message) => physics.refuse(message));

@@ -9,7 +9,8 @@ const [url, folder] = process.argv.slice(2);
 const { browser, context, page, complaints } = await open(url);
 const error = async (on = page) => Number(await on.locator("[data-error]").getAttribute("data-error"));
 const slider = (name) => page.locator(`[data-slider="${name}"]`);
-const drawn = () => page.locator("[data-latency]").getAttribute("data-latency");
+const drawn = async () => Number(await page.locator("[data-pictures]").getAttribute("data-pictures"));
+const latency = async () => Number(await page.locator("[data-latency]").getAttribute("data-latency"));
 
 await until("the first error is shown", async () => (await error()) > 1);
 const before = await error();
@@ -30,8 +31,8 @@ for (let place = 300; place <= 700; place += 10) {
     element.value = String(value);
     element.dispatchEvent(new Event("input", { bubbles: true }));
   }, place);
-  await until("a slider's picture", async () => (await drawn()) !== last, 10);
-  latencies.push(Number(await drawn()));
+  await until("a slider's picture", async () => (await drawn()) > last, 10);
+  latencies.push(await latency());
   seen.push([await error(), await page.locator('[aria-label^="dry-friction: coulomb force in"]').inputValue()]);
 }
 await force.dispatchEvent("change");
