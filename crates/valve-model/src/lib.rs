@@ -46,6 +46,6 @@ pub use fidelity::Fidelity;
 pub use measurement::Measurement;
 pub use params::{Limits, Orientation, ParameterError, ParameterId, Parameters, Schedule, Switches};
 pub use simulate::{Prepared, Run, RunError, simulate};
-pub use start::Start;
+pub use start::{ChamberStart, Start};
 pub use trajectory::{Outcome, Trajectory};
 pub use valve::Valve;

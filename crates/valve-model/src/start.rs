@@ -21,14 +21,30 @@ pub enum Start {
         position_m: f64,
         /// Velocity, m/s.
         velocity_m_per_s: f64,
-        /// Chamber pressure, Pa; where it is not known, that at which the forces on the piston balance, between
-        /// the lowest and the highest pressure that pipe and chamber can meet. A measured one that drives the
-        /// model comes first.
-        chamber_pressure_pa: Option<f64>,
+        /// Chamber pressure. A measured one that drives the model comes first.
+        chamber: ChamberStart,
         /// Pipe pressure, Pa; where it is not known, that of the chamber. A measured one that drives the model
         /// comes first.
         pipe_pressure_pa: Option<f64>,
     },
+}
+
+/// The chamber pressure in which a run starts that starts in the midst of a motion.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ChamberStart {
+    /// A known one, Pa.
+    Known(f64),
+    /// Nearly that at which all forces on the piston balance, friction included, between the lowest and the highest
+    /// pressure that pipe and chamber can meet.
+    Balance {
+        /// What it is beyond that, Pa; an absolute pressure stays at 1 Pa at least.
+        beyond_pa: f64,
+    },
+}
+
+impl ChamberStart {
+    /// The pressure at which all forces on the piston balance.
+    pub const BALANCE: Self = Self::Balance { beyond_pa: 0.0 };
 }
 
 /// Speed from which on the friction bristles of a moving piston start fully loaded, m/s; in proportion below
@@ -44,7 +60,7 @@ impl Start {
 
     /// What is wrong with it on a valve of these equations, in words.
     pub(crate) fn fault(&self, equations: &Equations) -> Option<String> {
-        let Self::Moving { position_m, velocity_m_per_s, chamber_pressure_pa, pipe_pressure_pa } = self else {
+        let Self::Moving { position_m, velocity_m_per_s, chamber, pipe_pressure_pa } = self else {
             return None;
         };
         let c = &equations.coefficients;
@@ -55,7 +71,14 @@ impl Start {
         if !velocity_m_per_s.is_finite() {
             return Some(format!("velocity {velocity_m_per_s} m/s, expected a finite one"));
         }
-        for (name, pressure) in [("chamber", chamber_pressure_pa), ("pipe", pipe_pressure_pa)] {
+        let known = match chamber {
+            ChamberStart::Known(pressure) => Some(*pressure),
+            ChamberStart::Balance { beyond_pa } if !beyond_pa.is_finite() => {
+                return Some(format!("chamber pressure {beyond_pa} Pa beyond balance, expected a finite one"));
+            }
+            ChamberStart::Balance { .. } => None,
+        };
+        for (name, pressure) in [("chamber", known), ("pipe", *pipe_pressure_pa)] {
             if let Some(pressure) = pressure.filter(|pressure| !(pressure.is_finite() && *pressure > 0.0)) {
                 return Some(format!("{name} pressure {pressure} Pa, expected an absolute pressure above 0"));
             }
@@ -68,9 +91,9 @@ impl Start {
         match *self {
             Self::Rest => vented_rest(equations),
             Self::ClosedRest => closed_rest(equations, inputs),
-            Self::Moving { position_m, velocity_m_per_s, chamber_pressure_pa, pipe_pressure_pa } => {
+            Self::Moving { position_m, velocity_m_per_s, chamber, pipe_pressure_pa } => {
                 let motion = Motion { equations, inputs, position_m, velocity_m_per_s };
-                motion.state(chamber_pressure_pa, pipe_pressure_pa)
+                motion.state(chamber, pipe_pressure_pa)
             }
         }
     }
@@ -85,13 +108,14 @@ struct Motion<'a> {
 }
 
 impl Motion<'_> {
-    fn state(&self, chamber_pressure_pa: Option<f64>, pipe_pressure_pa: Option<f64>) -> State<f64> {
+    fn state(&self, chamber: ChamberStart, pipe_pressure_pa: Option<f64>) -> State<f64> {
         let terms = self.equations.terms;
         let driven = |drives: bool, pressure: f64| drives.then_some(pressure);
         let system = System::new(self.equations);
-        let chamber = driven(terms.driven_chamber, self.inputs.chamber_pressure)
-            .or(chamber_pressure_pa)
-            .unwrap_or_else(|| self.balancing_pressure(&system));
+        let chamber = driven(terms.driven_chamber, self.inputs.chamber_pressure).unwrap_or_else(|| match chamber {
+            ChamberStart::Known(pressure) => pressure,
+            ChamberStart::Balance { beyond_pa } => (self.balancing_pressure(&system) + beyond_pa).max(1.0),
+        });
         let pipe = driven(terms.driven_pipe, self.inputs.pipe_pressure)
             .or(pipe_pressure_pa)
             .unwrap_or_else(|| self.passing_pressure(&system, chamber));

@@ -5,7 +5,9 @@ mod common;
 use common::{close_at, effect, nodes_of, open_at, run_of, testbed, valve_of};
 use valve_model::simulate::DEFAULT_STEP_S;
 use valve_model::stroke::strokes;
-use valve_model::{Effect, EffectKind, Outcome, Parameters, Prepared, Run, Start, Trajectory, Valve, simulate};
+use valve_model::{
+    ChamberStart, Effect, EffectKind, Outcome, Parameters, Prepared, Run, Start, Trajectory, Valve, simulate,
+};
 
 fn rubbing(values: &[f64]) -> Valve {
     valve_of(testbed(), vec![effect(EffectKind::DRY_FRICTION, values)])
@@ -67,7 +69,8 @@ fn give(valve: &Valve, push_n: f64) -> f64 {
         chamber_pressure_pa: Some(vec![balanced, pressure, pressure]),
         ..Default::default()
     };
-    let start = Start::Moving { position_m, velocity_m_per_s: 0.0, chamber_pressure_pa: None, pipe_pressure_pa: None };
+    let start =
+        Start::Moving { position_m, velocity_m_per_s: 0.0, chamber: ChamberStart::BALANCE, pipe_pressure_pa: None };
     let run = Run { driven: Some(std::sync::Arc::new(driven)), start, ..run_of(valve, vec![], 2.0) };
     let nodes: Trajectory = nodes_of(valve, &run);
     nodes.position_m[nodes.position_m.len() - 1] - position_m

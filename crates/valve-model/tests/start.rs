@@ -4,7 +4,7 @@ mod common;
 
 use common::{at, close_at, effect, nodes_of, open_at, run_of, testbed, valve_of};
 use valve_model::stroke::strokes;
-use valve_model::{Conditions, EffectKind, Outcome, Prepared, Run, RunError, Start, Trajectory, Valve};
+use valve_model::{ChamberStart, Conditions, EffectKind, Outcome, Prepared, Run, RunError, Start, Trajectory, Valve};
 
 /// A run of a part of another follows it within this, m.
 const SAME_PATH_M: f64 = 20e-6;
@@ -32,7 +32,11 @@ fn moving(nodes: &Trajectory, time_s: f64, pressures: [bool; 2]) -> Start {
     Start::Moving {
         position_m: nodes.position_m[node],
         velocity_m_per_s: nodes.velocity_m_per_s[node],
-        chamber_pressure_pa: pressures[0].then_some(nodes.chamber_pressure_pa[node]),
+        chamber: if pressures[0] {
+            ChamberStart::Known(nodes.chamber_pressure_pa[node])
+        } else {
+            ChamberStart::BALANCE
+        },
         pipe_pressure_pa: pressures[1].then_some(nodes.pipe_pressure_pa[node]),
     }
 }
@@ -84,7 +88,7 @@ fn without_any_pressure_the_pipe_passes_on_what_enters_it() {
     let start = Start::Moving {
         position_m: 0.5 * 25.4e-3,
         velocity_m_per_s: 0.0,
-        chamber_pressure_pa: None,
+        chamber: ChamberStart::BALANCE,
         pipe_pressure_pa: None,
     };
     let nodes = nodes_of(&valve, &Run { start, ..run_of(&valve, vec![], 0.2) });
@@ -102,8 +106,12 @@ fn without_any_pressure_the_pipe_passes_on_what_enters_it() {
 fn a_balance_that_no_pressure_gives_stays_within_the_pressures_there_are() {
     let valve = valve_of(testbed(), vec![]);
     for velocity_m_per_s in [-20.0, 20.0] {
-        let start =
-            Start::Moving { position_m: 0.01, velocity_m_per_s, chamber_pressure_pa: None, pipe_pressure_pa: None };
+        let start = Start::Moving {
+            position_m: 0.01,
+            velocity_m_per_s,
+            chamber: ChamberStart::BALANCE,
+            pipe_pressure_pa: None,
+        };
         let nodes = nodes_of(&valve, &Run { start, ..run_of(&valve, vec![], 0.01) });
         let p = valve.parameters();
         let expected = if velocity_m_per_s < 0.0 { p.supply_pressure_pa } else { p.ambient_pressure_pa };
@@ -156,14 +164,38 @@ fn a_stroke_commanded_before_the_run_counts_from_its_command() {
 #[test]
 fn a_start_that_cannot_be_is_refused() {
     let valve = valve_of(testbed(), vec![]);
-    for (position_m, velocity_m_per_s, chamber_pressure_pa) in
-        [(f64::NAN, 0.0, None), (1.0, 0.0, None), (0.01, f64::INFINITY, None), (0.01, 0.0, Some(-1.0))]
-    {
-        let start = Start::Moving { position_m, velocity_m_per_s, chamber_pressure_pa, pipe_pressure_pa: None };
+    let balance = ChamberStart::BALANCE;
+    for (position_m, velocity_m_per_s, chamber) in [
+        (f64::NAN, 0.0, balance),
+        (1.0, 0.0, balance),
+        (0.01, f64::INFINITY, balance),
+        (0.01, 0.0, ChamberStart::Known(-1.0)),
+        (0.01, 0.0, ChamberStart::Balance { beyond_pa: f64::NAN }),
+    ] {
+        let start = Start::Moving { position_m, velocity_m_per_s, chamber, pipe_pressure_pa: None };
         let run = Run { start, ..run_of(&valve, vec![], 1.0) };
         let refused = Prepared::new(&valve, &run, 1e-3);
         assert!(matches!(refused.check(), Err(RunError::Start(_))), "{run:?}");
         let nodes = nodes_of(&valve, &run);
         assert_eq!((nodes.outcome, nodes.time_s.len()), (Outcome::Refused, 1));
     }
+}
+
+#[test]
+fn a_piston_that_rubs_is_held_in_balance_with_its_friction() {
+    let rubbing = effect(EffectKind::DRY_FRICTION, &[30.0, 45.0, 0.01]);
+    let area_m2 = testbed().piston_area_m2;
+    let pressure = |effects: Vec<_>, velocity_m_per_s: f64, beyond_pa: f64| {
+        let valve = valve_of(testbed(), effects);
+        let chamber = ChamberStart::Balance { beyond_pa };
+        let start = Start::Moving { position_m: 0.01, velocity_m_per_s, chamber, pipe_pressure_pa: None };
+        nodes_of(&valve, &Run { start, ..run_of(&valve, vec![], 0.01) }).chamber_pressure_pa[0]
+    };
+    // Far above the Stribeck velocity the Coulomb force alone is left.
+    for way in [-1.0, 1.0] {
+        let more = pressure(vec![rubbing.clone()], 0.1 * way, 0.0) - pressure(vec![], 0.1 * way, 0.0);
+        assert!((more + way * 30.0 / area_m2).abs() < 1.0, "{more} Pa");
+    }
+    let beyond = pressure(vec![], 0.1, 500.0) - pressure(vec![], 0.1, 0.0);
+    assert!((beyond - 500.0).abs() < 1e-6, "{beyond} Pa");
 }

@@ -229,7 +229,7 @@ impl<F: Family> Search<'_, F> {
             let fit = fits.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))?;
             Some((set.clone(), problem, fit))
         };
-        sets.par_iter().filter(|set| !set.is_empty()).filter_map(fitted).collect()
+        sets.par_iter().filter_map(fitted).collect()
     }
 
     /// Smaller sets fitted as exactly as a larger one: from its optimum, and from where they are known to be best.

@@ -4,7 +4,7 @@ use campaign::Uncertainty;
 use identify::{Coordinate, Scope};
 
 use super::setup::{Kind, Setup};
-use super::start::{Beginning, balance_pa};
+use super::start::{Beginning, balance_sigma_pa};
 use crate::data::Channel;
 use valve_model::Parameters;
 
@@ -227,9 +227,8 @@ pub fn nuisances(
             continue;
         }
         all.push((Nuisance::Load(record), sizes.load));
-        if let Beginning::Moving { position_m, velocity_m_per_s, velocity_sigma_m_per_s } = unit.beginning {
-            let (_, sigma_pa) = balance_pa(parameters, position_m, velocity_m_per_s);
-            all.push((Nuisance::StartPressure(record), sigma_pa));
+        if let Beginning::Moving { position_m, velocity_sigma_m_per_s, .. } = unit.beginning {
+            all.push((Nuisance::StartPressure(record), balance_sigma_pa(parameters, position_m)));
             all.push((Nuisance::StartSpeed(record), velocity_sigma_m_per_s));
         }
         if !setup.is_driven {

@@ -7,11 +7,11 @@ use rayon::prelude::*;
 use valve_model::cycle::{CycleTimes, cycles};
 use valve_model::driven::Driven;
 use valve_model::real::LANES;
-use valve_model::{Fidelity, ParameterId, Prepared, Run, Start, Trajectory, Valve, simulate};
+use valve_model::{ChamberStart, Fidelity, ParameterId, Prepared, Run, Start, Trajectory, Valve, simulate};
 
 use super::nuisance::{Entry, Nuisance};
 use super::setup::{Kind, Setup, Trace, Unit};
-use super::start::{Beginning, balance_pa};
+use super::start::Beginning;
 use crate::data::Channel;
 use crate::forward::{Predicted, channel_of, record};
 use crate::space::{Space, Target};
@@ -141,13 +141,11 @@ impl<'a> ValveProblem<'a> {
         }
         if let Beginning::Moving { position_m, velocity_m_per_s, .. } = unit.beginning {
             let velocity_m_per_s = velocity_m_per_s + self.nuisance(u, Nuisance::StartSpeed(index));
-            let (balance_pa, _) = balance_pa(&parameters, position_m, velocity_m_per_s);
-            let chamber_pa = (balance_pa + self.nuisance(u, Nuisance::StartPressure(index))).max(1.0);
             let zero = self.nuisance(u, Nuisance::Zero(index));
             run.start = Start::Moving {
                 position_m: position_m - zero,
                 velocity_m_per_s,
-                chamber_pressure_pa: Some(chamber_pa),
+                chamber: ChamberStart::Balance { beyond_pa: self.nuisance(u, Nuisance::StartPressure(index)) },
                 pipe_pressure_pa: None,
             };
         }
