@@ -88,8 +88,8 @@ pub struct CalibrateArgs {
 #[derive(Debug, Args)]
 #[command(after_long_help = "\
 The model is calibrated within its tolerances. Every effect of the catalogue is then
-added and everything refitted; pairs and triples follow until the noise explains what
-is left. An answer names the effect, its size and how sure it is, what else it could
+added and everything refitted; pairs follow where the noise does not explain what is
+left. An answer names the effect, its size and how sure it is, what else it could
 be, and the run that would tell them apart; or that nothing is missing; or that no
 effect explains the data, with a formula for what is missing. Strokes that differ
 from one to the next are allowed for, even where none was repeated to show it. Ctrl-C

@@ -70,6 +70,20 @@ impl Driven {
         times.partition_point(|time| *time <= time_s).max(1).min(last)
     }
 
+    /// What drives a run that begins at one time and ends at another, in its own time.
+    #[must_use]
+    pub fn between(&self, from_s: f64, until_s: f64) -> Self {
+        let first = self.time_s.partition_point(|time| *time <= from_s).saturating_sub(1);
+        let end = (self.time_s.partition_point(|time| *time < until_s) + 1).clamp(first, self.time_s.len());
+        let cut = |channel: &Option<Vec<f64>>| channel.as_ref().map(|values| values[first..end].to_vec());
+        Self {
+            time_s: self.time_s[first..end].iter().map(|time| time - from_s).collect(),
+            pipe_pressure_pa: cut(&self.pipe_pressure_pa),
+            chamber_pressure_pa: cut(&self.chamber_pressure_pa),
+            supply_pressure_pa: cut(&self.supply_pressure_pa),
+        }
+    }
+
     /// What is wrong with it, in words.
     pub(crate) fn fault(&self) -> Option<String> {
         let count = self.time_s.len();
@@ -116,6 +130,12 @@ mod tests {
         assert_eq!(at(1.5), (1.5e5, 0.0, 5e5));
         assert_eq!(at(3.0), (4e5, 0.0, 4.5e5));
         assert_eq!(at(9.0), (6e5, 0.0, 4e5));
+        // A part of it says the same in its own time, as far as it goes.
+        let part = driven.between(1.5, 3.0);
+        for time in [1.5, 2.0, 2.7, 3.0] {
+            assert_eq!(part.at(time - 1.5), driven.at(time), "{time}");
+        }
+        assert_eq!((driven.between(-1.0, 1.5).time_s, driven.between(5.0, 6.0).time_s), (vec![2.0, 3.0], vec![-1.0]));
     }
 
     #[test]

@@ -193,7 +193,7 @@ fn a_piston_that_rubs_is_held_in_balance_with_its_friction() {
     };
     // Far above the Stribeck velocity the Coulomb force alone is left.
     for way in [-1.0, 1.0] {
-        let more = pressure(vec![rubbing.clone()], 0.1 * way, 0.0) - pressure(vec![], 0.1 * way, 0.0);
+        let more = pressure(vec![rubbing], 0.1 * way, 0.0) - pressure(vec![], 0.1 * way, 0.0);
         assert!((more + way * 30.0 / area_m2).abs() < 1.0, "{more} Pa");
     }
     let beyond = pressure(vec![], 0.1, 500.0) - pressure(vec![], 0.1, 0.0);

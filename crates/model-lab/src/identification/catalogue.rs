@@ -9,6 +9,7 @@ use identify::{Coordinate, FitOptions, Problem, Scope, Stop};
 use valve_file::{Tolerance, ValveFile};
 use valve_model::{EffectKind, Fidelity, ParameterId};
 
+use super::force_balance::ForceBalance;
 use super::nuisance::{Entry, Nuisance, NuisanceSizes, nuisances};
 use super::problem::{DEFAULT_TOLERANCES, ValveProblem};
 use super::setup::{Kind, Setup};
@@ -26,6 +27,8 @@ pub struct Subject {
     screen: Setup,
     screen_nuisances: Vec<Entry>,
     places: Vec<usize>,
+    /// What moves freely in the records of a first look.
+    pub balance: ForceBalance,
     /// The tolerated parameters.
     pub space: Space,
     /// Whether the valve file names no tolerances, so that default ones stand in.
@@ -97,6 +100,7 @@ impl Subject {
             screen: setup,
             screen_nuisances: Vec::new(),
             places: Vec::new(),
+            balance: ForceBalance::default(),
             space,
             tolerances_are_assumed,
         };
@@ -107,6 +111,7 @@ impl Subject {
         subject.choose_fidelity();
         subject.find_unrest();
         subject.choose_screen();
+        subject.balance = ForceBalance::new(&subject.screen, &data);
         subject
     }
 
@@ -452,7 +457,14 @@ impl<'a> Family for Catalogue<'a> {
     fn cold(&self, member: &Self::Member) -> Vec<Vec<f64>> {
         let kinds: Vec<EffectKind> = member.space.effects().iter().map(valve_model::Effect::kind).collect();
         let start = member.start();
-        if kinds.len() > 1 { vec![start] } else { Self::varied(member, &start, &kinds) }
+        let mut starts = if kinds.len() > 1 { vec![start.clone()] } else { Self::varied(member, &start, &kinds) };
+        let own = member.space.coordinates.len();
+        if let Some(balanced) = self.subject.balance.optimum(&member.space, &start[..own], self.stop) {
+            let mut start = start;
+            start[..own].copy_from_slice(&balanced);
+            starts.push(start);
+        }
+        starts
     }
 
     fn warm(&self, member: &Self::Member, from: &Self::Member, u: &[f64]) -> Vec<Vec<f64>> {

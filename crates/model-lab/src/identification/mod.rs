@@ -1,6 +1,7 @@
 //! The valve as a problem of system identification.
 
 pub mod catalogue;
+pub mod force_balance;
 pub mod nuisance;
 pub mod problem;
 pub mod setup;

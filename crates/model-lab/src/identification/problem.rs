@@ -45,25 +45,20 @@ pub struct ValveProblem<'a> {
     stop: &'a Stop,
 }
 
+/// A coordinate of a space with its prior.
+pub(super) fn coordinate_of((index, of_space): (usize, &crate::space::Coordinate)) -> Coordinate {
+    let (mean, sigma) = of_space.prior.unwrap_or((0.0, SIZE_SIGMA));
+    let (lower, upper) = match of_space.target {
+        Target::Base(_) => (-PARAMETER_BOUND, PARAMETER_BOUND),
+        _ => (of_space.lower, of_space.upper),
+    };
+    Coordinate { name: index.to_string(), scope: Scope::Shared, mean, sigma, lower, upper, step: 0.05 }
+}
+
 impl<'a> ValveProblem<'a> {
     /// A space on a campaign with its nuisances.
     pub fn new(setup: &'a Setup, space: Space, nuisances: &'a [Entry], stop: &'a Stop) -> Self {
-        let mut coordinates: Vec<Coordinate> = space
-            .coordinates
-            .iter()
-            .enumerate()
-            .map(|(index, of_space)| {
-                let (mean, sigma) = match (of_space.target, of_space.prior) {
-                    (_, Some(prior)) => prior,
-                    (_, None) => (0.0, SIZE_SIGMA),
-                };
-                let (lower, upper) = match of_space.target {
-                    Target::Base(_) => (-PARAMETER_BOUND, PARAMETER_BOUND),
-                    _ => (of_space.lower, of_space.upper),
-                };
-                Coordinate { name: index.to_string(), scope: Scope::Shared, mean, sigma, lower, upper, step: 0.05 }
-            })
-            .collect();
+        let mut coordinates: Vec<Coordinate> = space.coordinates.iter().enumerate().map(coordinate_of).collect();
         coordinates.extend(nuisances.iter().map(|entry| entry.coordinate.clone()));
         let clock = nuisances.iter().find(|entry| entry.nuisance == Nuisance::Clock);
         let latest_s = clock.map_or(0.0, |entry| entry.size * -entry.coordinate.lower);
@@ -139,13 +134,17 @@ impl<'a> ValveProblem<'a> {
         {
             first.time_s = (first.time_s - self.nuisance(u, Nuisance::UnseenEdge(index))).max(0.0);
         }
-        if let Beginning::Moving { position_m, velocity_m_per_s, .. } = unit.beginning {
+        if let Beginning::Moving { position_m, velocity_m_per_s, acceleration_m_per_s2, .. } = unit.beginning {
+            // Less pressure than in balance lets it rise faster.
+            let inertia_pa = parameters.moving_mass_kg * acceleration_m_per_s2 / parameters.piston_area_m2;
             let velocity_m_per_s = velocity_m_per_s + self.nuisance(u, Nuisance::StartSpeed(index));
             let zero = self.nuisance(u, Nuisance::Zero(index));
             run.start = Start::Moving {
                 position_m: position_m - zero,
                 velocity_m_per_s,
-                chamber: ChamberStart::Balance { beyond_pa: self.nuisance(u, Nuisance::StartPressure(index)) },
+                chamber: ChamberStart::Balance {
+                    beyond_pa: self.nuisance(u, Nuisance::StartPressure(index)) - inertia_pa,
+                },
                 pipe_pressure_pa: None,
             };
         }

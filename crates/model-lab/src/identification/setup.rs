@@ -10,7 +10,7 @@ use identify::{GroupPrior, Record, Row, Series};
 use valve_model::driven::Driven;
 use valve_model::{CommandEdge, Fidelity, Parameters, Run, Schedule, Start};
 
-use super::start::{Beginning, beginning};
+use super::start::{Beginning, beginning, window_s};
 use crate::data::{Channel, Dataset, RunData, TimingGroup, same_conditions};
 
 /// Rows over the travel of one stroke.
@@ -344,7 +344,7 @@ fn trace_units(
     let position = &data.channels[0];
     let start = beginning(&data.times_s, &position.samples, position.noise, &recorded.commands, stroke_m, travel_s);
     let parts = if is_driven {
-        vec![Part { from_s: f64::NEG_INFINITY, until_s: f64::INFINITY, origin_s: 0.0, beginning: start }]
+        driven_parts(recorded, data, start, (stroke_m, travel_s))
     } else {
         parts(data, start, stroke_m, travel_s)
     };
@@ -417,14 +417,51 @@ impl Part {
             run.commands.retain(|edge| !edge.close || edge.time_s > -self.origin_s);
         }
         if let Some(driven) = &run.driven
-            && self.origin_s != 0.0
+            && (self.origin_s != 0.0 || self.until_s < data.run.end_s)
         {
-            let time_s = driven.time_s.iter().map(|time| time - self.origin_s).collect();
-            run.driven = Some(Arc::new(Driven { time_s, ..Driven::clone(driven) }));
+            // A recorder's clock may see what comes a little later.
+            run.driven = Some(Arc::new(driven.between(self.origin_s, self.until_s + LEAD_S)));
         }
         run
     }
 }
+
+/// The cycles of a record whose recorded pressure drives the model: each from shortly before a command to close. Such a
+/// cylinder may never rest on a stop, and a simulation of many cycles at a stretch adds up what the model is off by; the
+/// position and the speed at the beginning of each are in the record.
+fn driven_parts(
+    recorded: &RecordedRun,
+    data: &RunData,
+    start: Beginning,
+    (stroke_m, travel_s): (f64, f64),
+) -> Vec<Part> {
+    let ahead_s = AHEAD * window_s(travel_s);
+    let closings = recorded.commands.iter().filter(|edge| edge.close).map(|edge| edge.time_s);
+    let mut parts = vec![Part { from_s: f64::NEG_INFINITY, until_s: f64::INFINITY, origin_s: 0.0, beginning: start }];
+    for closing_s in closings.skip(1).take(MOST_PARTS) {
+        let first = data.times_s.partition_point(|time| *time < closing_s - ahead_s);
+        let Some(&from_s) = data.times_s.get(first).filter(|from| **from < closing_s) else { continue };
+        if parts.last().is_some_and(|before| from_s < before.origin_s + travel_s) {
+            continue;
+        }
+        let times: Vec<f64> = data.times_s[first..].iter().map(|time| time - from_s).collect();
+        let mut edges = recorded.commands.clone();
+        edges.retain(|edge| edge.time_s >= from_s);
+        for edge in &mut edges {
+            edge.time_s -= from_s;
+        }
+        let position = &data.channels[0];
+        let begins = beginning(&times, &position.samples[first..], position.noise, &edges, stroke_m, travel_s);
+        if let Some(before) = parts.last_mut() {
+            before.until_s = from_s;
+        }
+        parts.push(Part { from_s, until_s: f64::INFINITY, origin_s: from_s, beginning: begins });
+    }
+    parts
+}
+
+/// So many times the window from which a beginning is judged a cycle begins before its command.
+const AHEAD: f64 = 2.0;
 
 /// The cycles of a record: each from a command to close that finds the valve open and at rest to the next such. The
 /// simulation of a later one begins with the cycle before it, which leaves some gas behind.

@@ -1,6 +1,7 @@
 //! Where a record begins: at rest on a stop, or in the midst of a motion.
 
 use campaign::CommandEdge;
+use nalgebra::{Matrix3, Vector3};
 use valve_model::Parameters;
 
 /// How a record begins.
@@ -20,6 +21,8 @@ pub enum Beginning {
         velocity_m_per_s: f64,
         /// One standard deviation of the speed, m/s.
         velocity_sigma_m_per_s: f64,
+        /// Acceleration there, m/s²; zero where the record shows none.
+        acceleration_m_per_s2: f64,
     },
 }
 
@@ -33,6 +36,11 @@ impl Beginning {
 /// The beginning of a record is judged over this time at least, s, and over this share of a stroke's travel.
 const WINDOW: (f64, f64) = (0.03, 0.03);
 
+/// How long the beginning of a record is looked at, s.
+pub fn window_s(travel_s: f64) -> f64 {
+    WINDOW.0.max(WINDOW.1 * travel_s)
+}
+
 /// Rows that a speed is taken from, at least.
 const FEWEST_ROWS: usize = 25;
 
@@ -41,6 +49,9 @@ const CLEAR: f64 = 5.0;
 
 /// The least speed of a motion, in strokes a travel time.
 const SLOWEST: f64 = 0.02;
+
+/// So often the window in which the beginning is looked at is doubled.
+const DOUBLINGS: usize = 3;
 
 /// A piston this close to a stop is on it, as a share of the stroke.
 const ON_STOP: f64 = 0.05;
@@ -54,7 +65,7 @@ pub fn beginning(
     stroke_m: f64,
     travel_s: f64,
 ) -> Beginning {
-    let window = WINDOW.0.max(WINDOW.1 * travel_s);
+    let window = window_s(travel_s);
     // A slow recorder has few rows before the first command, and those after it tell of that command.
     let until_s = commands.iter().map(|edge| edge.time_s).find(|time| *time > 0.0).unwrap_or(f64::INFINITY);
     let rows: Vec<(f64, f64)> = times_s
@@ -75,11 +86,26 @@ pub fn beginning(
     let (velocity, sigma) = if rows.len() < 3 {
         (0.0, stroke_m / travel_s)
     } else {
-        let white = line.slope_sigma(&rows, noise_m);
-        (line.slope, white.max(slope_of_rest(times_s, position_m, rows.len(), stroke_m)))
+        (line.slope, line.sigma(&rows, noise_m, (times_s, position_m, stroke_m)))
     };
     let position = line.mean_x + velocity * (times_s[0] - line.mean_t);
-    let moves = velocity.abs() > (CLEAR * sigma).max(SLOWEST * stroke_m / travel_s);
+    let is_clear = |slope: f64, sigma: f64| slope.abs() > (CLEAR * sigma).max(SLOWEST * stroke_m / travel_s);
+    // A piston that settles slowly shows its motion only over a longer time.
+    let before: Vec<(f64, f64)> = times_s
+        .iter()
+        .copied()
+        .zip(position_m.iter().copied())
+        .take_while(|(time, _)| *time < until_s)
+        .filter(|(_, position)| position.is_finite())
+        .collect();
+    let longer = std::iter::successors(Some(2 * rows.len()), |count| Some(2 * count));
+    let moves = is_clear(velocity, sigma)
+        || longer.take_while(|count| *count <= before.len()).take(DOUBLINGS).any(|count| {
+            let rows = &before[..count];
+            let line = Line::through(rows);
+            line.slope * velocity > 0.0
+                && is_clear(line.slope, line.sigma(rows, noise_m, (times_s, position_m, stroke_m)))
+        });
     let is_energised = commands.first().is_some_and(|edge| edge.close && edge.time_s <= 0.0);
     let opens_first = commands.first().is_some_and(|edge| !edge.close);
     // A valve whose command was on before the record is one whose past can be simulated.
@@ -92,10 +118,60 @@ pub fn beginning(
     if !moves && position < ON_STOP * stroke_m && opens_first {
         return Beginning::Closed;
     }
-    Beginning::Moving {
-        position_m: position,
-        velocity_m_per_s: if moves { velocity } else { 0.0 },
-        velocity_sigma_m_per_s: sigma,
+    // A piston that is thrown back or swings on its gas changes its speed within the window.
+    match Parabola::through(&rows, times_s[0], noise_m) {
+        Some(curve) if curve.is_curved() => Beginning::Moving {
+            position_m: curve.position,
+            velocity_m_per_s: curve.velocity,
+            velocity_sigma_m_per_s: sigma.max(curve.velocity_sigma),
+            acceleration_m_per_s2: curve.acceleration,
+        },
+        _ => Beginning::Moving {
+            position_m: position,
+            velocity_m_per_s: if moves { velocity } else { 0.0 },
+            velocity_sigma_m_per_s: sigma,
+            acceleration_m_per_s2: 0.0,
+        },
+    }
+}
+
+/// A parabola through rows of (time, position), by least squares: the motion at a time.
+struct Parabola {
+    position: f64,
+    velocity: f64,
+    velocity_sigma: f64,
+    acceleration: f64,
+    acceleration_sigma: f64,
+}
+
+impl Parabola {
+    fn through(rows: &[(f64, f64)], at_s: f64, noise_m: f64) -> Option<Self> {
+        if rows.len() < FEWEST_ROWS {
+            return None;
+        }
+        let terms = |time: f64| Vector3::new(1.0, time - at_s, 0.5 * (time - at_s).powi(2));
+        let (mut matrix, mut right) = (Matrix3::zeros(), Vector3::zeros());
+        for (time, position) in rows {
+            let terms = terms(*time);
+            matrix += terms * terms.transpose();
+            right += terms * *position;
+        }
+        let inverse = matrix.try_inverse()?;
+        let found = inverse * right;
+        let left: f64 = rows.iter().map(|(time, position)| (position - terms(*time).dot(&found)).powi(2)).sum();
+        let error = (left / (rows.len() as f64 - 3.0)).sqrt().max(noise_m);
+        let sigma = |index: usize| error * inverse[(index, index)].max(0.0).sqrt();
+        Some(Self {
+            position: found[0],
+            velocity: found[1],
+            velocity_sigma: sigma(1),
+            acceleration: found[2],
+            acceleration_sigma: sigma(2),
+        })
+    }
+
+    fn is_curved(&self) -> bool {
+        self.acceleration.abs() > CLEAR * self.acceleration_sigma
     }
 }
 
@@ -117,39 +193,48 @@ impl Line {
         Self { mean_t, mean_x, spread, slope }
     }
 
+    /// One standard deviation of the slope, m/s: what independent errors of the rows make of it, and what errors that hang
+    /// together make of as many rows where the piston rests.
+    fn sigma(&self, rows: &[(f64, f64)], noise_m: f64, (times_s, position_m, stroke_m): (&[f64], &[f64], f64)) -> f64 {
+        self.white_sigma(rows, noise_m).max(slope_of_rest(times_s, position_m, rows.len(), stroke_m))
+    }
+
     /// One standard deviation of the slope if the rows' errors are independent, m/s.
-    fn slope_sigma(&self, rows: &[(f64, f64)], noise_m: f64) -> f64 {
+    fn white_sigma(&self, rows: &[(f64, f64)], noise_m: f64) -> f64 {
         let left: f64 = rows.iter().map(|(t, x)| (x - self.mean_x - self.slope * (t - self.mean_t)).powi(2)).sum();
         (left / (rows.len() as f64 - 2.0)).sqrt().max(noise_m) / self.spread.sqrt()
     }
 }
 
 /// The slope, m/s, that as many rows show where the piston rests: errors of rows that hang together (hum, drift, a
-/// coloured noise) give a resting piston a speed that independent errors would not.
-///
-/// The median over all stretches on a stop, so that those on which the piston arrives or leaves do not count.
+/// coloured noise) give a resting piston a speed that independent errors would not. The median over all stretches of rest
+/// of how slopes differ a few stretches on: one that creeps keeps its slope that long.
 fn slope_of_rest(times_s: &[f64], position_m: &[f64], count: usize, stroke_m: f64) -> f64 {
     let rows: Vec<(f64, f64)> =
         times_s.iter().copied().zip(position_m.iter().copied()).filter(|(_, position)| position.is_finite()).collect();
-    let mut slopes: Vec<f64> = rows
-        .chunks_exact(count)
-        .map(Line::through)
-        .filter(|line| line.mean_x < ON_STOP * stroke_m || line.mean_x > (1.0 - ON_STOP) * stroke_m)
-        .map(|line| line.slope)
-        .collect();
+    let lines: Vec<Line> = rows.chunks_exact(count).map(Line::through).collect();
+    let rests = |about: &&[Line]| {
+        let (low, high) = about.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), line| {
+            (low.min(line.mean_x), high.max(line.mean_x))
+        });
+        high - low < REST_SHARE * stroke_m
+    };
+    let apart = |about: &[Line]| (about[REST_STRETCHES - 1].slope - about[0].slope).abs();
+    let mut slopes: Vec<f64> = lines.windows(REST_STRETCHES).filter(rests).map(apart).collect();
     if slopes.len() < FEWEST_RESTS {
         return 0.0;
     }
     slopes.sort_by(f64::total_cmp);
-    // Slopes that a sensor gives to a resting piston go either way; one that creeps has the same on every stretch.
-    let creep = slopes[slopes.len() / 2];
-    let mut apart: Vec<f64> = slopes.iter().map(|slope| (slope - creep).abs()).collect();
-    apart.sort_by(f64::total_cmp);
-    // The median of a normal deviate's size is 0.6745 of its standard deviation.
-    apart[apart.len() / 2] / 0.6745
+    // The median of a normal deviate's size is 0.6745 of its standard deviation; a difference has two of them.
+    slopes[slopes.len() / 2] / 0.6745 * std::f64::consts::FRAC_1_SQRT_2
 }
 
-/// Stretches on a stop from which their slopes are judged, at least.
+/// A piston rests where it moves by less than this share of the stroke over so many stretches: a fifteenth of the speed of
+/// a stroke, and more than instruments that are fit for their purpose add.
+const REST_SHARE: f64 = 0.01;
+const REST_STRETCHES: usize = 5;
+
+/// Stretches of rest from which their slopes are judged, at least.
 const FEWEST_RESTS: usize = 5;
 
 /// How far the chamber's pressure may be from balance at the start of a record that begins in motion, Pa: a share of what
@@ -202,6 +287,31 @@ mod tests {
         let arrives: Vec<f64> =
             times.iter().zip(&rest).map(|(time, rest)| rest - 0.017 * (0.03 - time).max(0.0)).collect();
         assert!(beginning(&times, &arrives, 2e-6, &edge, 0.0254, 1.0).is_moving());
+    }
+
+    #[test]
+    fn a_piston_that_is_thrown_back_begins_with_its_acceleration() {
+        let edge = [CommandEdge { time_s: 0.2, close: true }];
+        let (times, thrown) = record(|time| 0.008 + 0.08 * time - 1.2 * time * time);
+        match beginning(&times, &thrown, 6e-5, &edge, 0.0254, 1.0) {
+            Beginning::Moving { velocity_m_per_s, acceleration_m_per_s2, velocity_sigma_m_per_s, .. } => {
+                assert!((velocity_m_per_s - 0.08).abs() < 3.0 * velocity_sigma_m_per_s, "{velocity_m_per_s}");
+                assert!((acceleration_m_per_s2 + 2.4).abs() < 1.0, "{acceleration_m_per_s2}");
+            }
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn a_piston_that_settles_slowly_on_its_stop_does_not_rest_yet() {
+        let close = [CommandEdge { time_s: 60.0, close: true }];
+        let times: Vec<f64> = (0..4000).map(|row| f64::from(row) * 0.02).collect();
+        let settles: Vec<f64> = times
+            .iter()
+            .enumerate()
+            .map(|(row, time)| 0.0209 - 4e-4 * (-time / 6.0).exp() + 2e-6 * f64::from(u32::try_from(row % 7).unwrap()))
+            .collect();
+        assert!(beginning(&times, &settles, 5e-6, &close, 0.021, 21.0).is_moving());
     }
 
     #[test]

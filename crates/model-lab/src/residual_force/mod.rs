@@ -12,7 +12,7 @@ mod weak;
 use rayon::prelude::*;
 use valve_file::Tolerance;
 use valve_model::equations::Equations;
-use valve_model::{Conditions, Valve};
+use valve_model::{Conditions, Run, Start, Valve};
 
 pub use bins::{Axis, Bin, Profile};
 pub use signature::Signature;
@@ -140,6 +140,55 @@ fn spans(index: usize, run: &RunData, stroke_m: f64) -> Option<(Smoothed, Vec<Sp
         });
     }
     Some((smoothed, found))
+}
+
+/// A recorded motion away from the stops, whichever way it goes, for a model to be held against.
+#[derive(Debug, Clone)]
+pub struct Free {
+    run: RunData,
+    motion: (Smoothed, Vec<Span>),
+}
+
+impl Free {
+    /// Of a run; nothing where the piston is never away from the stops for long.
+    pub fn new(run: RunData, stroke_m: f64) -> Option<Self> {
+        let position = run.channels.iter().find(|channel| channel.channel == Channel::Position)?;
+        let smoothed = Smoothed::new(&run.times_s, &position.samples, &position.samples);
+        let margin = (5.0 * position.noise).max(0.005 * stroke_m);
+        let is_free = |x: &f64| *x > margin && *x < stroke_m - margin;
+        let mut spans: Vec<Span> = Vec::new();
+        let mut was_free = false;
+        for (time, x) in smoothed.time_s.iter().zip(&smoothed.position_m) {
+            let free = is_free(x);
+            match spans.last_mut() {
+                Some(span) if free && was_free => span.to_s = time - AWAY_S,
+                _ if free => spans.push(Span {
+                    run: 0,
+                    direction: Direction::Closing,
+                    command_s: 0.0,
+                    from_s: time + AWAY_S,
+                    to_s: *time,
+                }),
+                _ => {}
+            }
+            was_free = free;
+        }
+        spans.retain(|span| span.to_s >= span.from_s + WINDOW_S);
+        (!spans.is_empty()).then_some(Self { run, motion: (smoothed, spans) })
+    }
+
+    /// The force that a valve lacks in each window; nothing where the run cannot be followed. Which windows there are is up
+    /// to the run alone. `start` is where its simulation begins.
+    pub fn missing(&self, valve: &Valve, start: Start) -> Option<Vec<Missing>> {
+        let run = Run { start, ..self.run.run.clone() };
+        let missing = of_run(&RunData { run, ..self.run.clone() }, &self.motion, valve)?;
+        (!missing.is_empty()).then_some(missing)
+    }
+
+    /// How long it is, s.
+    pub fn duration_s(&self) -> f64 {
+        self.run.run.end_s
+    }
 }
 
 fn of_run(run: &RunData, (smoothed, spans): &(Smoothed, Vec<Span>), valve: &Valve) -> Option<Vec<Missing>> {

@@ -1,5 +1,7 @@
 //! Strokes of a valve as they are recorded, made by the model itself.
 
+#![allow(dead_code, reason = "not every test uses all of it")]
+
 use campaign::{Campaign, Inputs, Run, RunConditions, Sensors, Trace, Uncertainty};
 use valve_model::{CommandEdge, Conditions, Prepared, Start, Valve, measurement::Record, simulate};
 

@@ -1,0 +1,159 @@
+//! A cylinder without a spring whose measured pipe pressure drives the model, and which rests on no stop.
+
+mod recorded;
+
+use std::sync::Arc;
+
+use identify::Stop;
+use identify::select::Level;
+use model_lab::identification::{NuisanceSizes, Subject};
+use recorded::{NOISE_M, Noise, campaign};
+use valve_file::ValveFile;
+use valve_model::driven::Driven;
+use valve_model::measurement::Record;
+use valve_model::{
+    ChamberStart, CommandEdge, Conditions, Effect, EffectKind, ParameterId, Prepared, Run, Start, Valve, simulate,
+};
+
+/// It rises by its own weight and is pushed back by a pulse of pressure.
+const CYLINDER: &str = r#"
+name = "cylinder"
+[actuator]
+moving_mass = "2 kg"
+stroke = "90 mm"
+piston_area = "10 cm2"
+dead_volume = "10 cm3"
+viscous_friction = "25 N s/m"
+orientation = "inverted"
+[spring]
+stiffness = "0 kN/m"
+preload_compression = "0 mm"
+[stops]
+contact_stiffness = "1 MN/m"
+[gas]
+ratio_of_specific_heats = 1.4
+specific_gas_constant = "296.8 J/(kg K)"
+compressibility = 1.0
+[pneumatics]
+supply_pressure = "3 barg"
+ambient_pressure = "101.325 kPa"
+temperature = "293.15 K"
+pipe_volume = "15 cm3"
+flow_coefficient = 0.86
+solenoid_orifice_area = "2 mm2"
+port_orifice_area = "1.2 mm2"
+[cycle]
+close_at = "0 s"
+open_at = "1.2 s"
+end = "2.4 s"
+[limits]
+close_within = "1.1 s"
+open_within = "1.1 s"
+[tolerance]
+"actuator.viscous_friction" = 0.8
+"pneumatics.port_orifice_area" = 0.8
+"actuator.dead_volume" = 0.5
+"#;
+
+/// When pulses begin, and how long they are, s.
+const PULSES_S: [f64; 3] = [0.3, 1.7, 3.1];
+const PULSE_S: f64 = 0.12;
+const END_S: f64 = 4.5;
+
+/// Coulomb friction that hides in the records, N.
+const COULOMB_N: f64 = 14.0;
+
+/// The pipe pressure at a time, Pa.
+fn pipe_pa(time_s: f64) -> f64 {
+    let pulse = |start: &f64| (time_s - start).clamp(0.0, 0.01) - (time_s - start - PULSE_S).clamp(0.0, 0.01);
+    101_325.0 + 2.7e5 / 0.01 * PULSES_S.iter().map(pulse).sum::<f64>()
+}
+
+fn recorded_run(valve: &Valve, position_m: f64, noise: &mut Noise) -> campaign::Run {
+    let time_s: Vec<f64> = (0..4500).map(|row| f64::from(row) * 1e-3).collect();
+    let pressures: Vec<f64> = time_s.iter().map(|time| pipe_pa(*time)).collect();
+    let edges: Vec<(f64, bool)> =
+        PULSES_S.iter().flat_map(|start| [(start + 0.002, true), (start + PULSE_S + 0.008, false)]).collect();
+    let conditions = Conditions::nominal(valve.parameters());
+    let run = Run {
+        conditions,
+        commands: edges.iter().map(|(time_s, close)| CommandEdge { time_s: *time_s, close: *close }).collect(),
+        end_s: END_S,
+        driven: Some(Arc::new(Driven {
+            time_s: time_s.clone(),
+            pipe_pressure_pa: Some(pressures.clone()),
+            ..Driven::default()
+        })),
+        start: Start::Moving {
+            position_m,
+            velocity_m_per_s: 0.03,
+            chamber: ChamberStart::BALANCE,
+            pipe_pressure_pa: None,
+        },
+    };
+    let mut record = Record::default();
+    simulate(&[Prepared::new(valve, &run, 2e-4)], false, |_, nodes, _| {
+        valve.measurement().record(nodes, &time_s, &mut record);
+    });
+    let trace = campaign::Trace {
+        position_m: record.position_m.iter().map(|x| x + NOISE_M * noise.normal()).collect(),
+        pipe_pressure_pa: Some(pressures),
+        time_s,
+        ..campaign::Trace::default()
+    };
+    campaign::Run {
+        file: format!("{position_m}.csv"),
+        conditions: campaign::RunConditions {
+            supply_pressure_pa: conditions.supply_pressure_pa,
+            temperature_k: conditions.temperature_k,
+            leak_to_atmosphere_m2: 0.0,
+            leak_from_supply_m2: 0.0,
+        },
+        trace,
+        commands: edges.into_iter().map(|(time_s, close)| campaign::CommandEdge { time_s, close }).collect(),
+        commands_inferred: true,
+    }
+}
+
+/// A valve file and records of a valve that is none of its kind: friction hides in it, and its port is smaller by a third.
+fn subject() -> Subject {
+    let file = ValveFile::parse(CYLINDER, "cylinder.toml").expect("a valid valve");
+    let mut parameters = file.valve().parameters().clone();
+    parameters.set(ParameterId::PortOrificeArea, 0.67 * parameters.port_orifice_area_m2);
+    let friction = [Some(COULOMB_N), Some(1.05 * COULOMB_N), None, None, None, None];
+    let effect = Effect::new(EffectKind::DRY_FRICTION, &friction).expect("a possible friction");
+    let valve = Valve::new(parameters, file.valve().switches(), vec![effect], Vec::new()).expect("a possible valve");
+    let mut noise = Noise(9);
+    let runs = [0.05, 0.06].map(|position_m| recorded_run(&valve, position_m, &mut noise));
+    let mut campaign = campaign(runs.into());
+    campaign.inputs.pipe_pressure = true;
+    Subject::new(&file, &campaign, &NuisanceSizes::default())
+}
+
+#[test]
+fn each_cycle_begins_with_the_motion_that_its_record_shows() {
+    let subject = subject();
+    let units = &subject.setup(Level::High).units;
+    assert_eq!(units.len(), 2 * PULSES_S.len(), "{:?}", units.iter().map(|unit| &unit.name).collect::<Vec<_>>());
+    // By the third pulse the piston has reached its open stop.
+    for cycle in [0, 1, 3, 4] {
+        assert!(units[cycle].beginning.is_moving(), "{cycle}: {:?}", units[cycle].beginning);
+    }
+    // A cycle is driven by its own stretch of the recorded pressure alone.
+    for unit in units {
+        let driven = unit.run.driven.as_ref().expect("driven");
+        assert!(driven.time_s.len() < 2300, "{} samples", driven.time_s.len());
+        assert!(driven.time_s[0] <= 0.0, "{} s", driven.time_s[0]);
+    }
+}
+
+#[test]
+fn the_balance_of_forces_along_the_record_leads_close_to_what_hides_in_it() {
+    let subject = subject();
+    let space = subject.space.with_effect(EffectKind::DRY_FRICTION);
+    let found = subject.balance.optimum(&space, &space.start(), Stop::never()).expect("a free motion");
+    let friction = space.effect_values(EffectKind::DRY_FRICTION, &found).expect("in the space")[0];
+    assert!((friction / COULOMB_N - 1.0).abs() < 0.1, "{friction} N");
+    let port = space.valve(&found).expect("a possible valve").parameters().port_orifice_area_m2;
+    assert!((port / (0.67 * 1.2e-6) - 1.0).abs() < 0.1, "{port} m2");
+}
