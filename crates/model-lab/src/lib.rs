@@ -5,6 +5,7 @@
 
 pub mod calibrate;
 pub mod compare;
+pub mod crossing;
 pub mod data;
 pub mod diagnosis;
 pub mod errors;

@@ -5,9 +5,10 @@ use std::fmt::Write;
 use valve_model::Conditions;
 
 use super::Comparison;
-use super::phases::{Direction, LEVELS, Phase};
+use super::phases::{LEVELS, Phase};
 use super::runs::{RunComparison, StrokeComparison};
 use super::trend::{Condition, Trend, trends};
+use crate::crossing::Direction;
 
 /// Time errors below this are not worth a word, s.
 const LEAST_ERROR_S: f64 = 1e-3;

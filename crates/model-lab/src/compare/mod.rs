@@ -3,7 +3,6 @@
 //! Everywhere measured minus simulated: where the model is late, errors of times are negative. The model is taken as it
 //! stands, instruments and conditions at their word; [`Subject::stated`] allows for what they may be off by.
 
-pub mod crossing;
 pub mod findings;
 pub mod phases;
 mod runs;
@@ -18,7 +17,9 @@ use valve_model::simulate::DEFAULT_STEP_S;
 use valve_model::{Prepared, Valve, simulate};
 
 pub use findings::{Finding, PhaseError};
-pub use phases::{Direction, LevelTimes, Phase};
+pub use phases::{LevelTimes, Phase};
+
+pub use crate::crossing::Direction;
 pub use runs::{ChannelScore, RunComparison, StrokeComparison};
 pub use score::{PhaseScore, Score};
 pub use trend::{Condition, Trend};

@@ -1,33 +1,6 @@
 //! The phases of a stroke, and the error of a model in each.
 
-use super::crossing::{Crossing, Smoothed};
-
-/// Which way a stroke goes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Direction {
-    /// The solenoid is energised and the valve closes.
-    Closing,
-    /// The solenoid is de-energised and the spring opens the valve.
-    Opening,
-}
-
-impl Direction {
-    /// Both, closing first.
-    pub const ALL: [Self; 2] = [Self::Closing, Self::Opening];
-
-    /// Its name in words and in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Closing => "closing",
-            Self::Opening => "opening",
-        }
-    }
-
-    /// The direction of a command.
-    pub fn of(close: bool) -> Self {
-        if close { Self::Closing } else { Self::Opening }
-    }
-}
+use crate::crossing::{Crossing, Direction, Smoothed};
 
 /// A part of a stroke.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

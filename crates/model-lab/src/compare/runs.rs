@@ -3,9 +3,9 @@
 use identify::Problem;
 use valve_model::{Conditions, Valve};
 
-use super::crossing::Smoothed;
-use super::phases::{Direction, LevelTimes, Phase, StrokeWindow, boundaries, level_times, phase_at, phase_time_error};
+use super::phases::{LevelTimes, Phase, StrokeWindow, boundaries, level_times, phase_at, phase_time_error};
 use super::score::{PhaseSquares, Score};
+use crate::crossing::{Direction, Smoothed};
 use crate::data::{Channel, RunData};
 use crate::errors::Errors;
 use crate::forward::Predicted;

@@ -1,7 +1,8 @@
 //! Errors summed up: of a run, and of all runs.
 
-use super::phases::{Direction, Phase};
+use super::phases::Phase;
 use super::runs::StrokeComparison;
+use crate::crossing::Direction;
 use crate::errors::Errors;
 
 /// Sums of squared position residuals, m², and rows, by direction and phase.

@@ -2,9 +2,10 @@
 
 use valve_model::Valve;
 
-use super::phases::{Direction, LevelTimes, StrokeWindow};
+use super::phases::{LevelTimes, StrokeWindow};
 use super::runs::{RunComparison, StrokeComparison};
 use super::score::Score;
+use crate::crossing::Direction;
 use crate::data::{Dataset, TimingGroup};
 use crate::errors::Errors;
 use crate::forward::{Predicted, timing_predictions};

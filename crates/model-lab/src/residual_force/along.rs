@@ -8,7 +8,7 @@ use valve_model::state::{Inputs, State};
 use valve_model::terms::groups;
 use valve_model::{Prepared, Valve};
 
-use crate::compare::crossing::Smoothed;
+use crate::crossing::Smoothed;
 use crate::data::{Channel, RunData};
 
 /// Longest step along the motion, s.

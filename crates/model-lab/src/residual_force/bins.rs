@@ -1,7 +1,7 @@
 //! Missing force and flow against position, velocity, pressure and time, closing and opening apart.
 
 use super::weak::Missing;
-use crate::compare::phases::Direction;
+use crate::crossing::Direction;
 
 /// What a bin counts along.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

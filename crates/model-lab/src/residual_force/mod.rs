@@ -19,8 +19,7 @@ pub use signature::Signature;
 pub use weak::{Missing, WINDOW_S};
 
 use self::weak::{Mechanics, Span, windows};
-use crate::compare::crossing::Smoothed;
-use crate::compare::phases::Direction;
+use crate::crossing::{Direction, Smoothed};
 use crate::data::{Channel, Dataset, RunData};
 
 /// Time between a stop and the first window, s; its middle is half a window further.

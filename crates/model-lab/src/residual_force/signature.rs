@@ -3,7 +3,7 @@
 use nalgebra::{Matrix2, Vector2};
 
 use super::weak::{Mechanics, Missing};
-use crate::compare::phases::Direction;
+use crate::crossing::Direction;
 
 /// Bins of the travel.
 const BINS: usize = 30;

@@ -8,7 +8,7 @@
 use core::f64::consts::PI;
 
 use super::along::{Along, between};
-use crate::compare::phases::Direction;
+use crate::crossing::Direction;
 
 /// Length of a window, s.
 pub const WINDOW_S: f64 = 40e-3;

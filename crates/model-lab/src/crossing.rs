@@ -104,6 +104,33 @@ fn median_spacing(time_s: &[f64]) -> f64 {
     *gaps.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
+/// Which way a stroke goes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Direction {
+    /// The solenoid is energised and the valve closes.
+    Closing,
+    /// The solenoid is de-energised and the spring opens the valve.
+    Opening,
+}
+
+impl Direction {
+    /// Both, closing first.
+    pub const ALL: [Self; 2] = [Self::Closing, Self::Opening];
+
+    /// Its name in words and in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Closing => "closing",
+            Self::Opening => "opening",
+        }
+    }
+
+    /// The direction of a command.
+    pub fn of(close: bool) -> Self {
+        if close { Self::Closing } else { Self::Opening }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
