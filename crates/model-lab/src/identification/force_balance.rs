@@ -19,9 +19,6 @@ use crate::space::Space;
 /// Records are followed up to this duration altogether, s.
 const LONGEST_S: f64 = 20.0;
 
-/// What is left of the balance of forces counts, in whole, as a share of the largest force of the supply.
-const LARGEST: f64 = 1.0;
-
 /// Free motions of a campaign.
 #[derive(Debug, Clone, Default)]
 pub struct ForceBalance {
@@ -100,7 +97,7 @@ impl<'a> Balance<'a> {
     fn new(of: &'a ForceBalance, space: &'a Space, from: &[f64], stop: &'a Stop) -> Option<Self> {
         let valve = space.valve(from)?;
         let p = valve.parameters();
-        let largest_n = LARGEST * (p.supply_pressure_pa - p.ambient_pressure_pa).abs() * p.piston_area_m2;
+        let largest_n = (p.supply_pressure_pa - p.ambient_pressure_pa).abs() * p.piston_area_m2;
         let records: Option<Vec<Record>> = of
             .motions
             .iter()
