@@ -128,7 +128,7 @@ pub fn beginning(
         },
         _ => Beginning::Moving {
             position_m: position,
-            velocity_m_per_s: if moves { velocity } else { 0.0 },
+            velocity_m_per_s: velocity,
             velocity_sigma_m_per_s: sigma,
             acceleration_m_per_s2: 0.0,
         },
