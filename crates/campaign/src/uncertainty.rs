@@ -9,6 +9,8 @@ pub struct Uncertainty {
     pub position_zero_m: Option<f64>,
     /// Gain of the position sensor, relative, common to all runs.
     pub position_gain: Option<f64>,
+    /// How far the position sensor's curve bends away from a straight line, as a share of the stroke, common to all runs.
+    pub position_linearity: Option<f64>,
     /// Drift of the position sensor over a run, m.
     pub position_drift_m: Option<f64>,
     /// Supply pressure (gauge), relative, from run to run.
@@ -26,9 +28,10 @@ pub struct Uncertainty {
 }
 
 /// The keys of `[uncertainty]` with what they take.
-const KEYS: [(&str, QuantityKind); 9] = [
+const KEYS: [(&str, QuantityKind); 10] = [
     ("position_zero", QuantityKind::Si("m")),
     ("position_gain", QuantityKind::Si("")),
+    ("position_linearity", QuantityKind::Si("")),
     ("position_drift", QuantityKind::Si("m")),
     ("supply_pressure", QuantityKind::Si("")),
     ("supply_gauge", QuantityKind::Si("")),
@@ -46,6 +49,7 @@ pub(crate) fn read(root: &Section<'_>) -> Result<Uncertainty, TomlFileError> {
     let places = [
         &mut read.position_zero_m,
         &mut read.position_gain,
+        &mut read.position_linearity,
         &mut read.position_drift_m,
         &mut read.supply_pressure,
         &mut read.supply_gauge,

@@ -353,13 +353,14 @@ fn outliers_are_taken_out_before_anything_is_judged_and_are_named() {
 #[test]
 fn uncertainties_are_read_in_si_and_refused_where_they_make_no_sense() {
     let text = format!(
-        "{RUN}[uncertainty]\nposition_zero = \"0.1 mm\"\nposition_gain = 0.01\nposition_drift = \"0.05 mm\"\n\
+        "{RUN}[uncertainty]\nposition_zero = \"0.1 mm\"\nposition_gain = 0.01\nposition_linearity = 0.003\nposition_drift = \"0.05 mm\"\n\
          supply_pressure = 0.015\nsupply_gauge = 0.02\ntemperature = \"5 degC\"\nclock = \"25 ms\"\n\
          command_delay = \"4 ms\"\nleak_area = 0.1\n"
     );
     let stated = Uncertainty {
         position_zero_m: Some(1e-4),
         position_gain: Some(0.01),
+        position_linearity: Some(0.003),
         position_drift_m: Some(5e-5),
         supply_pressure: Some(0.015),
         supply_gauge: Some(0.02),
@@ -372,8 +373,8 @@ fn uncertainties_are_read_in_si_and_refused_where_they_make_no_sense() {
     assert_eq!(read(RUN, &usual()).uncertainty, Uncertainty::default());
     let changed = |from: &str, to: &str| refusal(&text.replacen(from, to, 1), &usual());
     assert!(changed("0.01\n", "2\n").contains("c.toml:8: uncertainty.position_gain is 2; expected a share below 1"));
-    assert!(changed("\"25 ms\"", "\"0 ms\"").contains("c.toml:13: uncertainty.clock is 0; expected one standard"));
-    assert!(changed("leak_area", "leak_size").contains("c.toml:15: unknown key \"uncertainty.leak_size\""));
+    assert!(changed("\"25 ms\"", "\"0 ms\"").contains("c.toml:14: uncertainty.clock is 0; expected one standard"));
+    assert!(changed("leak_area", "leak_size").contains("c.toml:16: unknown key \"uncertainty.leak_size\""));
     assert!(changed("\"0.1 mm\"", "0.1").contains("c.toml:7: uncertainty.position_zero is the bare number 0.1"));
 }
 

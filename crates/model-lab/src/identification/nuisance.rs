@@ -17,6 +17,8 @@ pub struct NuisanceSizes {
     pub drift: f64,
     /// Its gain.
     pub gain: f64,
+    /// Each bend of its curve, as a share of the stroke.
+    pub linearity: f64,
     /// Supply pressure by run, relative (gauge pressure).
     pub supply: f64,
     /// Supply gauge throughout, relative (gauge pressure).
@@ -41,6 +43,7 @@ impl Default for NuisanceSizes {
             zero: 0.012,
             drift: 0.004,
             gain: 0.01,
+            linearity: 0.0025,
             supply: 0.015,
             gauge: 0.02,
             clock_s: 0.004,
@@ -76,6 +79,8 @@ pub enum Nuisance {
     StartSpeed(usize),
     /// Gain of the position sensor.
     Gain,
+    /// A bend of the position sensor's curve: so many half waves over the stroke.
+    Linearity(usize),
     /// Clock of the recorder.
     Clock,
     /// Supply gauge.
@@ -139,6 +144,7 @@ impl Nuisance {
             Self::StartPressure(_) => ("chamber pressure at the start, beyond balance", "Pa"),
             Self::StartSpeed(_) => ("speed at the start, beyond what the first rows show", "m/s"),
             Self::Gain => ("gain of the position sensor", ""),
+            Self::Linearity(_) => ("curve of the position sensor bent", "m"),
             Self::Clock => ("clock of the recorder", "s"),
             Self::Gauge => ("supply gauge throughout", ""),
             Self::Bore => ("piston area", ""),
@@ -196,6 +202,10 @@ impl Entry {
 /// Standard deviation of what lies anywhere in a stretch, as a share of it.
 const UNIFORM: f64 = 0.288_675;
 
+/// Bends that the curve of a position sensor may have: linearity is stated as the largest departure from a straight line,
+/// and what bends it (a potentiometer's track, the ends of a coil, a lever's angle) is smooth over the stroke.
+const BENDS: usize = 3;
+
 /// Nuisances end at this many standard deviations.
 const BOUND: f64 = 3.0;
 
@@ -243,6 +253,10 @@ pub fn nuisances(
     }
     if has_traces {
         all.push((Nuisance::Gain, stated.position_gain.unwrap_or(sizes.gain)));
+    }
+    if has_traces {
+        let size = stated.position_linearity.unwrap_or(sizes.linearity) * stroke;
+        all.extend((1..=BENDS).map(|waves| (Nuisance::Linearity(waves), size)));
     }
     if setup.is_driven {
         all.push((Nuisance::DrivingZero, 0.25 * sizes.pressure_zero * span_pa(setup)));

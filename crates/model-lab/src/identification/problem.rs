@@ -186,12 +186,29 @@ impl<'a> ValveProblem<'a> {
                 (zero, 0.0, self.nuisance(u, Nuisance::PressureGain(channel.channel)))
             };
             let base = if channel.channel == Channel::Position { 0.0 } else { self.setup.ambient_pa };
+            let bends = if channel.channel == Channel::Position { self.bends(u) } else { Vec::new() };
             for (value, (first, end)) in values[start..].iter_mut().zip(&channel.rows) {
                 let time = 0.5 * (channel.samples_s[*first] + channel.samples_s[*end - 1]);
+                *value += bends.iter().map(|(waves, size)| size * self.bend(*waves, *value)).sum::<f64>();
                 *value += gain * (*value - base) + offset + slope * time;
             }
         }
         values
+    }
+
+    /// The bends of the position sensor's curve at a point: half waves over the stroke and height, m.
+    fn bends(&self, u: &[f64]) -> Vec<(usize, f64)> {
+        let of_nuisances = self.nuisances.iter().zip(&u[self.space.coordinates.len()..]);
+        let of = |(entry, u): (&Entry, &f64)| match entry.nuisance {
+            Nuisance::Linearity(waves) => Some((waves, entry.size * u)),
+            _ => None,
+        };
+        of_nuisances.filter_map(of).collect()
+    }
+
+    /// How a bend of so many half waves shows a position between the stops: nothing at its ends, one at most.
+    fn bend(&self, waves: usize, position_m: f64) -> f64 {
+        (std::f64::consts::PI * waves as f64 * (position_m / self.setup.stroke_m).clamp(0.0, 1.0)).sin()
     }
 
     /// The stroke times of a record, row by row.
@@ -326,6 +343,9 @@ impl<'a> ValveProblem<'a> {
                     Nuisance::Gain if is_position => {
                         let zero = self.nuisance(u, Nuisance::Zero(index));
                         (at - zero) / (1.0 + self.nuisance(u, Nuisance::Gain))
+                    }
+                    Nuisance::Linearity(waves) if is_position => {
+                        self.bend(waves, at - self.nuisance(u, Nuisance::Zero(index)))
                     }
                     Nuisance::PressureZero(which) if which == channel.channel => 1.0,
                     Nuisance::PressureGain(which) if which == channel.channel => at - base,
