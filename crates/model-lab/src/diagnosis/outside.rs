@@ -6,7 +6,9 @@
 
 use identify::held_out::{folds, held_out};
 use identify::select::{Level, Model};
-use identify::{Fit, FitOptions, fit};
+use identify::normal::Linearised;
+use identify::variance::{Effort, components, evidence};
+use identify::{Differences, Fit, FitOptions, Problem, fit};
 use rayon::prelude::*;
 use valve_model::custom::{CustomEffect, CustomParameter, CustomTarget, VARIABLE_NAMES, Variables};
 
@@ -20,6 +22,9 @@ const KNOTS: usize = 13;
 
 /// Tables that are followed to formulas.
 const FOLLOWED: usize = 2;
+
+/// Formulas of each table that are fitted a little.
+const BEGUN: usize = 6;
 
 /// Formulas of each table that are fitted to the end.
 const FINISHED: usize = 3;
@@ -98,23 +103,30 @@ pub fn outside<'a>(
         .filter(|axis| !(setup.is_driven && axis.target == CustomTarget::PipeFlow))
         .filter_map(|axis| table(*axis, &scales).map(|(knots, effect)| (*axis, knots, effect)))
         .collect();
-    let mut fitted: Vec<(Axis, Vec<f64>, Tried<'a>)> = tables
+    let likely = foreseen(catalogue, best, tables, |(.., effect)| effect, &best.fit, FOLLOWED);
+    let tables: Vec<(Axis, Vec<f64>, Tried<'a>)> = likely
         .into_par_iter()
         .filter_map(|(axis, knots, effect)| {
             Some((axis, knots, tried(catalogue, best, &effect, Level::Low, &best.fit.u, &quick)?))
         })
         .collect();
-    fitted.sort_by(|a, b| b.2.fit.log_evidence.total_cmp(&a.2.fit.log_evidence));
-    fitted.truncate(FOLLOWED);
+    // What lies close to a fit needs no annealing.
+    let near =
+        |fit: &Fit| FitOptions { annealed: 0, known: Some(fit.noise.clone()), ..FitOptions::new(setup.groups.clone()) };
     let mut found: Option<(f64, Outside)> = None;
-    for (axis, knots, table) in fitted {
+    for (axis, knots, table) in tables {
         if catalogue.stop.is_asked() {
             break;
         }
         let (values, sigmas) = own(&table);
-        let mut formulas: Vec<Tried<'a>> = shapes(axis, &knots, &values, &scales)
+        let likely =
+            foreseen(catalogue, best, shapes(axis, &knots, &values, &scales), |shape| shape, &table.fit, BEGUN);
+        let mut formulas: Vec<Tried<'a>> = likely
             .into_par_iter()
-            .filter_map(|effect| tried(catalogue, best, &effect, Level::Low, &table.fit.u, &quick))
+            .filter_map(|effect| {
+                let options = FitOptions { settled: 3, ..near(&table.fit) };
+                tried(catalogue, best, &effect, Level::Low, &table.fit.u, &options)
+            })
             .collect();
         formulas.sort_by(|a, b| b.fit.log_evidence.total_cmp(&a.fit.log_evidence));
         formulas.truncate(FINISHED);
@@ -122,8 +134,7 @@ pub fn outside<'a>(
             .into_par_iter()
             .filter_map(|one| {
                 let effect = one.problem.space.custom_at(&one.fit.u).pop()?;
-                let options = FitOptions::new(setup.groups.clone());
-                tried(catalogue, best, &effect, Level::High, &one.fit.u, &options)
+                tried(catalogue, best, &effect, Level::High, &one.fit.u, &near(&one.fit))
             })
             .collect();
         for one in finished {
@@ -161,6 +172,63 @@ pub fn outside<'a>(
     found.map(|(_, outside)| outside)
 }
 
+/// Of what adds a custom effect to a model the few that are most likely, the likeliest first: foreseen about a fit by its
+/// derivatives and those of the effect's own parameters. The fit is of the model, or of one with another effect.
+fn foreseen<T: Send>(
+    catalogue: &Catalogue<'_>,
+    best: &Model<ValveProblem<'_>>,
+    all: Vec<T>,
+    effect: impl Fn(&T) -> &CustomEffect + Sync,
+    around: &Fit,
+    most: usize,
+) -> Vec<T> {
+    let shared = best.problem.space.coordinates.len();
+    let mut judged: Vec<(f64, T)> = all
+        .into_par_iter()
+        .filter_map(|one| {
+            let space = best.problem.space.with_custom(effect(&one));
+            let problem = catalogue.subject.problem(space, Level::Low, catalogue.stop);
+            let u = carried(&problem, shared, &around.u);
+            let nuisances = problem.nuisances.len();
+            let (own, theirs) = (u.len() - nuisances, around.u.len() - nuisances);
+            let steps: Vec<f64> =
+                problem.coordinates().iter().zip(&u).map(|(c, u)| c.step_at(*u, f64::INFINITY)).collect();
+            let differences =
+                Differences::new(problem.coordinates(), problem.records().len(), &u, &steps, shared..own);
+            let predicted = problem.predict(&differences.points, &differences.requests);
+            let mut linear = differences.linear(predicted)?;
+            let place = |index: usize| match index {
+                index if index < shared => Some(index),
+                index if index >= theirs => Some(own + index - theirs),
+                _ => None,
+            };
+            for (linear, columns) in linear.iter_mut().zip(&around.linear.columns) {
+                let known = columns.iter().filter_map(|(index, column)| Some((place(*index)?, column.clone())));
+                linear.columns.extend(known);
+            }
+            let groups = &catalogue.subject.setup(Level::Low).groups;
+            let at = Linearised::new(&problem, u, linear);
+            let noise = components(&problem, &at, groups, &around.noise, Effort::Local);
+            let likely = evidence(&problem, &at, &at.normal(&problem, &noise), groups, &noise);
+            likely.is_finite().then_some((likely, one))
+        })
+        .collect();
+    judged.sort_by(|a, b| b.0.total_cmp(&a.0));
+    judged.truncate(most);
+    judged.into_iter().map(|(_, one)| one).collect()
+}
+
+/// A point of a model with a custom effect: what it shares with a model at `from` is as it is there, the effect's own
+/// parameters are where they start.
+fn carried(problem: &ValveProblem<'_>, shared: usize, from: &[f64]) -> Vec<f64> {
+    let mut start = problem.start();
+    let nuisances = problem.nuisances.len();
+    start[..shared].copy_from_slice(&from[..shared]);
+    let own = start.len() - nuisances;
+    start[own..].copy_from_slice(&from[from.len() - nuisances..]);
+    start
+}
+
 /// Fits a custom effect on top of a model; what both have starts at `from`, a point of the model or of one with a custom
 /// effect of its own.
 fn tried<'a>(
@@ -174,12 +242,7 @@ fn tried<'a>(
     let space = best.problem.space.with_custom(effect);
     let shared = best.problem.space.coordinates.len();
     let problem = catalogue.subject.problem(space, level, catalogue.stop);
-    let mut start = problem.start();
-    let nuisances = problem.nuisances.len();
-    start[..shared].copy_from_slice(&from[..shared]);
-    let own = start.len() - nuisances;
-    start[own..].copy_from_slice(&from[from.len() - nuisances..]);
-    let fit = fit(&problem, &start, options)?;
+    let fit = fit(&problem, &carried(&problem, shared, from), options)?;
     Some(Tried { problem, fit })
 }
 
