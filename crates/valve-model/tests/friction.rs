@@ -90,21 +90,20 @@ fn a_held_piston_gives_as_its_bristles_and_its_spring_say() {
 }
 
 #[test]
-fn opening_friction_acts_while_opening_alone() {
-    let [close, open] = times(&rubbing(&[30.0]));
-    for (factor, later) in [(2.0, true), (0.3, false)] {
-        let [closes, opens] = times(&rubbing(&[30.0, 30.0, 0.01, 2e5, factor, 0.0]));
-        assert!((closes - close).abs() < 1e-3, "closing {closes} s, was {close} s");
-        assert!((opens > open + 5e-3) == later && (opens < open - 5e-3) != later, "opening {opens} s, was {open} s");
+fn an_opening_factor_takes_from_one_direction_what_it_adds_to_the_other() {
+    // At a factor of 2, 45 N are 60 N while opening and 30 N while closing; at a half it is the other way round.
+    for (factor, [closing, opening]) in [(2.0, [30.0, 60.0]), (0.5, [60.0, 30.0])] {
+        let [closes, opens] = times(&rubbing(&[45.0, 45.0, 0.01, 2e5, factor, 0.0]));
+        let ([close, _], [_, open]) = (times(&rubbing(&[closing])), times(&rubbing(&[opening])));
+        // But for how the bristles stand when it begins.
+        assert!((closes - close).abs() < 2e-3, "closing {closes} s and {close} s");
+        assert!((opens - open).abs() < 2e-3, "opening {opens} s and {open} s");
+        let [even_close, even_open] = times(&rubbing(&[45.0]));
+        assert!((opens > even_open + 5e-3) == (factor > 1.0) && (closes > even_close + 5e-3) == (factor < 1.0));
     }
-    // While opening, twice the friction is that of twice the force.
-    let [_, doubled] = times(&rubbing(&[60.0]));
-    let [_, factored] = times(&rubbing(&[30.0, 30.0, 0.01, 2e5, 2.0, 0.0]));
-    // But for how the bristles stand when it begins.
-    assert!((doubled - factored).abs() < 2e-3, "{doubled} s and {factored} s");
     let sealed = |values: &[f64]| times(&valve_of(testbed(), vec![effect(EffectKind::SEAL_FRICTION, values)]));
-    assert!(sealed(&[6e-5, 2e5, 3.0])[1] > sealed(&[6e-5])[1] + 5e-3);
-    assert!((sealed(&[6e-5, 2e5, 3.0])[0] - sealed(&[6e-5])[0]).abs() < 1e-3);
+    let (uneven, even) = (sealed(&[6e-5, 2e5, 3.0]), sealed(&[6e-5]));
+    assert!(uneven[1] > even[1] + 5e-3 && uneven[0] < even[0] - 1e-3, "{uneven:?}, even {even:?}");
 }
 
 #[test]

@@ -3,7 +3,7 @@
 
 use super::info::{ActsOn, Allowed, DefaultValue, EffectInfo, EffectParameter, FitRange, Search};
 use super::scales;
-use super::shared::{OPENING_FACTOR, POSITION_SLOPE, TYPICAL_FRICTION, bristle_stiffness};
+use super::shared::{OPENING_FACTOR, POSITION_SLOPE, TYPICAL_FRICTION, bristle_stiffness, ways};
 use super::term::{Term, numbers};
 use super::{Assembly, Moment};
 use crate::real::Real;
@@ -77,8 +77,10 @@ numbers! {
     static_excess: 0.0,
     /// 1 over the Stribeck velocity v_s, s/m.
     inverse_stribeck: 0.0,
-    /// Friction while opening over that while closing.
+    /// What it is multiplied by while opening.
     opening: 1.0,
+    /// And while closing.
+    closing: 1.0,
     /// What it is multiplied by at the closed stop.
     at_closed: 1.0,
     /// By how much that rises with the position, 1/m.
@@ -89,7 +91,7 @@ impl<R: Real> Term<R> for Law<R> {
     #[inline(always)]
     fn friction(&self, at: &Moment<'_, R>, sum: R) -> R {
         let variant = at.variants.dry_friction;
-        let (zero, one) = (R::splat(0.0), R::splat(1.0));
+        let zero = R::splat(0.0);
         let mut force = self.coulomb;
         if variant & STRIBECK != 0 {
             let ratio = at.state.v * self.inverse_stribeck;
@@ -98,25 +100,27 @@ impl<R: Real> Term<R> for Law<R> {
         if variant & UNEVEN == 0 {
             return sum + force;
         }
-        let way = zero.select_lt(at.state.v, self.opening, one);
+        let way = zero.select_lt(at.state.v, self.opening, self.closing);
         let place = self.slope_per_m.mul_add(at.state.x, self.at_closed).max(zero);
         (force * way).mul_add(place, sum)
     }
 }
 
 fn add(values: &[f64], to: &mut Assembly<'_>) {
-    let [coulomb, at_rest, stribeck, stiffness, opening, slope] = [0, 1, 2, 3, 4, 5].map(|index| values[index]);
+    let [coulomb, at_rest, stribeck, stiffness, factor, slope] = [0, 1, 2, 3, 4, 5].map(|index| values[index]);
+    let (opening, closing) = ways(factor);
     to.rubs(stiffness, "effect.dry-friction.bristle_stiffness");
     to.laws.dry_friction = Law {
         coulomb,
         static_excess: at_rest - coulomb,
         inverse_stribeck: 1.0 / stribeck,
         opening,
+        closing,
         at_closed: 1.0 - 0.5 * slope,
         slope_per_m: slope / to.parameters.stroke_m,
     };
     let used = |variant: u8, is: bool| if is { variant } else { 0 };
-    to.laws.variants.dry_friction = used(STRIBECK, at_rest > coulomb) | used(UNEVEN, opening != 1.0 || slope != 0.0);
+    to.laws.variants.dry_friction = used(STRIBECK, at_rest > coulomb) | used(UNEVEN, factor != 1.0 || slope != 0.0);
 }
 
 #[cfg(test)]
@@ -126,7 +130,7 @@ mod tests {
 
     #[test]
     fn a_sliding_piston_is_held_back_by_the_law() {
-        for (v, way) in [(0.01, 1.3), (-0.01, 1.0), (0.1, 1.3)] {
+        for (v, way) in [(0.01, 2.6 / 2.3), (-0.01, 2.0 / 2.3), (0.1, 2.6 / 2.3)] {
             let mut subject =
                 Subject::with(EffectKind::DRY_FRICTION, &[30.0, 50.0, 0.01, 1e5, 1.3, 0.4]).moving(0.02, v);
             let place = 1.0 + 0.4 * (0.02 / testbed().stroke_m - 0.5);

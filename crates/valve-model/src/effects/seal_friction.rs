@@ -1,7 +1,7 @@
 //! Seal friction: dry friction of lip seals that the gas presses on.
 
 use super::info::{ActsOn, Allowed, DefaultValue, EffectInfo, EffectParameter, FitRange, Search};
-use super::shared::{OPENING_FACTOR, POSITION_SLOPE, bristle_stiffness};
+use super::shared::{OPENING_FACTOR, POSITION_SLOPE, bristle_stiffness, ways};
 use super::term::{Term, numbers};
 use super::{Assembly, Moment};
 use crate::real::Real;
@@ -42,8 +42,10 @@ const UNEVEN: u8 = 1;
 numbers! {
     /// Friction per gauge pressure in the chamber s, m2.
     per_pressure: 0.0,
-    /// While opening over that while closing.
+    /// What it is multiplied by while opening.
     opening: 1.0,
+    /// And while closing.
+    closing: 1.0,
     /// What it is multiplied by at the closed stop.
     at_closed: 1.0,
     /// By how much that rises with the position, 1/m.
@@ -53,23 +55,24 @@ numbers! {
 impl<R: Real> Term<R> for Law<R> {
     #[inline(always)]
     fn friction(&self, at: &Moment<'_, R>, sum: R) -> R {
-        let (zero, one) = (R::splat(0.0), R::splat(1.0));
+        let zero = R::splat(0.0);
         let pressing = (at.chamber - at.base.ambient).max(zero);
         if at.variants.seal_friction & UNEVEN == 0 {
             return self.per_pressure.mul_add(pressing, sum);
         }
-        let way = zero.select_lt(at.state.v, self.opening, one);
+        let way = zero.select_lt(at.state.v, self.opening, self.closing);
         let place = self.slope_per_m.mul_add(at.state.x, self.at_closed).max(zero);
         (self.per_pressure * pressing * way).mul_add(place, sum)
     }
 }
 
 fn add(values: &[f64], to: &mut Assembly<'_>) {
-    let [per_pressure, stiffness, opening, slope] = [0, 1, 2, 3].map(|index| values[index]);
+    let [per_pressure, stiffness, factor, slope] = [0, 1, 2, 3].map(|index| values[index]);
+    let (opening, closing) = ways(factor);
     to.rubs(stiffness, "effect.seal-friction.bristle_stiffness");
     to.laws.seal_friction =
-        Law { per_pressure, opening, at_closed: 1.0 - 0.5 * slope, slope_per_m: slope / to.parameters.stroke_m };
-    to.laws.variants.seal_friction = if opening == 1.0 && slope == 0.0 { 0 } else { UNEVEN };
+        Law { per_pressure, opening, closing, at_closed: 1.0 - 0.5 * slope, slope_per_m: slope / to.parameters.stroke_m };
+    to.laws.variants.seal_friction = if factor == 1.0 && slope == 0.0 { 0 } else { UNEVEN };
 }
 
 #[cfg(test)]
@@ -79,7 +82,7 @@ mod tests {
 
     #[test]
     fn it_grows_with_the_pressure_in_the_chamber() {
-        for (v, way) in [(0.05, 0.8), (-0.05, 1.0)] {
+        for (v, way) in [(0.05, 1.6 / 1.8), (-0.05, 2.0 / 1.8)] {
             let mut subject = Subject::with(EffectKind::SEAL_FRICTION, &[6e-5, 3e5, 0.8, 0.4]).moving(0.01, v);
             subject = subject.at_pressures(3e5, 3e5);
             let place = 1.0 + 0.4 * (0.01 / testbed().stroke_m - 0.5);

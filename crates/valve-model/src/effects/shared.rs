@@ -31,16 +31,22 @@ fn bristle_range(valve: &Parameters) -> FitRange {
     }
 }
 
-/// How much a friction depends on which way the piston goes.
+/// How much a friction depends on which way the piston goes. Its size is the mean of both, which motions of both kinds tell
+/// best: at a factor a, 2 a/(1 + a) times that while opening and 2/(1 + a) times while closing.
 pub(super) const OPENING_FACTOR: EffectParameter = EffectParameter {
     name: "opening_factor",
     si_unit: "",
-    meaning: "friction while opening over that while closing",
+    meaning: "friction opening over that closing, of the same mean",
     allowed: Allowed::NON_NEGATIVE,
     default: DefaultValue::Value(1.0),
     range: |_| fixed(0.2, 1.0, 5.0),
     search: Search::Refinement,
 };
+
+/// What a friction is multiplied by while opening and while closing.
+pub(super) fn ways(opening_factor: f64) -> (f64, f64) {
+    (2.0 * opening_factor / (1.0 + opening_factor), 2.0 / (1.0 + opening_factor))
+}
 
 /// How much a friction changes along the stroke, as a bore does that is worn or not quite round.
 pub(super) const POSITION_SLOPE: EffectParameter = EffectParameter {
