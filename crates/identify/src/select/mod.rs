@@ -100,7 +100,14 @@ fn base_at<F: Family>(family: &F, level: Level, from: Option<&Model<F::Member>>)
 
 /// Searches a family for the effects that records need; nothing where not even the empty set can be fitted.
 pub fn select<F: Family>(family: &F, options: &SelectOptions) -> Option<Selection<F::Member>> {
-    let mut search = Search { family, options, models: HashMap::new(), looked_at: Vec::new(), reduced: Vec::new() };
+    let mut search = Search {
+        family,
+        options,
+        models: HashMap::new(),
+        looked_at: Vec::new(),
+        screened: HashMap::new(),
+        reduced: Vec::new(),
+    };
     for model in base(family)? {
         search.models.insert((Vec::new(), model.level), model);
     }
@@ -140,6 +147,8 @@ struct Search<'a, F: Family> {
     models: HashMap<(Set, Level), Model<F::Member>>,
     /// Sets that were fitted to a few of the records, for larger ones to begin from.
     looked_at: Vec<Set>,
+    /// The best evidence of sets that went on from a first look, on the few records of it.
+    screened: HashMap<Set, f64>,
     /// Sets whose smaller ones were fitted from their optimum.
     reduced: Vec<Set>,
 }
@@ -303,7 +312,7 @@ impl<F: Family> Search<'_, F> {
 
     /// The set with one effect exchanged where that is more likely; the neighbours are kept beside it.
     fn exchanged(&mut self, set: Set) -> Set {
-        if set.len() < 2 || self.is_explained(&set) {
+        if set.len() < 2 {
             return set;
         }
         let mut swapped: Vec<Set> = Vec::new();

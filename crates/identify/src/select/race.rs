@@ -28,6 +28,7 @@ impl<F: Family> Search<'_, F> {
             sets.iter().filter(|set| self.models.contains_key(&((*set).clone(), Level::High))).cloned().collect();
         let fresh: Vec<Set> = sets.into_iter().filter(|set| !known.contains(set)).collect();
         let mut runners = self.first_round(&fresh, from);
+        let is_exchange = fresh.iter().any(|set| set.len() == from.len());
         let best_known =
             known.iter().filter_map(|set| self.evidence(set, Level::Low)).fold(f64::NEG_INFINITY, f64::max);
         for (round, derivatives) in [self.options.rounds[1], usize::MAX].into_iter().enumerate() {
@@ -41,20 +42,30 @@ impl<F: Family> Search<'_, F> {
                     is_new
                 });
             }
+            // What was exchanged in a set must be able to win against it.
+            let to_beat = if is_exchange { self.screened.get(from).copied() } else { None };
             let best = runners.first().map_or(f64::NEG_INFINITY, |runner| runner.fit.log_evidence);
+            let best = to_beat.map_or(best, |of_set| best.max(of_set));
             // What the best leaves to be explained is what another can still gain on it.
             let left = runners
                 .first()
                 .map_or(0.0, |runner| left_nats(&runner.problem, &runner.fit, &self.family.options()).max(0.0));
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of a few runners")]
             let share = (self.options.kept * runners.len() as f64).ceil() as usize;
-            let most = if round == 0 { share } else { self.options.followed };
+            let most = if round == 0 { share.max(self.options.finalists) } else { self.options.followed };
+            let may_win = |fit: &Fit| {
+                let may_gain = left.min(self.options.promises * fit.promised);
+                fit.log_evidence + may_gain > best - self.options.hopeless
+            };
             let (kept, behind): (Vec<_>, Vec<_>) = runners.into_iter().enumerate().partition(|(place, runner)| {
-                *place < self.options.finalists
-                    || (*place < most && runner.fit.log_evidence > best - self.options.hopeless - left)
+                (*place == 0 && to_beat.is_none()) || (*place < most && may_win(&runner.fit))
             });
             for (_, runner) in behind {
                 self.keep(runner.set, Level::Screen, runner.problem, runner.fit);
+            }
+            for (_, runner) in &kept {
+                let known = self.screened.entry(runner.set.clone()).or_insert(f64::NEG_INFINITY);
+                *known = known.max(runner.fit.log_evidence);
             }
             let mut kept: Vec<Runner<F::Member>> = kept.into_iter().map(|(_, runner)| runner).collect();
             if derivatives == usize::MAX {

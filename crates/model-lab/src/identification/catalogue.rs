@@ -7,6 +7,7 @@ use identify::problem::predict_all;
 use identify::select::{Family, Level, Model, News, base};
 use identify::{Coordinate, FitOptions, Problem, Scope, Stop};
 use valve_file::{Tolerance, ValveFile};
+use valve_model::effects::{EffectParameter, Search};
 use valve_model::{EffectKind, Fidelity, ParameterId};
 
 use super::force_balance::ForceBalance;
@@ -37,6 +38,9 @@ pub struct Subject {
 
 /// Sizes of an effect that a fit may start from, in typical sizes.
 const SIZES: [f64; 4] = [0.1, 0.4, 1.0, 3.0];
+
+/// Shapes that it may start from beside the usual one, in prior deviations from it.
+const SHAPES: [f64; 2] = [-1.0, 1.0];
 
 /// How long before a record its first command may have been given, in travel times: a step where that is short, a share
 /// of it where it is long, and the longest; a small pipe that feeds a large chamber takes many travel times to fill it.
@@ -394,7 +398,8 @@ impl<'a> Catalogue<'a> {
         set.iter().map(|one| self.kinds[*one]).collect()
     }
 
-    /// Points with the sizes of some effects varied about `u`, one effect after the other.
+    /// Points with the sizes of some effects varied about `u`, one effect after the other, and with their shapes: a force that
+    /// fades in proportion is a weaker spring, and only with another exponent something of its own.
     fn varied(member: &ValveProblem<'_>, u: &[f64], kinds: &[EffectKind]) -> Vec<Vec<f64>> {
         let mut points = vec![u.to_vec()];
         for kind in kinds {
@@ -410,6 +415,21 @@ impl<'a> Catalogue<'a> {
                     let mut point = start.clone();
                     point[size] = sign * factor;
                     points.push(point);
+                }
+            }
+            let is_shape = |(_, parameter): &(&usize, &EffectParameter)| parameter.search == Search::Shape;
+            for (shape, _) in coordinates.iter().zip(kind.parameters()).filter(is_shape) {
+                for sign in [1.0, -1.0] {
+                    if sign < 0.0 && lower >= 0.0 {
+                        continue;
+                    }
+                    for by in SHAPES {
+                        let mut point = start.clone();
+                        // At a small size what the other parameters take of it stays linear.
+                        point[size] = sign * SIZES[0];
+                        point[*shape] += by;
+                        points.push(point);
+                    }
                 }
             }
         }
