@@ -30,7 +30,8 @@ fn drawn(file: &ValveFile, effects: &[Effect], noise: &mut Noise) -> (campaign::
     }
     parameters.piston_area_m2 *= 1.0 + sizes.bore * noise.normal();
     let stroke_m = parameters.stroke_m;
-    let [gauge, clock_s, gain] = [sizes.gauge, sizes.clock_s, sizes.gain].map(|size| size * noise.normal());
+    let [gauge, clock_s, gain, bend] =
+        [sizes.gauge, sizes.clock_s, sizes.gain, sizes.linearity].map(|size| size * noise.normal());
     let runs = [4.8e5, 5.6e5, 6.4e5, 7.2e5].map(|supply_pressure_pa| {
         let mut of_stroke = parameters.clone();
         let preload = of_stroke.get(ParameterId::PreloadCompression) * (1.0 + sizes.load * noise.normal());
@@ -44,6 +45,7 @@ fn drawn(file: &ValveFile, effects: &[Effect], noise: &mut Noise) -> (campaign::
             gain,
             zero_m: sizes.zero * stroke_m * noise.normal(),
             drift_m: sizes.drift * stroke_m * noise.normal(),
+            bend,
         };
         stroke(&valve, supply_pressure_pa, &off, noise)
     });

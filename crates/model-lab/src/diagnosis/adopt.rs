@@ -93,7 +93,7 @@ pub fn sequence(file: &ValveFile, campaign: &Campaign, additions: &[Addition], s
         })
         .collect();
     let certainty = Certainty::new(&model.problem, &model.fit);
-    let parameters = effect_parameters(&model.problem, &model.fit, &certainty, &kinds);
+    let parameters = effect_parameters(&model.problem, &model.fit, &certainty, &kinds, true);
     Some(Sequence { rungs, parameters })
 }
 

@@ -5,8 +5,8 @@
 //! the most likely one that also predicts what was held out becomes a ready custom effect.
 
 use identify::held_out::{folds, held_out};
-use identify::select::{Level, Model};
 use identify::normal::Linearised;
+use identify::select::{Level, Model};
 use identify::variance::{Effort, components, evidence};
 use identify::{Differences, Fit, FitOptions, Problem, fit};
 use rayon::prelude::*;
@@ -193,8 +193,7 @@ fn foreseen<T: Send>(
             let (own, theirs) = (u.len() - nuisances, around.u.len() - nuisances);
             let steps: Vec<f64> =
                 problem.coordinates().iter().zip(&u).map(|(c, u)| c.step_at(*u, f64::INFINITY)).collect();
-            let differences =
-                Differences::new(problem.coordinates(), problem.records().len(), &u, &steps, shared..own);
+            let differences = Differences::new(problem.coordinates(), problem.records().len(), &u, &steps, shared..own);
             let predicted = problem.predict(&differences.points, &differences.requests);
             let mut linear = differences.linear(predicted)?;
             let place = |index: usize| match index {

@@ -81,7 +81,7 @@ pub(super) fn assemble<'a>(
     let pulled = moved_parameters(&best.problem, &best.fit, &certainty);
     Explanation {
         verdict,
-        parameters: effect_parameters(&best.problem, &best.fit, &certainty, &recommended),
+        parameters: effect_parameters(&best.problem, &best.fit, &certainty, &recommended, !stop.is_asked()),
         nuisances: nuisance_reports(best, &certainty),
         moved: pulled,
         twins,
@@ -288,7 +288,7 @@ fn candidates(
                 Some(format!("is less likely by {:.0} nats", accepted_gain - gain))
             };
             CandidateReport {
-                parameters: effect_parameters(&model.problem, &model.fit, &certainty, &kinds),
+                parameters: effect_parameters(&model.problem, &model.fit, &certainty, &kinds, false),
                 kinds,
                 gain,
                 probability: all.iter().find(|(one, _)| std::ptr::eq(*one, model)).map(|(_, share)| *share),
@@ -355,7 +355,7 @@ fn twins(
                 let other = Certainty::new(&model.problem, &model.fit);
                 Some(Twin {
                     kind: new[0],
-                    parameters: effect_parameters(&model.problem, &model.fit, &other, &new),
+                    parameters: effect_parameters(&model.problem, &model.fit, &other, &new, false),
                     kinds,
                     behind: *behind,
                     valve: model.problem.space.valve(&model.fit.u)?,

@@ -1,14 +1,17 @@
 //! How sure fitted values are.
 //!
 //! The covariance of a fit knows noise, nuisances and the model error. It is widened where single records disagree by
-//! more than it says: a jackknife over records, to first order.
+//! more than it says: a jackknife over records, to first order. The sizes of effects are widened where fits that hold them
+//! beside their optimum are better than the covariance says: a profile of the likelihood.
 
-use identify::Fit;
 use identify::normal::{Normal, Posterior};
 use identify::problem::Problem;
 use identify::special::t_quantile_95;
+use identify::{Fit, FitOptions, fit};
 use nalgebra::DMatrix;
+use rayon::prelude::*;
 use valve_model::EffectKind;
+use valve_model::effects::Search;
 
 use super::answer::{FittedParameter, MovedParameter};
 use crate::identification::ValveProblem;
@@ -102,24 +105,87 @@ impl Certainty {
     }
 }
 
-/// The parameters of effects at the optimum, with standard deviations.
+/// Derivatives of a fit that holds a size beside its optimum.
+const PROFILED: usize = 4;
+
+/// A profile is followed to this many times the covariance's width at most.
+const WIDEST: f64 = 10.0;
+
+/// Widths that a profile looks at, and the share of the rise wanted from which no further one is.
+const LOOKS: usize = 2;
+const ENOUGH: f64 = 0.7;
+
+/// How much wider than by its covariance the likelihood holds a coordinate possible, at the end of the interval of 90 %:
+/// all others are fitted anew where it is held there. A size that a shape can stand in for, such as the Coulomb force of a
+/// stroke so slow that all friction is static, has a long curved valley which a covariance does not see.
+fn profiled(problem: &ValveProblem<'_>, best: &Fit, certainty: &Certainty, index: usize) -> f64 {
+    let sigma = certainty.covariance()[(index, index)].max(0.0).sqrt();
+    let coordinate = &problem.coordinates()[index];
+    if sigma <= 0.0 || best.held[index] {
+        return 1.0;
+    }
+    let cost = |problem: &ValveProblem<'_>, fit: &Fit| {
+        let normal = fit.linear.normal(problem, &best.noise);
+        Posterior::new(problem.coordinates(), &fit.u, &normal).cost
+    };
+    let least = cost(problem, best);
+    let wanted = t_quantile_95(f64::INFINITY);
+    let options = FitOptions {
+        annealed: 0,
+        settled: PROFILED,
+        known: Some(best.noise.clone()),
+        ..FitOptions::new(problem.setup().groups.clone())
+    };
+    let of_side = |side: f64| -> f64 {
+        let mut wide = 1.0;
+        for _ in 0..LOOKS {
+            let at = (best.u[index] + side * wide * wanted * sigma).clamp(coordinate.lower, coordinate.upper);
+            let far = (at - best.u[index]) / sigma;
+            // The others move as the covariance says, to begin with.
+            let column = certainty.covariance().column(index);
+            let start: Vec<f64> = best.u.iter().zip(column.iter()).map(|(u, c)| u + c * far / sigma).collect();
+            let held = problem.held_at(index, at);
+            let Some(fit) = fit(&held, &start, &options) else { break };
+            let rise = (cost(&held, &fit) - least).max(0.0).sqrt();
+            wide = (far.abs() / rise).clamp(1.0, WIDEST);
+            if rise > ENOUGH * wanted || at <= coordinate.lower || at >= coordinate.upper {
+                break;
+            }
+        }
+        wide
+    };
+    let sides = [1.0, -1.0].into_par_iter().map(of_side);
+    sides.reduce(|| 1.0, f64::max)
+}
+
+/// The parameters of effects at the optimum, with standard deviations; those of sizes by profiles where these are asked for,
+/// which takes several fits for each.
 pub fn effect_parameters(
     problem: &ValveProblem<'_>,
     fit: &Fit,
     certainty: &Certainty,
     kinds: &[EffectKind],
+    is_profiled: bool,
 ) -> Vec<FittedParameter> {
+    let size_of = |kind: EffectKind| problem.space.effect_coordinates(kind).first().copied();
+    let wider = |kind: &EffectKind| match size_of(*kind) {
+        Some(size) if is_profiled => profiled(problem, fit, certainty, size),
+        _ => 1.0,
+    };
+    let wider: Vec<f64> = kinds.par_iter().map(wider).collect();
     let mut all = Vec::new();
-    for kind in kinds {
+    for (kind, wider) in kinds.iter().zip(wider) {
         let Some(values) = problem.space.effect_values(*kind, &fit.u) else { continue };
         for (index, parameter) in kind.parameters().iter().enumerate() {
             let of = |u: &[f64]| problem.space.effect_values(*kind, u).map_or(values[index], |values| values[index]);
+            let [covariance, jackknife] = certainty.sigmas(problem, &fit.u, of);
+            let wider = if parameter.search == Search::Size { wider } else { 1.0 };
             all.push(FittedParameter {
                 effect: *kind,
                 name: parameter.name,
                 unit: parameter.si_unit,
                 value: values[index],
-                sigma: certainty.sigma(problem, &fit.u, of),
+                sigma: jackknife.max(wider * covariance),
             });
         }
     }

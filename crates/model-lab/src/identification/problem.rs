@@ -32,7 +32,7 @@ const BATCHES_A_THREAD: usize = 2;
 const TIME_STEP_S: f64 = 5e-4;
 
 /// A set of effects on a campaign.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct ValveProblem<'a> {
     setup: &'a Setup,
     /// The tolerated parameters and the effects.
@@ -78,6 +78,15 @@ impl<'a> ValveProblem<'a> {
             _ => 0.0,
         };
         self.space.start().into_iter().chain(self.nuisances.iter().map(word)).collect()
+    }
+
+    /// The same with one coordinate held where it is.
+    #[must_use]
+    pub fn held_at(&self, index: usize, u: f64) -> Self {
+        let mut held = self.clone();
+        let coordinate = &mut held.coordinates[index];
+        (coordinate.lower, coordinate.upper) = (u, u);
+        held
     }
 
     /// The campaign.

@@ -48,6 +48,8 @@ pub struct Off {
     pub clock_s: f64,
     /// Gain of the position sensor beyond 1.
     pub gain: f64,
+    /// How far the position sensor's curve bends away from a straight line at half the stroke, as a share of the stroke.
+    pub bend: f64,
     /// Zero of the position sensor, m.
     pub zero_m: f64,
     /// Its drift over the record, m.
@@ -76,7 +78,11 @@ pub fn stroke(valve: &Valve, supply_pressure_pa: f64, off: &Off, noise: &mut Noi
     simulate(&[Prepared::new(valve, &run, 1e-3)], false, |_, nodes, _| {
         valve.measurement().record(nodes, &seen_s, &mut record);
     });
-    let sensed = |(time, x): (&f64, &f64)| (1.0 + off.gain) * x + off.zero_m + off.drift_m * time / END_S;
+    let stroke_m = valve.parameters().stroke_m;
+    let sensed = |(time, x): (&f64, &f64)| {
+        let bend_m = 4.0 * off.bend * x * (1.0 - x / stroke_m);
+        (1.0 + off.gain) * x + bend_m + off.zero_m + off.drift_m * time / END_S
+    };
     let trace = Trace {
         command_close: time_s.iter().map(|time| (COMMANDS[0].0..COMMANDS[1].0).contains(time)).collect(),
         position_m: time_s.iter().zip(&record.position_m).map(sensed).map(|x| x + NOISE_M * noise.normal()).collect(),

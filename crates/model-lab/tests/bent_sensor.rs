@@ -1,0 +1,60 @@
+//! A position sensor whose curve is bent is no force: it shows the same in both directions and at every pressure.
+
+mod recorded;
+
+use campaign::Campaign;
+use identify::Stop;
+use model_lab::diagnosis::{DiagnoseOptions, Explanation, Verdict, explain};
+use model_lab::identification::NuisanceSizes;
+use recorded::{Noise, Off, campaign, stroke};
+use valve_file::ValveFile;
+use valve_model::{Effect, EffectKind, Valve};
+
+const SUPPLIES_PA: [f64; 4] = [4.8e5, 5.6e5, 6.4e5, 7.2e5];
+
+fn testbed() -> ValveFile {
+    ValveFile::parse(include_str!("../../../models/testbed.toml"), "testbed.toml").expect("a valid valve")
+}
+
+fn campaign_of(valve: &Valve, off: &Off) -> Campaign {
+    let mut noise = Noise(7);
+    campaign(SUPPLIES_PA.map(|supply_pa| stroke(valve, supply_pa, off, &mut noise)).into())
+}
+
+/// What is said of a campaign on the testbed's valve where sensors are this linear.
+fn explained(campaign: &Campaign, linearity: f64) -> Explanation {
+    let options = DiagnoseOptions {
+        effects: [EffectKind::PROGRESSIVE_SPRING, EffectKind::PROCESS_FORCE, EffectKind::VENT_RESTRICTION].into(),
+        nuisances: NuisanceSizes { linearity, ..NuisanceSizes::default() },
+        ..DiagnoseOptions::default()
+    };
+    explain(&testbed(), campaign, &options, &|_| (), Stop::never()).expect("it strokes")
+}
+
+#[test]
+#[cfg_attr(debug_assertions, ignore = "slow: runs with --release")]
+fn a_bent_sensor_is_told_as_one() {
+    let file = testbed();
+    let bent = campaign_of(file.valve(), &Off { bend: 0.006, ..Off::default() });
+    let usual = explained(&bent, NuisanceSizes::default().linearity);
+    assert_eq!((usual.verdict, usual.recommended), (Verdict::Adequate, Vec::new()));
+    let told = usual.nuisances.iter().find(|one| one.what.contains("bent")).expect("is told");
+    assert!((told.value / file.valve().parameters().stroke_m - 0.006).abs() < 0.002, "{told:?}");
+    // A sensor that is stated to be perfectly linear leaves it to the valve.
+    let straight = explained(&bent, 1e-6);
+    assert!(straight.verdict != Verdict::Adequate || straight.remainder.discrepancy > 3e-4, "{:?}", straight.remainder);
+}
+
+#[test]
+#[cfg_attr(debug_assertions, ignore = "slow: runs with --release")]
+fn a_force_that_fades_unevenly_is_found_though_in_proportion_it_would_be_a_spring() {
+    let file = testbed();
+    let hidden = Effect::new(EffectKind::PROCESS_FORCE, &[Some(60.0), Some(1.7)]).expect("possible");
+    let parameters = file.valve().parameters().clone();
+    let valve = Valve::new(parameters, file.valve().switches(), vec![hidden], Vec::new()).expect("possible");
+    let found = explained(&campaign_of(&valve, &Off::default()), NuisanceSizes::default().linearity);
+    // A spring that hardens does much the same: either may come first, but both must be told.
+    let alike = found.twins.iter().flat_map(|twin| &twin.with).map(|with| &with.kind);
+    let told: Vec<EffectKind> = found.recommended.iter().chain(alike).copied().collect();
+    assert!(found.recommended.len() == 1 && told.contains(&EffectKind::PROCESS_FORCE), "{told:?}");
+}
