@@ -116,8 +116,8 @@ const LOOKS: usize = 2;
 const ENOUGH: f64 = 0.7;
 
 /// How much wider than by its covariance the likelihood holds a coordinate possible, at the end of the interval of 90 %:
-/// all others are fitted anew where it is held there. A size that a shape can stand in for, such as the Coulomb force of a
-/// stroke so slow that all friction is static, has a long curved valley which a covariance does not see.
+/// all others are fitted anew where it is held there. A size that a shape can stand in for has a long curved valley, which a
+/// covariance does not see. It is never narrower, and follows no further than [`WIDEST`].
 fn profiled(problem: &ValveProblem<'_>, best: &Fit, certainty: &Certainty, index: usize) -> f64 {
     let sigma = certainty.covariance()[(index, index)].max(0.0).sqrt();
     let coordinate = &problem.coordinates()[index];

@@ -80,7 +80,7 @@ impl<'a> ValveProblem<'a> {
         self.space.start().into_iter().chain(self.nuisances.iter().map(word)).collect()
     }
 
-    /// The same with one coordinate held where it is.
+    /// The same with one coordinate held at a value, in its own unit of prior deviations.
     #[must_use]
     pub fn held_at(&self, index: usize, u: f64) -> Self {
         let mut held = self.clone();
