@@ -25,27 +25,59 @@ pub(crate) struct DrivenPressures {
 /// A sample this many places from where it is looked for is close.
 const NEAR: usize = 4;
 
+/// A stretch over which the pressures change evenly.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Stretch {
+    /// When it begins and ends, s.
+    pub from_s: f64,
+    pub until_s: f64,
+    /// The pressures as it begins, Pa.
+    pub start: DrivenPressures,
+    /// Their rates, Pa/s.
+    pub rate: DrivenPressures,
+}
+
+/// Before the first sample: a time that no run begins at, s.
+const LONG_AGO_S: f64 = -1e30;
+
 impl Driven {
     /// The pressures at a time.
     pub(crate) fn at(&self, time_s: f64) -> DrivenPressures {
+        let Stretch { from_s, start, rate, .. } = self.stretch_at(time_s);
+        let at = |start: f64, rate: f64| start + rate * (time_s - from_s);
+        DrivenPressures {
+            pipe: at(start.pipe, rate.pipe),
+            chamber: at(start.chamber, rate.chamber),
+            supply: at(start.supply, rate.supply),
+        }
+    }
+
+    /// The stretch that a time lies in.
+    pub(crate) fn stretch_at(&self, time_s: f64) -> Stretch {
         let right = self.next_after(time_s);
         let left = right.saturating_sub(1);
-        let (from, to) = (self.time_s.get(left).copied(), self.time_s.get(right).copied());
-        let share = match (from, to) {
-            (Some(t0), Some(t1)) if t1 > t0 => ((time_s - t0) / (t1 - t0)).clamp(0.0, 1.0),
-            _ => 1.0,
+        let ends = (self.time_s.get(left).copied(), self.time_s.get(right).copied());
+        let (from_s, until_s, left, right) = match ends {
+            (Some(from), _) if time_s < from => (LONG_AGO_S, from, left, left),
+            (Some(from), Some(to)) if to > from && time_s <= to => (from, to, left, right),
+            (_, Some(to)) => (to, f64::INFINITY, right, right),
+            _ => (LONG_AGO_S, f64::INFINITY, 0, 0),
         };
-        let value = |channel: &Option<Vec<f64>>| {
+        let duration_s = until_s - from_s;
+        let of = |channel: &Option<Vec<f64>>| {
             let values = channel.as_deref().unwrap_or_default();
             match (values.get(left), values.get(right)) {
-                (Some(from), Some(to)) => from + share * (to - from),
-                _ => 0.0,
+                (Some(from), Some(to)) => (*from, (to - from) / duration_s),
+                _ => (0.0, 0.0),
             }
         };
-        DrivenPressures {
-            pipe: value(&self.pipe_pressure_pa),
-            chamber: value(&self.chamber_pressure_pa),
-            supply: value(&self.supply_pressure_pa),
+        let (pipe, chamber) = (of(&self.pipe_pressure_pa), of(&self.chamber_pressure_pa));
+        let supply = of(&self.supply_pressure_pa);
+        Stretch {
+            from_s,
+            until_s,
+            start: DrivenPressures { pipe: pipe.0, chamber: chamber.0, supply: supply.0 },
+            rate: DrivenPressures { pipe: pipe.1, chamber: chamber.1, supply: supply.1 },
         }
     }
 

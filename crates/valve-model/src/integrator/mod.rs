@@ -18,7 +18,7 @@ use step_control::Piston;
 pub(crate) use step_control::{BLOCK, Pace};
 
 use crate::command::Segment;
-use crate::driven::{Driven, DrivenPressures};
+use crate::driven::{Driven, DrivenPressures, Stretch};
 use crate::equations::Equations;
 use crate::real::Real;
 use crate::rhs::System;
@@ -81,30 +81,45 @@ struct Batch<'a, R> {
     lanes: Vec<InLane>,
     may_settle: bool,
     driven: bool,
+    stretches: Cell<Stretches<R>>,
 }
 
 /// The run in one lane.
 struct InLane {
     run: usize,
     clock: Clock,
-    /// When the measured pressures were looked up last, and what they were: two stages of a step are at one time, and it ends
-    /// where the next one begins.
-    driven: Cell<Option<(f64, DrivenPressures)>>,
 }
 
 impl InLane {
     fn new(run: usize, clock: Clock) -> Self {
-        Self { run, clock, driven: Cell::new(None) }
+        Self { run, clock }
+    }
+}
+
+/// The stretches of the measured pressures that the lanes are in.
+#[derive(Debug, Clone, Copy)]
+struct Stretches<R> {
+    from: R,
+    until: R,
+    /// Pipe, chamber and supply as they begin.
+    start: [R; 3],
+    rate: [R; 3],
+}
+
+impl<R: Real> Stretches<R> {
+    /// Nothing is measured, ever.
+    fn endless() -> Self {
+        let zero = R::splat(0.0);
+        Self { from: zero, until: R::splat(f64::INFINITY), start: [zero; 3], rate: [zero; 3] }
     }
 
-    fn driven_at(&self, driven: &Driven, time_s: f64) -> DrivenPressures {
-        match self.driven.get() {
-            Some((at, pressures)) if at == time_s => pressures,
-            _ => {
-                let pressures = driven.at(time_s);
-                self.driven.set(Some((time_s, pressures)));
-                pressures
-            }
+    fn set_lane(&mut self, lane: usize, stretch: &Stretch) {
+        let of = |pressures: DrivenPressures| [pressures.pipe, pressures.chamber, pressures.supply];
+        self.from.set_lane(lane, stretch.from_s);
+        self.until.set_lane(lane, stretch.until_s);
+        for (channel, (start, rate)) in of(stretch.start).into_iter().zip(of(stretch.rate)).enumerate() {
+            self.start[channel].set_lane(lane, start);
+            self.rate[channel].set_lane(lane, rate);
         }
     }
 }
@@ -129,7 +144,8 @@ impl<'a, R: Real> Batch<'a, R> {
             since_command: zero,
         };
         let (lanes, may_settle) = (Vec::with_capacity(R::LANES), formulas_rest && !driven);
-        let mut batch = Self { runs, next: 0, system, front, lanes, may_settle, driven };
+        let stretches = Cell::new(Stretches::endless());
+        let mut batch = Self { runs, next: 0, system, front, lanes, may_settle, driven, stretches };
         for lane in 0..R::LANES.min(runs.len()) {
             let clock = batch.load(lane);
             batch.lanes.push(InLane::new(lane, clock));
@@ -142,6 +158,8 @@ impl<'a, R: Real> Batch<'a, R> {
         let run = &self.runs[self.next];
         self.next += 1;
         self.system.set_lane(lane, run.equations);
+        // Over before any time, so that it is looked up anew.
+        self.stretches.get_mut().until.set_lane(lane, f64::NEG_INFINITY);
         self.front.state.set_lane(lane, &run.initial);
         self.front.time.set_lane(lane, run.segments.first().map_or(0.0, |segment| segment.start_s));
         let held = Held { chamber: !self.system.terms.driven_chamber, pipe: !self.system.terms.driven_pipe };
@@ -223,16 +241,29 @@ impl<'a, R: Real> Batch<'a, R> {
     }
 
     /// Fills in the measured pressures at each lane's time.
-    #[inline(never)]
+    #[inline(always)]
     fn drive(&self, inputs: &mut Inputs<R>, time: R) {
+        let mut stretches = self.stretches.get();
+        if stretches.until.any_lt(time) || time.any_lt(stretches.from) {
+            stretches = self.entered(stretches, time);
+        }
+        let since = time - stretches.from;
+        let at = |channel: usize| since.mul_add(stretches.rate[channel], stretches.start[channel]);
+        (inputs.pipe_pressure, inputs.chamber_pressure, inputs.supply_pressure) = (at(0), at(1), at(2));
+    }
+
+    /// The stretches of the measured pressures at each lane's time.
+    #[inline(never)]
+    fn entered(&self, mut stretches: Stretches<R>, time: R) -> Stretches<R> {
         for (lane, in_lane) in self.lanes.iter().enumerate() {
-            if let Some(driven) = self.runs[in_lane.run].driven {
-                let pressures = in_lane.driven_at(driven, time.lane(lane));
-                inputs.pipe_pressure.set_lane(lane, pressures.pipe);
-                inputs.chamber_pressure.set_lane(lane, pressures.chamber);
-                inputs.supply_pressure.set_lane(lane, pressures.supply);
+            let time_s = time.lane(lane);
+            let is_within = time_s >= stretches.from.lane(lane) && time_s <= stretches.until.lane(lane);
+            if let (false, Some(driven)) = (is_within, self.runs[in_lane.run].driven) {
+                stretches.set_lane(lane, &driven.stretch_at(time_s));
             }
         }
+        self.stretches.set(stretches);
+        stretches
     }
 }
 
