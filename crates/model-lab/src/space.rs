@@ -61,6 +61,11 @@ impl Coordinate {
         }
     }
 
+    /// The relative tolerance of the base parameter that it moves, one standard deviation; nothing for effects.
+    pub fn tolerance(&self) -> Option<f64> {
+        matches!(self.target, Target::Base(_)).then_some(self.scale)
+    }
+
     /// The coordinate of a value.
     pub fn coordinate(&self, value: f64) -> f64 {
         let u = match self.map {
@@ -387,6 +392,7 @@ fn effect_coordinate(
             prior: Some((0.0, 1.0)),
             step: 0.02,
         },
+        Search::Share => Coordinate { prior: Some((0.5, 0.5)), ..linear(0.0, 1.0, 0.5) },
         // Shape parameters: about their defaults, within a factor of three or so.
         Search::Shape | Search::Refinement => {
             let centre = match parameter.default {

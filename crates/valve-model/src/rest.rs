@@ -1,7 +1,7 @@
 //! The states of rest: vented or filled, any leak in balance.
 
 use crate::equations::Equations;
-use crate::orifice::Blend;
+use crate::orifice::{Blend, Pressure};
 use crate::rhs::System;
 use crate::state::{Inputs, State};
 use crate::terms::groups;
@@ -13,9 +13,11 @@ const EXACT_BLEND: f64 = 1e-9;
 pub fn vented_rest(equations: &Equations) -> State<f64> {
     let c = &equations.coefficients;
     let exact = Blend::new(EXACT_BLEND);
+    let system = System::<f64>::new(equations);
     let balance = |pipe: f64| {
         let line = line_pressure(equations, 0.0, pipe);
-        c.law.flow(c.exhaust, pipe, c.vent, exact) + c.law.flow(line, pipe, c.leak_in, exact)
+        let vent = c.vent * system.vent_factor(Pressure::of(pipe));
+        c.law.flow(c.exhaust, pipe, vent, exact) + c.law.flow(line, pipe, c.leak_in, exact)
             - c.law.flow(pipe, c.ambient, c.leak_out, exact)
     };
     let low = c.exhaust.min(c.ambient);

@@ -222,20 +222,24 @@ impl<'a, R: Real> System<'a, R> {
             from_pipe = (both * state.chamber_temperature).sqrt();
             from_chamber = (both * state.pipe_temperature).sqrt();
         }
+        let vent_factor = if self.has::<GROUPS>(groups::FLOWS) { self.vent_factor(pipe_gas) } else { one };
         let (mut filled, mut vented, mut root);
         if self.has::<GROUPS>(groups::SPOOL) {
             let (flow, fed_root) = self.flow::<GROUPS>(source, pipe_gas, c.fill * inputs.spool, run, from_pipe, fed);
             let closed = one - inputs.spool;
             let (out, vent_root) =
                 self.flow::<GROUPS>(self.exhaust, pipe_gas, c.vent * closed, run, from_pipe, c.blend);
-            (filled, vented) = (flow, out);
+            (filled, vented) = (flow, if self.has::<GROUPS>(groups::FLOWS) { out * vent_factor } else { out });
             root = half.select_lt(inputs.spool, fed_root, vent_root);
         } else {
             let upstream = Pressure {
                 pa: half.select_lt(inputs.spool, source.pa, self.exhaust.pa),
                 inverse: half.select_lt(inputs.spool, source.inverse, self.exhaust.inverse),
             };
-            let coefficient = half.select_lt(inputs.spool, c.fill, c.vent);
+            let mut coefficient = half.select_lt(inputs.spool, c.fill, c.vent);
+            if self.has::<GROUPS>(groups::FLOWS) {
+                coefficient = coefficient * half.select_lt(inputs.spool, one, vent_factor);
+            }
             let mut blend = c.blend;
             if has_line {
                 blend.width = half.select_lt(inputs.spool, fed.width, blend.width);
@@ -291,6 +295,14 @@ impl<'a, R: Real> System<'a, R> {
             into_pipe: zero,
             into_chamber: zero,
         }
+    }
+
+    /// What the flow through the vent is multiplied by.
+    #[inline(always)]
+    pub(crate) fn vent_factor(&self, pipe: Pressure<R>) -> R {
+        let (pa, exhaust) = (pipe.pa, self.exhaust);
+        let difference = (pa - exhaust.pa).abs() * pa.select_lt(exhaust.pa, exhaust.inverse, pipe.inverse);
+        self.laws.vent(difference, self.coefficients.law.widest, R::splat(1.0))
     }
 
     /// Flow from one pressure to another; `warmth1` and `warmth2` are sqrt(T/T upstream) of gas that comes from

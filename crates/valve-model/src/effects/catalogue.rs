@@ -85,6 +85,12 @@ macro_rules! catalogue {
             }
 
             #[inline(always)]
+            pub(crate) fn vent(&self, difference: R, widest: R, factor: R) -> R {
+                $( $(#[$when])* let factor = term::Term::vent(&self.$module, difference, widest, factor); )*
+                factor
+            }
+
+            #[inline(always)]
             pub(crate) fn line_flow(&self, supply: R, line: R, sum: R) -> R {
                 $( $(#[$when])* let sum = term::Term::line_flow(&self.$module, supply, line, sum); )*
                 sum

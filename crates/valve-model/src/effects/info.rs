@@ -85,6 +85,8 @@ pub enum Search {
         /// Where it starts.
         start: f64,
     },
+    /// A shape between 0 and 1: u is its value, believed to be anywhere there; fits start in the middle.
+    Share,
     /// A shape that hardly anybody knows: it stays at its default until the end of a search, and a valve file that
     /// does not mention it is as if there were no such parameter. Then with a prior about its default, of which the
     /// range is eight standard deviations wide. Its typical value is its default.

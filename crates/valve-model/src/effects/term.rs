@@ -68,6 +68,13 @@ pub(crate) trait Term<R: Real> {
         sum
     }
 
+    /// What the flow through the vent is multiplied by, at a relative pressure difference across it; the orifices choke
+    /// from `widest` on. Group: flows.
+    #[inline(always)]
+    fn vent(&self, difference: R, widest: R, factor: R) -> R {
+        factor
+    }
+
     /// The flow from the supply into its line, kg/s, at these pressures, Pa. Group: line.
     #[inline(always)]
     fn line_flow(&self, supply: R, line: R, sum: R) -> R {
