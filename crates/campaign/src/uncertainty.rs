@@ -17,13 +17,13 @@ pub struct Uncertainty {
     pub supply_pressure: Option<f64>,
     /// The gauge of the supply pressure, relative, common to all runs.
     pub supply_gauge: Option<f64>,
-    /// Temperature, K.
+    /// Temperature, K, from run to run.
     pub temperature_k: Option<f64>,
     /// The recorder's clock against the command, s, common to all runs.
     pub clock_s: Option<f64>,
     /// Delay of a command from edge to edge, s.
     pub command_delay_s: Option<f64>,
-    /// Area of a leak opened on purpose, relative.
+    /// Area of a leak opened on purpose, relative, common to the runs with it.
     pub leak_area: Option<f64>,
 }
 

@@ -2,7 +2,7 @@
 
 use crate::fit::{Fit, FitOptions};
 use crate::noise::{GroupNoise, Noise};
-use crate::normal::prior_cost;
+use crate::normal::{Posterior, prior_cost};
 use crate::problem::Problem;
 use crate::variance::{Effort, GroupPrior, components, evidence, log_prior};
 
@@ -10,7 +10,13 @@ use crate::variance::{Effort, GroupPrior, components, evidence, log_prior};
 /// their prior means for beyond what they do by chance.
 pub fn left_to_explain<P: Problem>(problem: &P, fit: &Fit, options: &FitOptions) -> f64 {
     let coordinates = problem.coordinates();
-    let strain = 0.5 * (prior_cost(coordinates, &fit.u) - coordinates.len() as f64);
+    // By chance a coordinate leaves its mean as far as the data say where it is; one that they do not see stays there.
+    let normal = fit.linear.normal(problem, &fit.noise);
+    let covariance = Posterior::new(coordinates, &fit.u, &normal).covariance(&fit.held);
+    let seen = coordinates.iter().enumerate().map(|(index, coordinate)| {
+        (1.0 - covariance[(index, index)] / (coordinate.sigma * coordinate.sigma)).clamp(0.0, 1.0)
+    });
+    let strain = 0.5 * (prior_cost(coordinates, &fit.u) - seen.sum::<f64>());
     left_nats(problem, fit, options).max(0.0) + strain.max(0.0) - log_prior(&options.groups, &fit.noise)
 }
 

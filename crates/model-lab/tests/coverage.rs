@@ -46,6 +46,7 @@ fn drawn(file: &ValveFile, effects: &[Effect], noise: &mut Noise) -> (campaign::
             zero_m: sizes.zero * stroke_m * noise.normal(),
             drift_m: sizes.drift * stroke_m * noise.normal(),
             bend,
+            ..Off::default()
         };
         stroke(&valve, supply_pressure_pa, &off, noise)
     });

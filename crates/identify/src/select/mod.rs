@@ -23,7 +23,7 @@ use crate::fit::{Fit, FitOptions, fit};
 use crate::held_out::{HeldOut, folds, held_out};
 use crate::left::{excess, left_nats, left_to_explain, rms_in_noise};
 use crate::noise::Noise;
-use crate::problem::Problem;
+use crate::problem::{Problem, Scope};
 
 /// A set that was fitted.
 #[derive(Debug)]
@@ -86,7 +86,7 @@ fn base_at<F: Family>(family: &F, level: Level, from: Option<&Model<F::Member>>)
     let problem = family.member(&[], level)?;
     let starts = match from {
         Some(from) => vec![family.carried(&from.problem, &from.fit.u, &problem)],
-        None => family.cold(&problem),
+        None => promising(family, &problem)?,
     };
     let mut options = family.options();
     if level == Level::High {
@@ -94,8 +94,51 @@ fn base_at<F: Family>(family: &F, level: Level, from: Option<&Model<F::Member>>)
     }
     let fits: Vec<Fit> = starts.par_iter().filter_map(|start| fit(&problem, start, &options)).collect();
     let fit = fits.into_iter().max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))?;
+    let fit = if level == Level::Low { freed(&problem, fit, &options) } else { fit };
     let held_out = (level == Level::High).then(|| held_out(&problem, &fit, &folds(&problem))).flatten();
     Some(Model { set: Vec::new(), level, problem, fit, held_out })
+}
+
+/// From more starts than these the empty set is looked at on a few of the records, and fitted to all from the best.
+const FEW_STARTS: usize = 2;
+
+/// Derivatives of such a look, before and after the errors' sizes are free.
+const LOOKED_AT: [usize; 2] = [6, 4];
+
+/// Where fits of the empty set start that know nothing.
+fn promising<F: Family>(family: &F, problem: &F::Member) -> Option<Vec<Vec<f64>>> {
+    let starts = family.cold(problem);
+    if starts.len() <= FEW_STARTS {
+        return Some(starts);
+    }
+    let screen = family.member(&[], Level::Screen)?;
+    let options = FitOptions { annealed: LOOKED_AT[0], settled: LOOKED_AT[1], ..family.options() };
+    let fits = family.cold(&screen).into_par_iter().filter_map(|start| fit(&screen, &start, &options));
+    let best = fits.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))?;
+    let best = freed(&screen, best, &options);
+    Some(vec![family.carried(&screen, &best.u, problem)])
+}
+
+/// So often a fit is begun again whose records hold their own coordinates at bounds.
+const FREED: usize = 3;
+
+/// A fit, begun again with what belongs to single records at the prior means while some of that ended at its bounds: on the way
+/// there it had made up for parameters that have become right since, and holds them where it is.
+fn freed<P: Problem>(problem: &P, mut best: Fit, options: &FitOptions) -> Fit {
+    let is_own = |index: usize| problem.coordinates()[index].scope != Scope::Shared;
+    for _ in 0..FREED {
+        if !(0..best.u.len()).any(|index| is_own(index) && best.held[index]) || problem.stop().is_asked() {
+            break;
+        }
+        let coordinates = problem.coordinates().iter().zip(&best.u);
+        let start: Vec<f64> = coordinates.map(|(c, u)| if c.scope == Scope::Shared { *u } else { c.mean }).collect();
+        let options = FitOptions { known: None, ..settling(options.settled, options.clone()) };
+        match fit(problem, &start, &options) {
+            Some(again) if again.log_evidence > best.log_evidence => best = again,
+            _ => break,
+        }
+    }
+    best
 }
 
 /// Searches a family for the effects that records need; nothing where not even the empty set can be fitted.
@@ -310,13 +353,46 @@ impl<F: Family> Search<'_, F> {
         set
     }
 
-    /// The set with one effect exchanged where that is more likely; the neighbours are kept beside it.
+    /// The set with one effect exchanged where that is more likely; the neighbours are kept beside it. Where another set is
+    /// nearly as likely, its neighbours are looked at as well: of two effects that both stand in for a third the better
+    /// one may be the one that its companion does not go with.
     fn exchanged(&mut self, set: Set) -> Set {
         if set.len() < 2 {
             return set;
         }
+        let mut best = set;
+        let mut done: Vec<Set> = Vec::new();
+        let mut next = Some(best.clone());
+        while let Some(set) = next
+            && done.len() < self.options.exchanged
+            && !self.family.stop().is_asked()
+        {
+            let swapped = self.neighbours(&set);
+            let _ = self.race(swapped, &set);
+            done.push(set);
+            let mut alike: Vec<(f64, Set)> = self
+                .models
+                .values()
+                .filter(|model| model.level == Level::High && model.set.len() == best.len())
+                .map(|model| (model.fit.log_evidence, model.set.clone()))
+                .collect();
+            alike.sort_by(|a, b| b.0.total_cmp(&a.0));
+            let most = alike.first().map_or(f64::NEG_INFINITY, |(evidence, _)| *evidence);
+            if let Some((evidence, set)) = alike.first()
+                && self.evidence(&best, Level::High).is_none_or(|of_best| *evidence > of_best)
+            {
+                best.clone_from(set);
+            }
+            let is_near = |evidence: f64| evidence > most - self.options.hopeless;
+            next = alike.into_iter().find(|(evidence, set)| is_near(*evidence) && !done.contains(set)).map(|one| one.1);
+        }
+        best
+    }
+
+    /// The sets with one effect exchanged that have not been fitted.
+    fn neighbours(&self, set: &[usize]) -> Vec<Set> {
         let mut swapped: Vec<Set> = Vec::new();
-        for one in &set {
+        for one in set {
             let rest: Set = set.iter().copied().filter(|other| other != one).collect();
             for grown in self.grown(&rest) {
                 let is_known =
@@ -326,11 +402,6 @@ impl<F: Family> Search<'_, F> {
                 }
             }
         }
-        let best = self.race(swapped, &set);
-        let better = best.filter(|best| {
-            let of = |set: &[usize]| self.evidence(set, Level::High).unwrap_or(f64::NEG_INFINITY);
-            of(best) > of(&set)
-        });
-        better.unwrap_or(set)
+        swapped
     }
 }

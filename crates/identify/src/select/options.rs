@@ -4,7 +4,8 @@
 #[derive(Debug, Clone)]
 pub struct SelectOptions {
     /// An effect is accepted from this gain of evidence, nats. Fits of one model from different starts end within 5 to
-    /// 10 nats of each other, and chance alone gains less than 8.
+    /// 10 nats of each other, and chance alone gains less than 8. For the same reason sets that are no farther apart cannot
+    /// be told from each other.
     pub accept: f64,
     /// And when the error on what was held out falls by this share without noise.
     pub held_out_fall: f64,
@@ -26,6 +27,8 @@ pub struct SelectOptions {
     pub promises: f64,
     /// Sets that are followed to the end, at most.
     pub followed: usize,
+    /// Sets whose neighbours, with one effect exchanged, are looked at in the end, at most.
+    pub exchanged: usize,
     /// What is left counts as nothing where its evidence is below this, nats.
     pub nothing_left: f64,
     /// A model error larger than this is more than instruments and small laws explain (in the units of the rows'
@@ -49,6 +52,7 @@ impl Default for SelectOptions {
             hopeless: 60.0,
             promises: 3.0,
             followed: 5,
+            exchanged: 3,
             nothing_left: 3.0,
             large: 0.005,
             good_enough: 0.0,

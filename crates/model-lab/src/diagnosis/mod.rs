@@ -55,8 +55,6 @@ pub struct DiagnoseOptions {
     pub nuisances: NuisanceSizes,
     /// How effects are searched for.
     pub select: SelectOptions,
-    /// Alternatives within this evidence of the best cannot be told from it, nats.
-    pub twin: f64,
     /// An error on what was held out that is good enough for the user, m; nothing to go on to the noise.
     pub good_enough_m: Option<f64>,
 }
@@ -67,7 +65,6 @@ impl Default for DiagnoseOptions {
             effects: EffectKind::ALL.to_vec(),
             nuisances: NuisanceSizes::default(),
             select: SelectOptions::default(),
-            twin: 5.0,
             good_enough_m: None,
         }
     }
@@ -82,7 +79,7 @@ pub fn explain(
     stop: &Stop,
 ) -> Option<Explanation> {
     let subject = Subject::new(file, campaign, &options.nuisances);
-    let kinds = Catalogue::new(&subject, &options.effects, &|_| (), stop).kinds;
+    let kinds = Catalogue::new(&subject, &options.effects, &|_| (), stop).without_inert().kinds;
     let of = |set: &[usize]| -> Vec<EffectKind> { set.iter().map(|one| kinds[*one]).collect() };
     let news = |news: News<'_>| match news {
         News::Fitted { set, log_evidence, rms, of: count } => {
@@ -90,7 +87,7 @@ pub fn explain(
         }
         News::Reached { set, gain } => tell(Progress::Reached { kinds: of(set), gain }),
     };
-    let catalogue = Catalogue::new(&subject, &options.effects, &news, stop);
+    let catalogue = Catalogue::new(&subject, &kinds, &news, stop);
     tell(Progress::Doing("the calibrated model"));
     let found = select(&catalogue, &options.select)?;
     Some(report::assemble(&catalogue, &found, options, tell))

@@ -282,7 +282,7 @@ fn candidates(
                 Some("adds too little to be believed".to_owned())
             } else if model.set.iter().all(|one| accepted.contains(one)) {
                 Some("another effect beside it explains more".to_owned())
-            } else if accepted_gain - gain < options.twin {
+            } else if accepted_gain - gain < options.select.accept {
                 Some("explains the data as well; these data cannot tell it apart".to_owned())
             } else {
                 Some(format!("is less likely by {:.0} nats", accepted_gain - gain))
@@ -335,11 +335,11 @@ fn twins(
     let judged: Vec<(&Fitted<'_>, f64)> = rivals
         .into_par_iter()
         .filter_map(|(model, behind)| {
-            if behind < options.twin {
+            if behind < options.select.accept {
                 return Some((model, behind));
             }
             let again = of_best? - smooth(model)?;
-            (again < options.twin).then_some((model, behind))
+            (again < options.select.accept).then_some((model, behind))
         })
         .collect();
     let mut reports = Vec::new();

@@ -11,7 +11,7 @@ use identify::{Fit, FitOptions, fit};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 use valve_model::EffectKind;
-use valve_model::effects::Search;
+use valve_model::effects::{ActsOn, Search};
 
 use super::answer::{FittedParameter, MovedParameter};
 use crate::identification::ValveProblem;
@@ -158,6 +158,21 @@ fn profiled(problem: &ValveProblem<'_>, best: &Fit, certainty: &Certainty, index
     sides.reduce(|| 1.0, f64::max)
 }
 
+/// What numbers of a datasheet that have no tolerance (moving mass, stroke, ratios of volumes) may be off by together, one
+/// standard deviation: forces and flows found with them are as far off, however well they fit.
+const UNDOUBTED: f64 = 0.02;
+
+/// How far the size of a force or a flow is off because the valve is a little other than its datasheet says.
+fn by_datasheet(kind: EffectKind, value: f64) -> f64 {
+    let info = kind.info();
+    match info.acts_on {
+        ActsOn::Mechanics(_) | ActsOn::Pneumatics(_) if info.neutral.is_finite() => {
+            UNDOUBTED * (value - info.neutral).abs()
+        }
+        _ => 0.0,
+    }
+}
+
 /// The parameters of effects at the optimum, with standard deviations; those of sizes by profiles where these are asked for,
 /// which takes several fits for each.
 pub fn effect_parameters(
@@ -179,13 +194,16 @@ pub fn effect_parameters(
         for (index, parameter) in kind.parameters().iter().enumerate() {
             let of = |u: &[f64]| problem.space.effect_values(*kind, u).map_or(values[index], |values| values[index]);
             let [covariance, jackknife] = certainty.sigmas(problem, &fit.u, of);
-            let wider = if parameter.search == Search::Size { wider } else { 1.0 };
+            let (wider, floor) = match parameter.search {
+                Search::Size => (wider, by_datasheet(*kind, values[index])),
+                _ => (1.0, 0.0),
+            };
             all.push(FittedParameter {
                 effect: *kind,
                 name: parameter.name,
                 unit: parameter.si_unit,
                 value: values[index],
-                sigma: jackknife.max(wider * covariance),
+                sigma: jackknife.max(wider * covariance).hypot(floor),
             });
         }
     }

@@ -6,6 +6,7 @@ use campaign::{Campaign, Uncertainty};
 use identify::problem::predict_all;
 use identify::select::{Family, Level, Model, News, base};
 use identify::{Coordinate, FitOptions, Problem, Scope, Stop};
+use rayon::prelude::*;
 use valve_file::{Tolerance, ValveFile};
 use valve_model::effects::{EffectParameter, Search};
 use valve_model::{EffectKind, Fidelity, ParameterId};
@@ -30,6 +31,9 @@ pub struct Subject {
     places: Vec<usize>,
     /// What moves freely in the records of a first look.
     pub balance: ForceBalance,
+    /// Where fits may start beside the values of the valve file: tolerated parameters, and the damping of the stops, in prior
+    /// deviations.
+    scattered: Vec<(Vec<f64>, f64)>,
     /// The tolerated parameters.
     pub space: Space,
     /// Whether the valve file names no tolerances, so that default ones stand in.
@@ -105,6 +109,7 @@ impl Subject {
             screen_nuisances: Vec::new(),
             places: Vec::new(),
             balance: ForceBalance::default(),
+            scattered: Vec::new(),
             space,
             tolerances_are_assumed,
         };
@@ -116,6 +121,7 @@ impl Subject {
         subject.find_unrest();
         subject.choose_screen();
         subject.balance = ForceBalance::new(&subject.screen, &data);
+        subject.scatter();
         subject
     }
 
@@ -168,6 +174,47 @@ impl Subject {
                 self.places.push(place);
             }
         }
+    }
+
+    /// Looks for the best beginnings of fits where little is known beforehand: of a cylinder that flies from stop to stop, and
+    /// of parameters whose tolerance says hardly more than their order.
+    fn scatter(&mut self) {
+        let is_wide = |index: &usize| self.space.coordinates[*index].tolerance().is_some_and(|sigma| sigma >= WIDE);
+        let wide: Vec<usize> = (0..self.space.coordinates.len()).filter(is_wide).collect();
+        if wide.is_empty() && !self.low.is_driven {
+            return;
+        }
+        let problem = self.problem(self.space.clone(), Level::Screen, Stop::never());
+        let start = problem.start();
+        let damping = problem.place_of(Nuisance::StopDamping);
+        let points: Vec<Vec<f64>> = (0..SCATTERED)
+            .map(|index| {
+                let mut u = start.clone();
+                for (place, coordinate) in wide.iter().enumerate() {
+                    u[*coordinate] += SPREAD * (2.0 * spread(index / 2, place, wide.len()) - 1.0);
+                }
+                if let Some(damping) = damping {
+                    u[damping] = if index % 2 == 0 { 0.0 } else { DEAD_STOP };
+                }
+                u
+            })
+            .collect();
+        let error = |predicted: Option<Vec<Vec<f64>>>| -> f64 {
+            let Some(predicted) = predicted else { return f64::INFINITY };
+            let records = problem.records().iter().zip(&predicted);
+            let of_rows = records.flat_map(|(record, values)| record.rows().zip(values));
+            of_rows.map(|(row, value)| ((row.observed - value) / row.activity).powi(2)).sum()
+        };
+        let mut ranked: Vec<(f64, Vec<f64>)> =
+            predict_all(&problem, &points).into_iter().map(error).zip(points).collect();
+        ranked.retain(|(error, _)| error.is_finite());
+        ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let own = self.space.coordinates.len();
+        self.scattered = ranked
+            .into_iter()
+            .take(BEST_SCATTERED)
+            .map(|(_, u)| (u[..own].to_vec(), damping.map_or(0.0, |damping| u[damping])))
+            .collect();
     }
 
     /// How closely to simulate each record on the way, and for what decides, by what its recorder can see of the difference;
@@ -327,6 +374,32 @@ impl Subject {
     }
 }
 
+/// An effect at its typical size that moves no row by more than this share of its noise does not act at all.
+const INERT: f64 = 1e-6;
+
+/// A tolerance from which a parameter's value says hardly more than its order.
+const WIDE: f64 = 0.3;
+
+/// Beginnings that are looked at, and those of them that are tried.
+const SCATTERED: usize = 64;
+const BEST_SCATTERED: usize = 2;
+
+/// How far they lie from the values of the valve file, in prior deviations.
+const SPREAD: f64 = 2.5;
+
+/// The damping of stops from which nothing bounces, in prior deviations.
+const DEAD_STOP: f64 = 2.0;
+
+/// Number `index` of a sequence that fills a cube of so many dimensions evenly: multiples of powers of the root of
+/// x^(d+1) = x + 1 (Roberts, The unreasonable effectiveness of quasirandom sequences, 2018).
+fn spread(index: usize, dimension: usize, dimensions: usize) -> f64 {
+    let mut root: f64 = 1.5;
+    for _ in 0..30 {
+        root = (1.0 + root).powf(1.0 / (dimensions as f64 + 1.0));
+    }
+    (0.5 + (index + 1) as f64 * root.powf(-(dimension as f64 + 1.0))).fract()
+}
+
 /// Records of a first look: all up to the first number, then that many and a share of the others.
 const SCREENED: (usize, f64) = (3, 0.25);
 
@@ -393,6 +466,24 @@ impl<'a> Catalogue<'a> {
         Self { subject, base: subject.space.clone(), kinds, tell, stop }
     }
 
+    /// Without effects that move no row, such as any upstream of a pressure that drives the model.
+    #[must_use]
+    pub fn without_inert(self) -> Self {
+        let predicted = |space: Space| {
+            let problem = self.subject.problem(space, Level::Screen, self.stop);
+            predict_all(&problem, &[problem.start()]).remove(0)
+        };
+        let Some(without) = predicted(self.base.clone()) else { return self };
+        let moves = |kind: &EffectKind| {
+            let Some(with) = predicted(self.base.with_effect(*kind)) else { return true };
+            let records = self.subject.screen.records.iter().zip(with.iter().zip(&without));
+            let mut rows = records.flat_map(|(record, (with, without))| record.rows().zip(with.iter().zip(without)));
+            rows.any(|(row, (with, without))| (with - without).abs() > INERT * row.sigma)
+        };
+        let kinds = self.kinds.par_iter().copied().filter(moves).collect();
+        Self { kinds, ..self }
+    }
+
     /// The effects of a set.
     pub fn kinds_of(&self, set: &[usize]) -> Vec<EffectKind> {
         set.iter().map(|one| self.kinds[*one]).collect()
@@ -417,7 +508,8 @@ impl<'a> Catalogue<'a> {
                     points.push(point);
                 }
             }
-            let is_shape = |(_, parameter): &(&usize, &EffectParameter)| parameter.search == Search::Shape;
+            let is_shape =
+                |(_, parameter): &(&usize, &EffectParameter)| matches!(parameter.search, Search::Shape | Search::Share);
             for (shape, _) in coordinates.iter().zip(kind.parameters()).filter(is_shape) {
                 for sign in [1.0, -1.0] {
                     if sign < 0.0 && lower >= 0.0 {
@@ -480,8 +572,16 @@ impl<'a> Family for Catalogue<'a> {
         let mut starts = if kinds.len() > 1 { vec![start.clone()] } else { Self::varied(member, &start, &kinds) };
         let own = member.space.coordinates.len();
         if let Some(balanced) = self.subject.balance.optimum(&member.space, &start[..own], self.stop) {
-            let mut start = start;
+            let mut start = start.clone();
             start[..own].copy_from_slice(&balanced);
+            starts.push(start);
+        }
+        for (parameters, damping) in &self.subject.scattered {
+            let mut start = start.clone();
+            start[..parameters.len()].copy_from_slice(parameters);
+            if let Some(place) = member.place_of(Nuisance::StopDamping) {
+                start[place] = *damping;
+            }
             starts.push(start);
         }
         starts

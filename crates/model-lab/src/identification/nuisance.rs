@@ -6,7 +6,7 @@ use identify::{Coordinate, Scope};
 use super::setup::{Kind, Setup};
 use super::start::{Beginning, balance_sigma_pa};
 use crate::data::Channel;
-use valve_model::Parameters;
+use valve_model::{Conditions, Parameters};
 
 /// Default standard deviations, where a campaign's `[uncertainty]` does not state its own.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,6 +29,8 @@ pub struct NuisanceSizes {
     pub delay_s: f64,
     /// Load on the piston by run, as a share of the force at rest.
     pub load: f64,
+    /// Area of a leak that was opened on purpose.
+    pub leak_area: f64,
     /// Piston area, relative, where it has no tolerance.
     pub bore: f64,
     /// Zero of a pressure sensor, as a share of the supply's gauge pressure.
@@ -49,9 +51,10 @@ impl Default for NuisanceSizes {
             clock_s: 0.004,
             delay_s: 0.004,
             load: 0.01,
+            leak_area: 0.05,
             bore: 0.01,
             pressure_zero: 0.01,
-            stop_damping: 0.3,
+            stop_damping: 0.4,
         }
     }
 }
@@ -67,6 +70,8 @@ pub enum Nuisance {
     Supply(usize),
     /// Load of a record.
     Load(usize),
+    /// Temperature of a record.
+    Temperature(usize),
     /// Delay of a record's commands to close.
     CloseDelay(usize),
     /// Delay of a record's commands to open.
@@ -85,6 +90,10 @@ pub enum Nuisance {
     Clock,
     /// Supply gauge.
     Gauge,
+    /// Area of the leak to the atmosphere that records were made with.
+    LeakToAtmosphere,
+    /// Area of the leak from the supply that records were made with.
+    LeakFromSupply,
     /// Piston area.
     Bore,
     /// Damping of the stops.
@@ -95,6 +104,8 @@ pub enum Nuisance {
     PressureGain(Channel),
     /// Zero of the pressure sensor that drives the model.
     DrivingZero,
+    /// Gain of it.
+    DrivingGain,
 }
 
 impl Nuisance {
@@ -105,6 +116,7 @@ impl Nuisance {
             | Self::Drift(record)
             | Self::Supply(record)
             | Self::Load(record)
+            | Self::Temperature(record)
             | Self::CloseDelay(record)
             | Self::OpenDelay(record)
             | Self::UnseenEdge(record)
@@ -122,6 +134,7 @@ impl Nuisance {
             Self::Drift(_) => Self::Drift(record),
             Self::Supply(_) => Self::Supply(record),
             Self::Load(_) => Self::Load(record),
+            Self::Temperature(_) => Self::Temperature(record),
             Self::CloseDelay(_) => Self::CloseDelay(record),
             Self::OpenDelay(_) => Self::OpenDelay(record),
             Self::UnseenEdge(_) => Self::UnseenEdge(record),
@@ -138,6 +151,7 @@ impl Nuisance {
             Self::Drift(_) => ("drift of the position sensor over the run", "m"),
             Self::Supply(_) => ("supply pressure of the run", ""),
             Self::Load(_) => ("load on the piston in the run", ""),
+            Self::Temperature(_) => ("temperature of the run", "K"),
             Self::CloseDelay(_) => ("delay of the command to close", "s"),
             Self::OpenDelay(_) => ("delay of the command to open", "s"),
             Self::UnseenEdge(_) => ("command given before the record, by", "s"),
@@ -149,6 +163,8 @@ impl Nuisance {
             Self::Linearity(_) => ("curve of the position sensor bent, a wave and a half over the stroke", "m"),
             Self::Clock => ("clock of the recorder", "s"),
             Self::Gauge => ("supply gauge throughout", ""),
+            Self::LeakToAtmosphere => ("area of the leak to the atmosphere opened on purpose", ""),
+            Self::LeakFromSupply => ("area of the leak from the supply opened on purpose", ""),
             Self::Bore => ("piston area", ""),
             Self::StopDamping => ("damping of the stops", "N s/m"),
             Self::PressureZero(Channel::ChamberPressure) => ("zero of the chamber pressure sensor", "Pa"),
@@ -156,6 +172,7 @@ impl Nuisance {
             Self::PressureGain(Channel::ChamberPressure) => ("gain of the chamber pressure sensor", ""),
             Self::PressureGain(_) => ("gain of the pipe pressure sensor", ""),
             Self::DrivingZero => ("zero of the pressure that drives the model", "Pa"),
+            Self::DrivingGain => ("gain of the pressure that drives the model", ""),
         }
     }
 
@@ -165,6 +182,9 @@ impl Nuisance {
             self,
             Self::Supply(_)
                 | Self::Load(_)
+                | Self::Temperature(_)
+                | Self::LeakToAtmosphere
+                | Self::LeakFromSupply
                 | Self::UnseenEdge(_)
                 | Self::StartPressure(_)
                 | Self::StartSpeed(_)
@@ -172,6 +192,7 @@ impl Nuisance {
                 | Self::Bore
                 | Self::StopDamping
                 | Self::DrivingZero
+                | Self::DrivingGain
         )
     }
 }
@@ -239,6 +260,10 @@ pub fn nuisances(
             continue;
         }
         all.push((Nuisance::Load(record), sizes.load));
+        // Unless it is stated, the supply pressure of the run stands for it: both change how fast gas flows, and little else.
+        if let Some(size) = stated.temperature_k {
+            all.push((Nuisance::Temperature(record), size));
+        }
         if let Beginning::Moving { position_m, velocity_sigma_m_per_s, .. } = unit.beginning {
             all.push((Nuisance::StartPressure(record), balance_sigma_pa(parameters, position_m)));
             all.push((Nuisance::StartSpeed(record), velocity_sigma_m_per_s));
@@ -261,9 +286,18 @@ pub fn nuisances(
         all.extend((1..=BENDS).map(|waves| (Nuisance::Linearity(waves), size)));
     }
     if setup.is_driven {
-        all.push((Nuisance::DrivingZero, 0.25 * sizes.pressure_zero * span_pa(setup)));
+        all.push((Nuisance::DrivingZero, sizes.pressure_zero * span_pa(setup)));
+        all.push((Nuisance::DrivingGain, sizes.gain));
     } else {
         all.push((Nuisance::Gauge, stated.supply_gauge.unwrap_or(sizes.gauge)));
+    }
+    let leak = stated.leak_area.unwrap_or(sizes.leak_area);
+    let with_leak = |area: fn(&Conditions) -> f64| setup.units.iter().any(|unit| area(&unit.run.conditions) > 0.0);
+    if with_leak(|conditions| conditions.leak_to_atmosphere_m2) {
+        all.push((Nuisance::LeakToAtmosphere, leak));
+    }
+    if with_leak(|conditions| conditions.leak_from_supply_m2) {
+        all.push((Nuisance::LeakFromSupply, leak));
     }
     all.push((Nuisance::Clock, stated.clock_s.unwrap_or(sizes.clock_s)));
     if !is_bore_tolerated {

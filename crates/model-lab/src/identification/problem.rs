@@ -94,6 +94,12 @@ impl<'a> ValveProblem<'a> {
         self.setup
     }
 
+    /// The index of a nuisance's coordinate; nothing where there is no such nuisance.
+    pub fn place_of(&self, which: Nuisance) -> Option<usize> {
+        let place = self.nuisances.iter().position(|entry| entry.nuisance == which)?;
+        Some(self.space.coordinates.len() + place)
+    }
+
     /// The value of a nuisance at a point, in its own unit; zero where there is none.
     pub fn nuisance(&self, u: &[f64], which: Nuisance) -> f64 {
         let place = self.nuisances.iter().position(|entry| entry.nuisance == which);
@@ -117,17 +123,23 @@ impl<'a> ValveProblem<'a> {
         let factor = (1.0 + self.nuisance(u, Nuisance::Supply(index))) * (1.0 + self.nuisance(u, Nuisance::Gauge));
         let ambient = self.setup.ambient_pa;
         run.conditions.supply_pressure_pa = ambient + factor * (run.conditions.supply_pressure_pa - ambient);
+        run.conditions.temperature_k =
+            (run.conditions.temperature_k + self.nuisance(u, Nuisance::Temperature(index))).max(1.0);
+        run.conditions.leak_to_atmosphere_m2 *= (1.0 + self.nuisance(u, Nuisance::LeakToAtmosphere)).max(0.0);
+        run.conditions.leak_from_supply_m2 *= (1.0 + self.nuisance(u, Nuisance::LeakFromSupply)).max(0.0);
         let zero = self.nuisance(u, Nuisance::DrivingZero);
-        if (zero != 0.0 || factor != 1.0)
+        let gain = 1.0 + self.nuisance(u, Nuisance::DrivingGain);
+        if (zero != 0.0 || gain != 1.0 || factor != 1.0)
             && let Some(driven) = &run.driven
         {
             let mapped = |channel: &Option<Vec<f64>>, by: &dyn Fn(f64) -> f64| {
                 channel.as_ref().map(|values| values.iter().map(|value| by(*value).max(1.0)).collect())
             };
+            let really = |shown: f64| ambient + (shown - zero - ambient) / gain;
             run.driven = Some(Arc::new(Driven {
                 time_s: driven.time_s.clone(),
-                pipe_pressure_pa: mapped(&driven.pipe_pressure_pa, &|value| value - zero),
-                chamber_pressure_pa: mapped(&driven.chamber_pressure_pa, &|value| value - zero),
+                pipe_pressure_pa: mapped(&driven.pipe_pressure_pa, &really),
+                chamber_pressure_pa: mapped(&driven.chamber_pressure_pa, &really),
                 supply_pressure_pa: mapped(&driven.supply_pressure_pa, &|value| ambient + factor * (value - ambient)),
             }));
         }

@@ -44,6 +44,8 @@ pub struct Off {
     pub delays_s: [f64; 2],
     /// By how much the supply's gauge pressure is higher than it is said to be, relative.
     pub supply: f64,
+    /// The leak to the atmosphere that was opened on purpose as it is believed to be, m2, and how much larger it is, relative.
+    pub leak: (f64, f64),
     /// How much later the recorder's clock stands, s.
     pub clock_s: f64,
     /// Gain of the position sensor beyond 1.
@@ -66,7 +68,11 @@ pub fn stroke(valve: &Valve, supply_pressure_pa: f64, off: &Off, noise: &mut Noi
         .zip(off.delays_s)
         .map(|((time_s, close), late_s)| CommandEdge { time_s: time_s + late_s, close: *close });
     let run = valve_model::Run {
-        conditions: Conditions { supply_pressure_pa: true_pa, ..nominal },
+        conditions: Conditions {
+            supply_pressure_pa: true_pa,
+            leak_to_atmosphere_m2: off.leak.0 * (1.0 + off.leak.1),
+            ..nominal
+        },
         commands: commands.collect(),
         end_s: END_S + 0.1,
         driven: None,
@@ -90,11 +96,11 @@ pub fn stroke(valve: &Valve, supply_pressure_pa: f64, off: &Off, noise: &mut Noi
         ..Trace::default()
     };
     Run {
-        file: format!("{supply_pressure_pa}.csv"),
+        file: format!("{supply_pressure_pa}-{}.csv", off.leak.0),
         conditions: RunConditions {
             supply_pressure_pa,
             temperature_k: nominal.temperature_k,
-            leak_to_atmosphere_m2: 0.0,
+            leak_to_atmosphere_m2: off.leak.0,
             leak_from_supply_m2: 0.0,
         },
         trace,
