@@ -1,11 +1,13 @@
 //! The program from outside: what it prints, the whole chain, the documents.
 
 mod architecture;
+mod broker;
 mod calibrate;
 mod campaign;
 mod chain;
 mod cli;
 mod compare;
+mod dice;
 mod docs;
 mod error;
 mod explain;
@@ -13,6 +15,7 @@ mod fleet;
 mod init;
 mod lab;
 mod manners;
+mod mosquitto;
 mod next;
 mod outputs;
 mod page;
