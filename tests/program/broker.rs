@@ -239,7 +239,7 @@ fn survives(kills: usize, broker_kills: usize, count: u64) {
             assert_eq!(missing, None, "{valve}: a result was lost");
         }
     }
-    eprintln!("{count} readings, {kills} kills, {killed_brokers} of the broker: all once, {twice} results came twice");
+    println!("{count} readings, {kills} kills, {killed_brokers} of the broker: all once, {twice} results came twice");
 }
 
 #[test]

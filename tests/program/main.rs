@@ -13,6 +13,7 @@ mod error;
 mod explain;
 mod fleet;
 mod init;
+mod kills;
 mod lab;
 mod manners;
 mod mosquitto;
