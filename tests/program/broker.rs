@@ -103,10 +103,18 @@ impl Running {
         loop {
             match self.notes.recv_timeout(LONG) {
                 Ok(line) => self.heard.extend([line.as_str(), "\n"]),
-                Err(RecvTimeoutError::Disconnected) => return (code, out, self.heard),
+                Err(RecvTimeoutError::Disconnected) => return (code, out, std::mem::take(&mut self.heard)),
                 Err(RecvTimeoutError::Timeout) => panic!("stderr stays open"),
             }
         }
+    }
+}
+
+impl Drop for Running {
+    /// Nothing runs on behind a test that fails.
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
     }
 }
 

@@ -6,7 +6,7 @@ use std::path::Path;
 use anyhow::Context;
 use leak_table::TableBundle;
 use prognoser::bayes::{BayesConfig, GrowthLaw, Noise, StartPrior};
-use prognoser::{Learned, Method, PRIOR_VERSION};
+use prognoser::{Learned, Method};
 use quantity::Quantity;
 
 use super::rows::from_broker;
@@ -120,11 +120,5 @@ pub fn read_prior(path: &Path) -> anyhow::Result<Learned> {
     let text = fs::read_to_string(path).with_context(|| format!("{}: cannot be read", path.display()))?;
     let learned: Learned = toml_edit::de::from_str(&text)
         .with_context(|| format!("{}: is no prior as `valve learn` writes it", path.display()))?;
-    if learned.version != PRIOR_VERSION {
-        return Err(Hinted::error(
-            format!("{}: found version {}, expected {PRIOR_VERSION}", path.display(), learned.version),
-            "learn it again with this program",
-        ));
-    }
-    Ok(learned)
+    learned.checked().with_context(|| path.display().to_string())
 }
