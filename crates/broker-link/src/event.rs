@@ -21,7 +21,7 @@ pub struct Message {
     pub topic: String,
     /// What it holds.
     pub payload: Bytes,
-    /// To be handed to [`Link::acknowledge`].
+    /// To be handed to [`crate::Link::acknowledge`].
     pub receipt: Receipt,
 }
 
