@@ -396,6 +396,22 @@ fn bad_messages_are_skipped_and_counted_and_its_health_is_told() {
 }
 
 #[test]
+fn its_own_results_do_not_come_back() {
+    let Some(broker) = Mosquitto::start("") else { return };
+    let sandbox = Sandbox::with_tables();
+    let call = ["--topic", "plant/{valve}/#", "--publish", RESULTS, "--listen", "127.0.0.1:0"];
+    let mut running = Running::start(&sandbox, &broker, &call);
+    running.hear(": connected");
+    let address = address(&running.heard);
+    thread::sleep(Duration::from_millis(200));
+    deliver(&broker.client("plant", None), &readings(6, 2).messages);
+    until_told(&address, "/metrics", "valve_prognose_results_total 6\n");
+    thread::sleep(Duration::from_millis(300));
+    let metrics = ask(&address, "/metrics");
+    assert!(metrics.contains("valve_prognose_skipped_total 0\n"), "{metrics}");
+}
+
+#[test]
 fn if_nothing_is_to_be_skipped_a_bad_message_ends_it_and_waits() {
     let Some(broker) = Mosquitto::start("") else { return };
     let sandbox = Sandbox::with_tables();
@@ -513,8 +529,9 @@ fn a_followed_log_tells_how_it_is_too() {
 fn calls_that_cannot_be_are_refused() {
     let sandbox = Sandbox::with_tables();
     sandbox.write("map.toml", "cycle = \"n\"\n");
+    sandbox.write("secret.toml", "username = \"me\"\npassword = 5321\n");
     let topic = &["--topic", TOPIC][..];
-    let cases: [(&str, &[&str]); 10] = [
+    let cases: [(&str, &[&str]); 12] = [
         ("mqtt://127.0.0.1:1", &[]),
         ("mqtt://me:secret@127.0.0.1", topic),
         ("mqtt://127.0.0.1/plant", topic),
@@ -526,8 +543,10 @@ fn calls_that_cannot_be_are_refused() {
             "mqtt://127.0.0.1",
             &["--topic", TOPIC, "--state", "state", "--out", "o.csv", "--format", "csv", "--publish", RESULTS],
         ),
+        ("mqtt://127.0.0.1", &["--topic", TOPIC, "--credentials", "secret.toml"]),
         ("log.csv", topic),
         ("log.csv", &["--follow", "--listen", "203.0.113.1:80"]),
+        ("log.csv", &["--listen", "127.0.0.1:0"]),
     ];
     let mut texts = String::new();
     for (log, more) in cases {
@@ -535,6 +554,6 @@ fn calls_that_cannot_be_are_refused() {
         let output = sandbox.valve(&call);
         texts.extend(["# ", &call.join(" "), "\n", &shown(&output), "\n"]);
     }
-    assert!(!texts.contains("secret\""), "{texts}");
+    assert!(!texts.contains("5321"), "{texts}");
     insta::assert_snapshot!("broker_refused", texts);
 }

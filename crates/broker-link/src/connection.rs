@@ -167,6 +167,8 @@ impl Connection<'_> {
             .map(|filter| Filter {
                 // What brokers keep of a topic is sent once, not again at every connection.
                 retain_forward_rule: RetainForwardRule::OnNewSubscribe,
+                // What this client delivers does not come back to it; a group may not ask for that.
+                nolocal: !filter.is_shared(),
                 ..Filter::new(filter.as_str(), QoS::AtLeastOnce)
             })
             .collect()

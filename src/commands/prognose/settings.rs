@@ -20,6 +20,12 @@ const SLACK_PA: f64 = 10.0;
 
 /// Refuses options that do not go together with where the rows come from.
 pub fn check_source(args: &PrognoseArgs) -> anyhow::Result<()> {
+    if args.listen.is_some() && !args.follow && !from_broker(args) {
+        return Err(Hinted::error(
+            format!("--listen: found {}, which is read once, expected a source that goes on", args.log.display()),
+            "add --follow, or give the address of a broker",
+        ));
+    }
     if !from_broker(args) {
         return match &args.broker.topic {
             None => Ok(()),

@@ -264,7 +264,9 @@ fn credentials(options: &BrokerArgs) -> anyhow::Result<Option<Credentials>> {
     root.allow_only(&["username", "password"])?;
     let text = |key: &str| {
         let expected = "a text, such as \"prognoser\"";
-        root.text(key, expected)?.map(str::to_owned).ok_or_else(|| root.missing(key, expected))
+        // What was found may be the password.
+        let found = root.text(key, expected).map_err(|_| root.wrong(key, "no text", expected))?;
+        found.map(str::to_owned).ok_or_else(|| root.missing(key, expected))
     };
     Ok(Some(Credentials { username: text("username")?, password: text("password")? }))
 }
