@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use prognoser::bayes::{BayesConfig, GrowthLaw, Noise, StartPrior};
-use prognoser::{Learned, Method, PRIOR_VERSION};
+use prognoser::{Learned, Method};
 use pyo3::prelude::*;
 
 use crate::error::refused;
@@ -83,9 +83,5 @@ fn read_prior(path: &PathBuf) -> PyResult<Learned> {
     let text = std::fs::read_to_string(path)?;
     let learned: Learned = toml_edit::de::from_str(&text)
         .map_err(|error| refused(format!("{shown}: is no prior as `valve learn` writes it: {error}")))?;
-    if learned.version != PRIOR_VERSION {
-        let found = learned.version;
-        return Err(refused(format!("{shown}: found version {found}, expected {PRIOR_VERSION}; learn it again")));
-    }
-    Ok(learned)
+    learned.checked().map_err(|error| refused(format!("{shown}: {error}")))
 }

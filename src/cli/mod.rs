@@ -19,7 +19,9 @@ pub use init::{InitArgs, InitCampaignArgs, InitValveArgs, InitWhat};
 pub use lab::{LabArgs, PageArgs, WatchArgs};
 pub use measurement::{AdoptArgs, CalibrateArgs, CompareArgs, ExplainArgs};
 pub use model::{EffectsArgs, ReportArgs, RevertArgs, SimulateArgs};
-pub use prognosis::{DemoArgs, EvaluateArgs, GrowthName, LearnArgs, MethodName, PrognoseArgs, StartName, StreamFormat};
+pub use prognosis::{
+    BrokerArgs, DemoArgs, EvaluateArgs, GrowthName, LearnArgs, MethodName, PrognoseArgs, StartName, StreamFormat,
+};
 pub use tables::{BuildTablesArgs, QuantityRange};
 
 /// Physics-based prognosis of pneumatic valves from their stroke times

@@ -1,5 +1,6 @@
 //! Verbs about timing logs and tables: `build-tables`, `prognose`.
 
+use std::net::SocketAddr;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
@@ -48,10 +49,12 @@ Examples:
   valve prognose log.csv --tables tables --noise \"10 ms\" --plot life.svg
   tail -f log.csv | valve prognose - --tables tables --format jsonl
   valve prognose log.csv --tables tables --follow --fail-on-eol
-  valve prognose log.csv --tables tables --follow --state state --out lives.jsonl --format jsonl")]
+  valve prognose log.csv --tables tables --follow --state state --out lives.jsonl --format jsonl
+  valve prognose mqtt://broker --topic plant/{valve}/stroke --tables tables --state state \\
+    --publish plant/{valve}/prognosis --listen 127.0.0.1:9184")]
 #[expect(clippy::struct_excessive_bools, reason = "options of a command line")]
 pub struct PrognoseArgs {
-    /// The timing log; `-` reads stdin
+    /// The timing log; `-` reads stdin, mqtt://HOST:PORT from a broker
     pub log: PathBuf,
     /// Directory of the tables, as `valve build-tables` writes them
     #[arg(long, value_name = "DIR")]
@@ -96,14 +99,14 @@ pub struct PrognoseArgs {
     ///
     /// Every valve's estimate, the place in the log and the length of the output are kept together: nothing is lost and
     /// nothing written twice, whenever the program or the machine stops.
-    #[arg(long, value_name = "DIR", requires = "out", conflicts_with = "plot")]
+    #[arg(long, value_name = "DIR", conflicts_with = "plot")]
     pub state: Option<PathBuf>,
     /// Where the rows go with --state
     ///
     /// After a sudden stop the file is cut back to what was kept, which stdout cannot be.
     #[arg(long, value_name = "FILE", requires = "state")]
     pub out: Option<PathBuf>,
-    /// End at the first line that is no row; without it, --follow and stdin skip it with a word
+    /// End at the first line that is no row; without it, --follow, stdin and brokers skip it with a word
     #[arg(long)]
     pub strict: bool,
     /// Replace outputs that exist
@@ -124,6 +127,38 @@ pub struct PrognoseArgs {
     /// Exit with code 1 if a valve has reached its end of life; with --follow, as soon as one does
     #[arg(long)]
     pub fail_on_eol: bool,
+    /// Answer /health and /metrics (Prometheus) at an address, such as 127.0.0.1:9184
+    #[arg(long, value_name = "ADDRESS", hide_short_help = true)]
+    pub listen: Option<SocketAddr>,
+    /// Readings from a broker
+    #[command(flatten)]
+    pub broker: BrokerArgs,
+}
+
+/// Options of readings that come from an MQTT broker.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Readings from an MQTT broker")]
+pub struct BrokerArgs {
+    /// Topics of the readings, such as plant/{valve}/stroke: where {valve} stands is the valve's name
+    ///
+    /// Without {valve} the payload has the name. + and # stand for other levels. $share/GROUP/TOPIC shares the readings
+    /// among all programs of a group; the broker must then give all readings of a valve to the same one.
+    #[arg(long, value_name = "TOPIC", hide_short_help = true)]
+    pub topic: Option<String>,
+    /// Which field of a payload is what, in which unit (`valve help formats`)
+    ///
+    /// Without it, payloads are JSON objects with the columns of a log as fields.
+    #[arg(long, value_name = "FILE", requires = "topic", hide_short_help = true)]
+    pub map: Option<PathBuf>,
+    /// Where each result goes as JSON, such as plant/{valve}/prognosis
+    #[arg(long, value_name = "TOPIC", requires = "topic", hide_short_help = true)]
+    pub publish: Option<String>,
+    /// Name of this program among the broker's clients; with --state one is made up and kept
+    #[arg(long, value_name = "NAME", requires = "topic", hide_short_help = true)]
+    pub client_id: Option<String>,
+    /// TOML file with username and password; without it, VALVE_MQTT_USERNAME and VALVE_MQTT_PASSWORD
+    #[arg(long, value_name = "FILE", requires = "topic", hide_short_help = true)]
+    pub credentials: Option<PathBuf>,
 }
 
 /// Options of `evaluate`.

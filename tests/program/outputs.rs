@@ -1,9 +1,6 @@
-//! What exists is not replaced unless told to, and never what a call reads; outputs
-//! are whole or absent, also when the process is killed.
+//! What exists is not replaced unless told to, and never what a call reads.
 
 use std::fs;
-use std::process::Stdio;
-use std::thread;
 
 use crate::support::{Sandbox, shown};
 
@@ -99,40 +96,4 @@ fn tables_keep_their_mode_and_are_no_links() {
     symlink("../elsewhere.csv", sandbox.path("tables/supply.csv")).unwrap();
     let refused = refusal(&sandbox, &call);
     assert!(refused.contains("tables/supply.csv: is a symbolic link; tables are replaced as a set"), "{refused}");
-}
-
-/// Kills a call at spread instants; what it writes is `old` or new, and whole.
-fn kill_at_instants(sandbox: &Sandbox, call: &[&str], kills: u32, whole: impl Fn() -> bool) {
-    // Once undisturbed, to know how long it takes.
-    let start = std::time::Instant::now();
-    let output = sandbox.valve(call);
-    assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
-    let longest = start.elapsed();
-    for kill in 0..kills {
-        let quiet = || (Stdio::null(), Stdio::null());
-        let (out, err) = quiet();
-        let mut child = sandbox.command(call).stdout(out).stderr(err).spawn().unwrap();
-        thread::sleep(longest.mul_f64(f64::from(kill) / f64::from(kills)));
-        child.kill().unwrap();
-        child.wait().unwrap();
-        assert!(whole(), "torn by kill {kill} of {call:?}");
-    }
-    let output = sandbox.valve(call);
-    assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
-    let left: Vec<String> = sandbox.names().into_iter().filter(|name| name.contains("partial")).collect();
-    assert_eq!(left, [""; 0], "stale files stay");
-}
-
-#[test]
-fn a_killed_call_leaves_its_output_whole_or_as_it_was() {
-    let sandbox = Sandbox::new();
-    let trace = ["simulate", "valve.toml", "--cycles", "20", "--trace", "long.csv", "--force"];
-    let rows = || sandbox.read("long.csv").lines().count();
-    let whole = sandbox.valve(&trace);
-    assert_eq!(whole.status.code(), Some(0), "{}", shown(&whole));
-    let expected = rows();
-    kill_at_instants(&sandbox, &trace, 12, || rows() == expected);
-    let tables = ["build-tables", "valve.toml", "--out", "made", "--wear", "leaks", "--force"];
-    let readable = || sandbox.valve(&["prognose", "log.csv", "--tables", "made"]).status.code() == Some(0);
-    kill_at_instants(&sandbox, &tables, 8, readable);
 }

@@ -7,6 +7,7 @@ use std::process::{Child, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use crate::dice::Dice;
 use crate::support::{Sandbox, shown};
 
 const HEADER: &str = "valve,cycle,close_time_s,open_time_s\n";
@@ -23,21 +24,6 @@ const CALL: [&str; 11] = [
     "jsonl",
     "--quiet",
 ];
-
-/// Numbers that look random, the same at every run.
-struct Dice(u64);
-
-impl Dice {
-    fn below(&mut self, most: u64) -> u64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 33) % most
-    }
-
-    /// Up to so many bytes.
-    fn length(&mut self, most: usize) -> usize {
-        usize::try_from(self.below(most as u64 + 1)).expect("a length")
-    }
-}
 
 /// Rows of valves that leak, one after the other.
 fn rows(count: usize, valves: u64) -> Vec<String> {

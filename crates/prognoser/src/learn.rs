@@ -59,6 +59,27 @@ pub struct Learned {
     pub onset: f64,
 }
 
+/// Why what was learnt cannot be started from.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PriorError {
+    /// It is of another version.
+    #[error("found version {found}, expected {PRIOR_VERSION}; learn it again with this program")]
+    Version {
+        /// Its version.
+        found: u32,
+    },
+    /// A number is none that was ever learnt.
+    #[error("{key}: found {found}, expected {expected}")]
+    Value {
+        /// Which.
+        key: &'static str,
+        /// What it is.
+        found: f64,
+        /// What it may be.
+        expected: &'static str,
+    },
+}
+
 /// Reads the logs of sister valves.
 pub struct Learner {
     tables: Arc<TableBundle>,
@@ -154,6 +175,27 @@ impl Seen {
 }
 
 impl Learned {
+    /// Holds the version and every number against what they may be, as a file may have been written by anybody.
+    pub fn checked(self) -> Result<Self, PriorError> {
+        if self.version != PRIOR_VERSION {
+            return Err(PriorError::Version { found: self.version });
+        }
+        let numbers = [
+            ("life_median_cycles", self.life_median_cycles, 1e-3, 1e12, "a number of cycles from 0.001 to 1e12"),
+            ("life_ln_sd", self.life_ln_sd, 1e-3, 10.0, "a number from 0.001 to 10"),
+            ("unit_sd", self.unit_sd, 1e-9, 1.0, "a share from 1e-9 to 1"),
+            ("noise_sd_s", self.noise_sd_s, 1e-9, 1e4, "a time in s from 1e-9 to 1e4"),
+            ("curved", self.curved, 0.0, 1.0, "a share from 0 to 1"),
+            ("rough", self.rough, 0.0, 1.0, "a share from 0 to 1"),
+            ("curved and rough together", self.curved + self.rough, 0.0, 1.0, "a share from 0 to 1"),
+            ("onset", self.onset, 0.0, 1.0, "a probability from 0 to 1"),
+        ];
+        match numbers.into_iter().find(|(_, found, from, to, _)| !(from..=to).contains(&found)) {
+            None => Ok(self),
+            Some((key, found, _, _, expected)) => Err(PriorError::Value { key, found, expected }),
+        }
+    }
+
     /// The settings that start from what was learnt.
     pub fn config(&self) -> BayesConfig {
         let config = BayesConfig::default();
@@ -190,6 +232,39 @@ fn population(members: &[(f64, f64)], (prior_mean, prior_sd): (f64, f64)) -> (f6
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn numbers_that_nobody_learnt_are_refused() {
+        let learned = |change: &dyn Fn(&mut Learned)| {
+            let mut learned = Learned {
+                version: PRIOR_VERSION,
+                model_hash: String::new(),
+                valves: 3,
+                worn: 2,
+                life_median_cycles: 300.0,
+                life_ln_sd: 0.8,
+                unit_sd: 0.01,
+                noise_sd_s: 0.01,
+                curved: 0.2,
+                rough: 0.1,
+                onset: 0.002,
+            };
+            change(&mut learned);
+            learned.checked().map_err(|error| error.to_string())
+        };
+        assert!(learned(&|_| {}).is_ok());
+        for (change, expected) in [
+            (&(|one: &mut Learned| one.version = 0) as &dyn Fn(&mut Learned), "found version 0, expected 1"),
+            (&|one| one.life_median_cycles = -5.0, "life_median_cycles: found -5, expected a number of cycles"),
+            (&|one| one.noise_sd_s = f64::NAN, "noise_sd_s: found NaN, expected a time in s"),
+            (&|one| one.unit_sd = 0.0, "unit_sd: found 0, expected a share from 1e-9"),
+            (&|one| one.rough = 0.9, "curved and rough together: found 1.1"),
+            (&|one| one.onset = f64::INFINITY, "onset: found inf"),
+        ] {
+            let error = learned(change).expect_err(expected);
+            assert!(error.starts_with(expected), "{error}");
+        }
+    }
 
     #[test]
     fn a_population_is_found_among_errors() {

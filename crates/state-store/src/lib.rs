@@ -5,15 +5,17 @@
 //! on from that place, so that nothing is lost and nothing is told twice.
 
 mod error;
+mod taken;
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use prognoser::{LogPosition, ValveState};
-use redb::{Builder, Database, ReadTransaction, ReadableDatabase, ReadableTable, TableDefinition, TableError};
+use redb::{Builder, Database, ReadTransaction, ReadableDatabase, ReadableTable, Table, TableDefinition, TableError};
 use serde::{Deserialize, Serialize};
 
 pub use error::StoreError;
+pub use taken::{Fingerprint, Taken};
 
 /// The one file of a directory of states.
 const FILE: &str = "state.redb";
@@ -23,6 +25,10 @@ const TERMS: TableDefinition<&str, &str> = TableDefinition::new("terms");
 const PROGRESS: TableDefinition<(), &[u8]> = TableDefinition::new("progress");
 /// The state of each valve.
 const VALVES: TableDefinition<&str, &[u8]> = TableDefinition::new("valves");
+/// Fingerprints of the last messages that are in the states, in the order in which they came.
+const TAKEN: TableDefinition<u64, &Fingerprint> = TableDefinition::new("taken");
+/// What was made up once and stays, by name.
+const NAMES: TableDefinition<&str, &str> = TableDefinition::new("names");
 /// Memory for pages of the file, bytes.
 const CACHE: usize = 16 << 20;
 
@@ -117,16 +123,50 @@ impl Store {
         bytes.map(|bytes| self.decoded("progress", &bytes)).transpose()
     }
 
+    /// A text that is kept under a name, made where there is none yet.
+    pub fn name(&self, what: &str, make: impl FnOnce() -> String) -> Result<String, StoreError> {
+        let kept = self.read(|transaction| match transaction.open_table(NAMES) {
+            Err(TableError::TableDoesNotExist(_)) => Ok(None),
+            table => Ok(table?.get(what)?.map(|text| text.value().to_owned())),
+        })?;
+        if let Some(kept) = kept {
+            return Ok(kept);
+        }
+        let made = make();
+        self.write(|transaction| {
+            transaction.open_table(NAMES)?.insert(what, made.as_str())?;
+            Ok(())
+        })?;
+        Ok(made)
+    }
+
+    /// The last messages that are in the states.
+    pub fn taken(&self) -> Result<Taken, StoreError> {
+        self.read(|transaction| {
+            let mut taken = Taken::default();
+            let table = match transaction.open_table(TAKEN) {
+                Err(TableError::TableDoesNotExist(_)) => return Ok(taken),
+                table => table?,
+            };
+            for entry in table.iter()? {
+                taken.add(*entry?.1.value());
+            }
+            Ok(taken)
+        })
+    }
+
     /// The states as they were committed last, to look valves up in.
     pub fn reader(&self) -> Result<Reader<'_>, StoreError> {
         let transaction = self.database.begin_read().map_err(|error| self.failed(error))?;
         Ok(Reader { store: self, transaction })
     }
 
-    /// Keeps states and progress, all or none of them. When it returns they are on the disk.
+    /// Keeps states, progress and the messages that they now hold, all or none of them. When it returns they are on the
+    /// disk.
     pub fn commit<'a>(
         &self,
         progress: &Progress,
+        taken: &[Fingerprint],
         states: impl Iterator<Item = (&'a str, ValveState)>,
     ) -> Result<(), StoreError> {
         let mut bytes = Vec::new();
@@ -139,6 +179,9 @@ impl Store {
             }
             bytes = postcard::to_extend(progress, std::mem::take(&mut bytes)).map_err(redb_error)?;
             transaction.open_table(PROGRESS)?.insert((), &bytes[..])?;
+            if !taken.is_empty() {
+                add(&mut transaction.open_table(TAKEN)?, taken)?;
+            }
             Ok(())
         })
     }
@@ -165,6 +208,17 @@ impl Store {
     fn failed(&self, error: impl Into<redb::Error>) -> StoreError {
         StoreError::Database { file: self.file.clone(), error: Box::new(error.into()) }
     }
+}
+
+/// Adds fingerprints behind those that are there, and lets go of the oldest.
+fn add(table: &mut Table<'_, u64, &Fingerprint>, taken: &[Fingerprint]) -> Result<(), redb::Error> {
+    let mut next = table.last()?.map_or(0, |(place, _)| place.value() + 1);
+    for fingerprint in taken {
+        table.insert(next, fingerprint)?;
+        next += 1;
+    }
+    table.retain_in(..next.saturating_sub(taken::MOST as u64), |_, _| false)?;
+    Ok(())
 }
 
 fn redb_error(error: postcard::Error) -> redb::Error {

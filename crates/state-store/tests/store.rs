@@ -38,7 +38,7 @@ fn a_valve_goes_on_as_if_nothing_had_happened() {
         let store = Store::open(folder.path(), &terms("these")).expect("begins");
         assert_eq!(store.progress().expect("reads"), None);
         let states = ["A", "B"].map(|name| (name, whole.state(name).expect("was seen")));
-        store.commit(&progress, states.into_iter()).expect("keeps");
+        store.commit(&progress, &[], states.into_iter()).expect("keeps");
     }
     let store = Store::open(folder.path(), &terms("these")).expect("opens");
     assert_eq!(store.progress().expect("reads"), Some(progress));
@@ -103,4 +103,25 @@ fn what_a_state_is_made_of_is_known_by_its_version() {
     push(&mut prognoser, "A", 3);
     let state = serde_json::to_value(prognoser.state("A").expect("was seen")).expect("is JSON");
     insta::assert_snapshot!("state", format!("version {STATE_VERSION}\n{}", make(&state).replace(", ", ",\n")));
+}
+
+#[test]
+fn messages_and_names_are_kept_with_the_states() {
+    let folder = tempfile::tempdir().expect("a directory");
+    let progress = Progress::default();
+    {
+        let store = Store::open(folder.path(), &terms("these")).expect("begins");
+        assert!(store.taken().expect("reads").add([1; 16]), "nothing was taken yet");
+        store.commit(&progress, &[[1; 16], [2; 16]], std::iter::empty()).expect("keeps");
+        assert_eq!(store.name("client", || "made".to_owned()).expect("keeps"), "made");
+    }
+    let store = Store::open(folder.path(), &terms("these")).expect("opens");
+    let mut taken = store.taken().expect("reads");
+    assert!(!taken.add([1; 16]) && !taken.add([2; 16]) && taken.add([3; 16]));
+    assert_eq!(store.name("client", || "another".to_owned()).expect("reads"), "made");
+    // Far more than are remembered: the oldest are let go, in the file too.
+    let many: Vec<[u8; 16]> = (0..70_000_u128).map(|number| (number << 64).to_le_bytes()).collect();
+    store.commit(&progress, &many, std::iter::empty()).expect("keeps");
+    let mut taken = store.taken().expect("reads");
+    assert!(taken.add([1; 16]) && taken.add(many[0]) && !taken.add(many[69_999]));
 }

@@ -9,8 +9,9 @@ use std::time::{Duration, Instant};
 use anyhow::Context;
 use leak_table::TableBundle;
 use prognoser::{LogPosition, Method, Prognosis, bayes::STATE_VERSION};
-use state_store::{Progress, Store, Term};
+use state_store::{Fingerprint, Progress, Store, Term};
 
+use super::rows::from_broker;
 use super::shards::Shards;
 use super::writer::Writer;
 use crate::cli::PrognoseArgs;
@@ -25,8 +26,8 @@ const MOST_TOUCHED: usize = 1 << 15;
 /// The states of a call, and its output.
 pub struct Keeping {
     store: Arc<Store>,
-    /// The same open file as that which is written to.
-    out: File,
+    /// The same open file as that which is written to, if there is one.
+    out: Option<File>,
     progress: Progress,
     committed: Instant,
 }
@@ -39,7 +40,13 @@ impl Keeping {
         method: &Method,
         outputs: &mut Outputs,
     ) -> anyhow::Result<Option<Self>> {
-        let (Some(folder), Some(target)) = (&args.state, &args.out) else { return Ok(None) };
+        let Some(folder) = &args.state else { return Ok(None) };
+        if args.out.is_none() && args.broker.publish.is_none() {
+            return Err(Hinted::error(
+                "--state: found neither --out nor --publish, expected one: what went to stdout cannot be cut back",
+                "add --out lives.jsonl, or with a broker --publish plant/{valve}/prognosis",
+            ));
+        }
         if matches!(method, Method::Ols) {
             return Err(Hinted::error("--state: found --method ols, expected bayes", "leave --method out"));
         }
@@ -49,10 +56,14 @@ impl Keeping {
                 "write the rows to a file and give its name",
             ));
         }
-        let store = Store::open(folder, &terms(args, target, tables, method)?)?;
+        let store = Store::open(folder, &terms(args, tables, method)?)?;
+        let kept = store.progress()?;
+        let Some(target) = &args.out else {
+            let progress = kept.unwrap_or_default();
+            return Ok(Some(Self { store: Arc::new(store), out: None, progress, committed: Instant::now() }));
+        };
         let shown = target.display();
         let cannot = || format!("{shown}: cannot be written");
-        let kept = store.progress()?;
         let begun = kept.as_ref().is_some_and(|kept| kept.output_bytes > 0);
         let mut progress = kept.clone().unwrap_or_default();
         let out = if begun && target.exists() {
@@ -79,14 +90,14 @@ impl Keeping {
             }
             (progress.output_bytes, progress.output_rows) = (0, 0);
             // From here on the output is known as this state's.
-            store.commit(&progress, std::iter::empty())?;
+            store.commit(&progress, &[], std::iter::empty())?;
             let out = File::create(target).with_context(cannot)?;
             sync_folder(target).with_context(cannot)?;
             out
         };
         out.set_len(progress.output_bytes).with_context(cannot)?;
         (&out).seek(SeekFrom::End(0)).with_context(cannot)?;
-        Ok(Some(Self { store: Arc::new(store), out, progress, committed: Instant::now() }))
+        Ok(Some(Self { store: Arc::new(store), out: Some(out), progress, committed: Instant::now() }))
     }
 
     /// The states.
@@ -99,16 +110,17 @@ impl Keeping {
         self.progress.position.clone()
     }
 
-    /// Rows that are in the output, and a file to write more to.
-    pub fn output(&self) -> io::Result<(u64, File)> {
-        Ok((self.progress.output_rows, self.out.try_clone()?))
+    /// Rows that are in the output, and a file to write more to, if there is one.
+    pub fn output(&self) -> io::Result<Option<(u64, File)>> {
+        self.out.as_ref().map(|out| Ok((self.progress.output_rows, out.try_clone()?))).transpose()
     }
 
-    /// Keeps what has come if it is time to, or at once.
+    /// Keeps what has come if it is time to, or at once; with it the messages that it came in.
     pub fn step(
         &mut self,
         at_once: bool,
         position: Option<LogPosition>,
+        taken: &[Fingerprint],
         writer: &mut Writer,
         shards: &mut Shards,
     ) -> anyhow::Result<()> {
@@ -117,11 +129,14 @@ impl Keeping {
             return Ok(());
         }
         writer.flush()?;
-        self.out.sync_data().context("the output cannot be written")?;
-        self.progress.output_bytes = self.out.stream_position().context("the output cannot be written")?;
+        if let Some(out) = &mut self.out {
+            let cannot = "the output cannot be written";
+            out.sync_data().context(cannot)?;
+            self.progress.output_bytes = out.stream_position().context(cannot)?;
+        }
         self.progress.output_rows = writer.rows();
         self.progress.position = position;
-        shards.commit(&self.store, &self.progress)?;
+        shards.commit(&self.store, &self.progress, taken)?;
         self.committed = Instant::now();
         Ok(())
     }
@@ -135,23 +150,39 @@ impl Keeping {
 }
 
 /// What states depend on.
-fn terms(args: &PrognoseArgs, target: &Path, tables: &TableBundle, method: &Method) -> anyhow::Result<Vec<Term>> {
+fn terms(args: &PrognoseArgs, tables: &TableBundle, method: &Method) -> anyhow::Result<Vec<Term>> {
     let entries = &tables.manifest().entries;
     let files =
         entries.iter().flat_map(|entry| [Some(&entry.file), entry.over_conditions.as_ref().map(|over| &over.file)]);
     let hashes: Vec<&str> = files.flatten().map(|file| &file.blake3[..12]).collect();
     let path = |path: &Path| Ok::<_, io::Error>(absolute(path)?.display().to_string());
+    let log = match &args.broker.topic {
+        // A broker may move; its readings are the same.
+        Some(topic) if from_broker(args) => topic.clone(),
+        _ => path(&args.log)?,
+    };
+    let map = match &args.broker.map {
+        Some(map) => {
+            blake3::hash(&std::fs::read(map).with_context(|| map.display().to_string())?).to_hex()[..12].to_owned()
+        }
+        None => String::new(),
+    };
+    let output = args.out.as_deref().map_or_else(|| Ok(String::new()), path)?;
     let format = format!("{:?}", args.format).to_lowercase();
     let stalled = if args.empty_is_stalled { ", empty times as stalled" } else { "" };
     let term = |name, value| Term { name, value };
-    Ok(vec![
+    let mut terms = vec![
         term("version", STATE_VERSION.to_string()),
         term("tables", hashes.join(" ")),
-        term("log", path(&args.log)?),
-        term("output", path(target)?),
+        term("log", log),
+        term("output", output),
         term("format", format),
         term("options", format!("{method:?}{stalled}")),
-    ])
+    ];
+    if from_broker(args) {
+        terms.push(term("map", map));
+    }
+    Ok(terms)
 }
 
 /// Makes the name of a new file last, where a system can.

@@ -6,6 +6,9 @@ mod rows;
 mod settings;
 mod shards;
 mod standing;
+mod stream;
+mod subscribed;
+mod vital;
 mod writer;
 
 use std::io::BufWriter;
@@ -17,8 +20,10 @@ use leak_table::TableBundle;
 use prognoser::Status;
 
 use self::keeping::Keeping;
-use self::rows::Rows;
-use self::shards::{Shards, Step, Way};
+use self::rows::{Rows, from_broker};
+use self::shards::{Shards, Way};
+use self::stream::{Ended, Stream};
+use self::vital::{Batch, Vital};
 use self::writer::{RowFormat, Writer};
 use crate::cli::{PrognoseArgs, StreamFormat};
 use crate::failure::{Answer, Hinted};
@@ -31,15 +36,25 @@ pub use ends::{End, Ends};
 pub fn run(args: &PrognoseArgs) -> anyhow::Result<Answer> {
     let tables = Arc::new(read_tables(args)?);
     let method = settings::method(args, &tables)?;
+    settings::check_source(args)?;
     let mut outputs = Outputs::new(args.force).reads([&args.log, &args.tables]).reads(&args.valve).reads(&args.prior);
+    outputs = outputs.reads(&args.broker.map).reads(&args.broker.credentials);
     let plot = PlotFile::create(&mut outputs, args.plot.as_deref())?;
     let history = plot.is_some().then(|| History::of(args.plot_valve.clone()));
 
     let stop = asked_to_stop();
-    let mut keeping = Keeping::open(args, &tables, &method, &mut outputs)?;
-    let mut rows = Rows::open(args, keeping.as_ref().and_then(Keeping::position), &stop)?;
+    let keeping = Keeping::open(args, &tables, &method, &mut outputs)?;
+    let store = keeping.as_ref().map(|keeping| Arc::clone(keeping.store()));
+    let vital = Arc::new(Vital::new(from_broker(args)));
+    let from = keeping.as_ref().and_then(Keeping::position);
+    let mut rows = Rows::open(args, from, store.as_deref(), &vital, &stop)?;
+    if args.listen.is_some() {
+        vital.add(&stood(keeping.as_ref())?);
+        vital.serve(args)?;
+    }
     let live = rows.is_live();
-    let name = args.log.display().to_string();
+    let publishes = rows.broker().is_some_and(|broker| broker.publishes());
+    let name = rows.broker().map_or_else(|| args.log.display().to_string(), |broker| broker.name().to_owned());
     for column in rows.unknown_columns() {
         output::note(&format!(
             "{name}: column {column:?} is not understood and not used; `valve help prognose` lists those that are"
@@ -47,54 +62,41 @@ pub fn run(args: &PrognoseArgs) -> anyhow::Result<Answer> {
     }
     let until_end_of_life = args.fail_on_eol && live;
     let way = Way {
-        format: RowFormat { format: args.format, rows_as_text: args.all_rows || live },
+        format: RowFormat {
+            format: if publishes { StreamFormat::Jsonl } else { args.format },
+            rows_as_text: args.all_rows || live,
+        },
         one_by_one: rows.one_by_one() || until_end_of_life,
         strict: args.strict,
         until_end_of_life,
+        unit: if from_broker(args) { "message" } else { "line" },
     };
-    let mut writer = match &keeping {
+    let writer = match keeping.as_ref().map(Keeping::output).transpose()?.flatten() {
+        // What is published is not told on stdout as well, only how valves stand at the end.
+        None if publishes => {
+            let format = RowFormat { format: StreamFormat::Text, rows_as_text: false };
+            Writer::new(format, Box::new(output::stdout()))?
+        }
         None => Writer::new(way.format, Box::new(output::stdout()))?,
-        Some(keeping) => {
-            let (rows, out) = keeping.output()?;
+        Some((rows, out)) => {
             let out = Box::new(BufWriter::new(out));
             if rows == 0 { Writer::new(way.format, out)? } else { Writer::below(way.format, out, rows) }
         }
     };
-    let store = keeping.as_ref().map(|keeping| Arc::clone(keeping.store()));
-    let mut shards = Shards::new(name.clone(), &tables, &method, way, history, store);
-    let ended = loop {
-        let each = |row: &[u8], notes: &str| {
-            notes.lines().for_each(output::note);
-            writer.write(row)
-        };
-        let step = shards.step(&mut rows, each, output::note);
-        if let (Some(keeping), Ok(step)) = (&mut keeping, &step) {
-            let at_once = *step != Step::More || stop.load(Ordering::Relaxed);
-            keeping.step(at_once, rows.position(), &mut writer, &mut shards)?;
-        } else if live {
-            writer.flush()?;
-        }
-        match step {
-            Ok(Step::More | Step::Idle) if stop.load(Ordering::Relaxed) => {
-                break if live { Ended::Whole } else { Ended::Interrupted };
-            }
-            Ok(Step::More | Step::Idle) => {}
-            Ok(Step::End) => break Ended::Whole,
-            Ok(Step::EndOfLife) => break Ended::EndOfLife,
-            Err(error) if live => break Ended::Failed(error),
-            Err(error) => return Err(error),
-        }
-    };
+    let shards = Shards::new(name.clone(), &tables, &method, way, history, store, Arc::clone(&vital));
+    let mut stream = Stream { rows, shards, writer, keeping, vital, stop, live };
+    let ended = stream.run()?;
+    let Stream { shards, writer, keeping, .. } = stream;
     if shards.skipped() > 0 {
-        output::note(&format!("{name}: {} lines were no rows and were skipped", shards.skipped()));
+        output::note(&format!("{name}: {} {}s were no rows and were skipped", shards.skipped(), way.unit));
     }
     let (lasts, history) = shards.finish();
     let ends = match &keeping {
         None => Ends::of(lasts.into_iter()),
-        Some(keeping) if args.format == StreamFormat::Text => Ends::of(keeping.lasts()?.into_iter()),
+        Some(keeping) if writer.tells_ends() => Ends::of(keeping.lasts()?.into_iter()),
         Some(_) => Ends::default(),
     };
-    if writer.rows() == 0 {
+    if writer.rows() == 0 && !from_broker(args) {
         output::note(&format!("{name}: has no rows below its header; nothing is known of any valve"));
     }
     writer.finish(&ends)?;
@@ -120,12 +122,13 @@ pub fn run(args: &PrognoseArgs) -> anyhow::Result<Answer> {
     Ok(if args.fail_on_eol && reached { Answer::BadNews } else { Answer::Fine })
 }
 
-/// How a stream of rows came to its end.
-enum Ended {
-    Whole,
-    Interrupted,
-    EndOfLife,
-    Failed(anyhow::Error),
+/// How many valves stood where when the states were kept.
+fn stood(keeping: Option<&Keeping>) -> anyhow::Result<Batch> {
+    let mut stood = Batch::default();
+    for last in keeping.map(Keeping::lasts).transpose()?.into_iter().flatten() {
+        stood.moved(None, last.status);
+    }
+    Ok(stood)
 }
 
 /// A flag that Ctrl-C and SIGTERM set, so that what was begun is written to its end.

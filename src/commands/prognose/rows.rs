@@ -1,4 +1,4 @@
-//! Where rows come from: a log as it is, one that grows, or another program.
+//! Where rows come from: a log as it is, one that grows, another program, or a broker.
 
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
@@ -10,8 +10,12 @@ use std::thread;
 use std::time::Duration;
 
 use anyhow::Context;
-use prognoser::{FollowNotice, FollowOptions, Followed, FollowedLog, LogError, LogPosition, LogRow, TimingLog};
+use broker_link::BrokerAddress;
+use prognoser::{FollowOptions, Followed, FollowedLog, LogPosition, LogRow, TimingLog};
+use state_store::Store;
 
+use super::subscribed::Subscribed;
+use super::vital::Vital;
 use crate::cli::PrognoseArgs;
 
 /// How often a growing log is looked at.
@@ -28,16 +32,18 @@ pub enum Rows {
     Piped(TimingLog<BufReader<Pipe>>, Arc<AtomicBool>),
     /// A file that is followed.
     Followed(Box<FollowedLog>),
+    /// Messages of a broker.
+    Subscribed(Box<Subscribed>),
 }
 
 /// What comes next.
 pub enum Next<'a> {
     /// A row.
     Row(LogRow<'a>),
-    /// A line that is no row; those behind it may be.
-    Skipped(LogError),
-    /// Something happened to the file.
-    Notice(FollowNotice),
+    /// A line or message that is no row; those behind it may be.
+    Skipped(anyhow::Error),
+    /// Something happened to the source.
+    Notice(String),
     /// Nothing more for now: what there is can go out.
     Idle,
     /// Nothing more.
@@ -46,7 +52,16 @@ pub enum Next<'a> {
 
 impl Rows {
     /// Opens what the call wants to be read, until `stop` is set; with a state, from where that is.
-    pub fn open(args: &PrognoseArgs, from: Option<LogPosition>, stop: &Arc<AtomicBool>) -> anyhow::Result<Self> {
+    pub fn open(
+        args: &PrognoseArgs,
+        from: Option<LogPosition>,
+        store: Option<&Store>,
+        vital: &Arc<Vital>,
+        stop: &Arc<AtomicBool>,
+    ) -> anyhow::Result<Self> {
+        if from_broker(args) {
+            return Ok(Self::Subscribed(Box::new(Subscribed::open(args, store, vital)?)));
+        }
         let name = args.log.display().to_string();
         let empty_is_stalled = args.empty_is_stalled;
         if args.log == Path::new("-") {
@@ -77,7 +92,7 @@ impl Rows {
     pub fn position(&self) -> Option<LogPosition> {
         match self {
             Self::Followed(log) => Some(log.position()),
-            Self::Whole(_) | Self::Piped(..) => None,
+            Self::Whole(_) | Self::Piped(..) | Self::Subscribed(_) => None,
         }
     }
 
@@ -87,26 +102,41 @@ impl Rows {
             Self::Whole(log) => log.unknown_columns(),
             Self::Piped(log, _) => log.unknown_columns(),
             Self::Followed(log) => log.unknown_columns(),
+            Self::Subscribed(_) => &[],
         }
     }
 
     /// What comes next.
-    pub fn next(&mut self) -> Result<Next<'_>, LogError> {
+    pub fn next(&mut self) -> anyhow::Result<Next<'_>> {
         match self {
             Self::Whole(log) => Ok(log.next_row()?.map_or(Next::End, Next::Row)),
             Self::Piped(log, stop) => piped(log, stop),
             Self::Followed(log) => Ok(match log.next()? {
                 Followed::Row(row) => Next::Row(row),
-                Followed::Skipped(error) => Next::Skipped(error),
-                Followed::Notice(notice) => Next::Notice(notice),
+                Followed::Skipped(error) => Next::Skipped(error.into()),
+                Followed::Notice(notice) => Next::Notice(notice.to_string()),
                 Followed::Idle => Next::Idle,
                 Followed::End => Next::End,
             }),
+            Self::Subscribed(messages) => messages.next(),
+        }
+    }
+
+    /// The broker that rows come from, if they come from one.
+    pub fn broker(&mut self) -> Option<&mut Subscribed> {
+        match self {
+            Self::Subscribed(messages) => Some(messages),
+            Self::Whole(_) | Self::Piped(..) | Self::Followed(_) => None,
         }
     }
 }
 
-fn piped<'a, R: BufRead>(log: &'a mut TimingLog<R>, stop: &AtomicBool) -> Result<Next<'a>, LogError> {
+/// Whether a call wants readings from a broker.
+pub fn from_broker(args: &PrognoseArgs) -> bool {
+    args.log.to_str().is_some_and(BrokerAddress::is_meant)
+}
+
+fn piped<'a, R: BufRead>(log: &'a mut TimingLog<R>, stop: &AtomicBool) -> anyhow::Result<Next<'a>> {
     let next = log.next_row();
     // The last line may be cut off where the reading was stopped.
     if stop.load(Ordering::Relaxed) {
@@ -114,8 +144,8 @@ fn piped<'a, R: BufRead>(log: &'a mut TimingLog<R>, stop: &AtomicBool) -> Result
     }
     match next {
         Ok(row) => Ok(row.map_or(Next::End, Next::Row)),
-        Err(error) if error.kind.is_row() => Ok(Next::Skipped(error)),
-        Err(error) => Err(error),
+        Err(error) if error.kind.is_row() => Ok(Next::Skipped(error.into())),
+        Err(error) => Err(error.into()),
     }
 }
 

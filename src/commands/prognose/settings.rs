@@ -6,16 +6,46 @@ use std::path::Path;
 use anyhow::Context;
 use leak_table::TableBundle;
 use prognoser::bayes::{BayesConfig, GrowthLaw, Noise, StartPrior};
-use prognoser::{Learned, Method, PRIOR_VERSION};
+use prognoser::{Learned, Method};
 use quantity::Quantity;
 
-use crate::cli::{GrowthName, MethodName, PrognoseArgs, StartName};
+use super::rows::from_broker;
+use crate::cli::{GrowthName, MethodName, PrognoseArgs, StartName, StreamFormat};
 use crate::failure::Hinted;
 
 /// What gauge pressures beside a log count from, as in the log itself.
 const STANDARD_ATMOSPHERE_PA: f64 = 101_325.0;
 /// Rounding of a pressure, Pa.
 const SLACK_PA: f64 = 10.0;
+
+/// Refuses options that do not go together with where the rows come from.
+pub fn check_source(args: &PrognoseArgs) -> anyhow::Result<()> {
+    if args.listen.is_some() && !args.follow && !from_broker(args) {
+        return Err(Hinted::error(
+            format!("--listen: found {}, which is read once, expected a source that goes on", args.log.display()),
+            "add --follow, or give the address of a broker",
+        ));
+    }
+    if !from_broker(args) {
+        return match &args.broker.topic {
+            None => Ok(()),
+            Some(_) => Err(Hinted::error(
+                format!("--topic: found the log {}, expected a broker", args.log.display()),
+                "give its address in place of the log, such as mqtt://plant-broker:1883",
+            )),
+        };
+    }
+    if args.plot.is_some() {
+        return Err(Hinted::error("--plot: a stream from a broker has no end to draw", "leave --plot out"));
+    }
+    if args.broker.publish.is_some() && args.out.is_some() && args.format != StreamFormat::Jsonl {
+        return Err(Hinted::error(
+            "--out beside --publish: both get the same rows, expected --format jsonl",
+            "add --format jsonl, or leave --out out",
+        ));
+    }
+    Ok(())
+}
 
 /// The method with all its settings.
 pub fn method(args: &PrognoseArgs, tables: &TableBundle) -> anyhow::Result<Method> {
@@ -96,11 +126,5 @@ pub fn read_prior(path: &Path) -> anyhow::Result<Learned> {
     let text = fs::read_to_string(path).with_context(|| format!("{}: cannot be read", path.display()))?;
     let learned: Learned = toml_edit::de::from_str(&text)
         .with_context(|| format!("{}: is no prior as `valve learn` writes it", path.display()))?;
-    if learned.version != PRIOR_VERSION {
-        return Err(Hinted::error(
-            format!("{}: found version {}, expected {PRIOR_VERSION}", path.display(), learned.version),
-            "learn it again with this program",
-        ));
-    }
-    Ok(learned)
+    learned.checked().with_context(|| path.display().to_string())
 }

@@ -7,11 +7,12 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use leak_table::TableBundle;
-use prognoser::{LogError, LogRow, Method, Prognoser, Prognosis, Reading, Status};
+use prognoser::{LogRow, Method, Notice, Prognoser, Prognosis, Reading, Status};
 use rayon::prelude::*;
-use state_store::{Progress, Reader, Store};
+use state_store::{Fingerprint, Progress, Reader, Store};
 
 use super::rows::{Next, Rows};
+use super::vital::{Batch, Vital};
 use super::writer::RowFormat;
 use answers::figures::life::History;
 
@@ -45,6 +46,8 @@ pub struct Way {
     pub strict: bool,
     /// The first end of life ends the stream.
     pub until_end_of_life: bool,
+    /// What a row stands in: a line, or a message.
+    pub unit: &'static str,
 }
 
 /// Rows of a log, their texts one after the other.
@@ -68,12 +71,27 @@ struct Shard {
     history: Option<History>,
     out: Vec<u8>,
     notes: String,
-    /// Where the row and its notes end, for each of the shard's rows.
-    ends: Vec<(usize, usize)>,
+    /// Where the row and its notes end, and whether it repeats a cycle, for each of the shard's rows.
+    ends: Vec<(usize, usize, bool)>,
+    /// What the rows came to.
+    batch: Batch,
     /// Whether a valve came to the end of its life.
     ended: bool,
     /// Valves with rows since the last commit.
     touched: HashSet<String>,
+}
+
+/// A row that was worked on.
+#[derive(Debug, Clone, Copy)]
+pub struct Done<'a> {
+    /// The valve.
+    pub valve: &'a str,
+    /// The row that goes out.
+    pub row: &'a [u8],
+    /// What is to be said of it, by lines.
+    pub notes: &'a str,
+    /// Whether its cycle was there before.
+    pub repeats: bool,
 }
 
 /// All valves of a log.
@@ -82,6 +100,7 @@ pub struct Shards {
     store: Option<Arc<Store>>,
     log: String,
     way: Way,
+    vital: Arc<Vital>,
     all: Vec<Shard>,
     chunk: Chunk,
     /// Lines that were no rows.
@@ -97,6 +116,7 @@ impl Shards {
         way: Way,
         history: Option<History>,
         store: Option<Arc<Store>>,
+        vital: Arc<Vital>,
     ) -> Self {
         let count = if way.one_by_one || history.is_some() { 1 } else { rayon::current_num_threads().max(1) };
         let mut history = history;
@@ -106,10 +126,11 @@ impl Shards {
             out: Vec::new(),
             notes: String::new(),
             ends: Vec::new(),
+            batch: Batch::default(),
             ended: false,
             touched: HashSet::new(),
         });
-        Self { store, log, way, all: shards.collect(), chunk: Chunk::default(), skipped: 0 }
+        Self { store, log, way, vital, all: shards.collect(), chunk: Chunk::default(), skipped: 0 }
     }
 
     /// Reads and works on the next rows of a log, and gives every row with its
@@ -117,7 +138,7 @@ impl Shards {
     pub fn step(
         &mut self,
         rows: &mut Rows,
-        mut each: impl FnMut(&[u8], &str) -> anyhow::Result<()>,
+        mut each: impl FnMut(Done<'_>) -> anyhow::Result<()>,
         mut note: impl FnMut(&str),
     ) -> anyhow::Result<Step> {
         let read = self.read(rows, &mut note);
@@ -134,16 +155,20 @@ impl Shards {
         for row in &self.chunk.rows {
             let shard = &self.all[row.shard];
             let (index, (out, note)) = &mut next[row.shard];
-            let (row_end, note_end) = shard.ends[*index];
-            each(&shard.out[*out..row_end], &shard.notes[*note..note_end])?;
+            let (row_end, note_end, repeats) = shard.ends[*index];
+            let valve = &chunk.texts[row.valve.clone()];
+            each(Done { valve, row: &shard.out[*out..row_end], notes: &shard.notes[*note..note_end], repeats })?;
             *index += 1;
             (*out, *note) = (row_end, note_end);
+        }
+        for shard in &self.all {
+            self.vital.add(&shard.batch);
         }
         let step = read?;
         Ok(if self.way.until_end_of_life && self.all.iter().any(|shard| shard.ended) { Step::EndOfLife } else { step })
     }
 
-    fn read(&mut self, rows: &mut Rows, note: &mut impl FnMut(&str)) -> Result<Step, LogError> {
+    fn read(&mut self, rows: &mut Rows, note: &mut impl FnMut(&str)) -> anyhow::Result<Step> {
         self.chunk.texts.clear();
         self.chunk.rows.clear();
         let size = if self.way.one_by_one { 1 } else { CHUNK };
@@ -154,7 +179,8 @@ impl Shards {
                 Next::Skipped(error) if self.way.strict => return Err(error),
                 Next::Skipped(error) => {
                     self.skipped += 1;
-                    note(&format!("{error}; the line is skipped{}", self.counted()));
+                    self.vital.skipped(self.skipped);
+                    note(&format!("{error}; the {} is skipped{}", self.way.unit, self.counted()));
                     continue;
                 }
                 Next::Notice(notice) => {
@@ -188,13 +214,14 @@ impl Shards {
     }
 
     /// Keeps the valves that had rows, and lets go of some where many are in memory.
-    pub fn commit(&mut self, store: &Store, progress: &Progress) -> anyhow::Result<()> {
+    pub fn commit(&mut self, store: &Store, progress: &Progress, taken: &[Fingerprint]) -> anyhow::Result<()> {
         let mut names: Vec<(&str, &Prognoser)> = Vec::with_capacity(self.touched());
         for shard in &self.all {
             names.extend(shard.touched.iter().map(|name| (name.as_str(), &shard.prognoser)));
         }
         names.sort_unstable_by_key(|(name, _)| *name);
-        store.commit(progress, names.iter().filter_map(|(name, prognoser)| Some((*name, prognoser.state(name)?))))?;
+        let states = names.iter().filter_map(|(name, prognoser)| Some((*name, prognoser.state(name)?)));
+        store.commit(progress, taken, states)?;
         let most = MOST_AT_HAND / self.all.len();
         for shard in &mut self.all {
             shard.let_go(most);
@@ -244,6 +271,7 @@ impl Shard {
         self.out.clear();
         self.notes.clear();
         self.ends.clear();
+        self.batch = Batch::default();
         for row in chunk.rows.iter().filter(|row| row.shard == index) {
             let valve = &chunk.texts[row.valve.clone()];
             let time = row.time.clone().map(|time| &chunk.texts[time]);
@@ -259,6 +287,10 @@ impl Shard {
             }
             let before = self.prognoser.last(valve).map(|last| last.status);
             let prognosis = self.prognoser.push(&LogRow { valve, reading: row.reading, time, line: row.line });
+            let repeats = prognosis.notices.contains(&Notice::RepeatedCycle);
+            self.batch.rows += 1;
+            self.batch.duplicates += u64::from(repeats);
+            self.batch.moved(before, prognosis.status);
             self.ended |= prognosis.status == Status::EolReached && before != Some(Status::EolReached);
             for notice in &prognosis.notices {
                 let note = format!("{log}:{}: valve {valve}, cycle {}: {notice}\n", row.line, prognosis.cycle);
@@ -268,7 +300,7 @@ impl Shard {
                 history.add(&row.reading, &prognosis);
             }
             format.row(&mut self.out, &prognosis)?;
-            self.ends.push((self.out.len(), self.notes.len()));
+            self.ends.push((self.out.len(), self.notes.len(), repeats));
         }
         Ok(())
     }

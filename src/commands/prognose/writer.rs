@@ -89,6 +89,11 @@ impl Writer {
         self.lines
     }
 
+    /// Whether the end of the stream tells how valves stand.
+    pub fn tells_ends(&self) -> bool {
+        self.format.format == StreamFormat::Text
+    }
+
     /// Hands on what was written.
     pub fn flush(&mut self) -> anyhow::Result<()> {
         Ok(self.out.flush()?)

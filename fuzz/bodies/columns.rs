@@ -1,0 +1,26 @@
+//! Recordings of any format: text, gzip, Parquet, MATLAB.
+
+use column_source::{Comments, open};
+
+/// Rows that are looked at: more are of one kind.
+const ROWS: usize = 10_000;
+
+/// Looks at an input.
+pub fn look(bytes: &[u8]) {
+    let mut source = match open(bytes, "t.dat", Comments::WhereNoNames) {
+        Ok(source) => source,
+        Err(error) => {
+            assert!(!error.to_string().is_empty());
+            return;
+        }
+    };
+    for _ in 0..ROWS {
+        let Ok(Some(_)) = source.next_row() else { return };
+        for column in 0..source.headings().len() {
+            // A number is finite or a gap.
+            if let Ok(number) = source.number(column) {
+                assert!(number.is_finite() || number.is_nan());
+            }
+        }
+    }
+}

@@ -1,0 +1,7 @@
+//! Recordings of any format: text, gzip, Parquet, MATLAB.
+#![no_main]
+
+#[path = "../bodies/columns.rs"]
+mod body;
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| body::look(bytes));
