@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use identify::Stop;
 use identify::select::Level;
-use model_lab::identification::{NuisanceSizes, Subject};
+use model_lab::identification::{Nuisance, NuisanceSizes, Subject};
 use recorded::{NOISE_M, Noise, campaign};
 use valve_file::ValveFile;
 use valve_model::driven::Driven;
@@ -69,7 +69,8 @@ fn pipe_pa(time_s: f64) -> f64 {
     101_325.0 + 2.7e5 / 0.01 * PULSES_S.iter().map(pulse).sum::<f64>()
 }
 
-fn recorded_run(valve: &Valve, position_m: f64, noise: &mut Noise) -> campaign::Run {
+/// A record of a valve that begins here; its pressure sensor reads that much more than there is, relative.
+fn recorded_run(valve: &Valve, position_m: f64, more: f64, noise: &mut Noise) -> campaign::Run {
     let time_s: Vec<f64> = (0..4500).map(|row| f64::from(row) * 1e-3).collect();
     let pressures: Vec<f64> = time_s.iter().map(|time| pipe_pa(*time)).collect();
     let edges: Vec<(f64, bool)> =
@@ -95,9 +96,10 @@ fn recorded_run(valve: &Valve, position_m: f64, noise: &mut Noise) -> campaign::
     simulate(&[Prepared::new(valve, &run, 2e-4)], false, |_, nodes, _| {
         valve.measurement().record(nodes, &time_s, &mut record);
     });
+    let shown = |pressure: &f64| 101_325.0 + (1.0 + more) * (pressure - 101_325.0);
     let trace = campaign::Trace {
         position_m: record.position_m.iter().map(|x| x + NOISE_M * noise.normal()).collect(),
-        pipe_pressure_pa: Some(pressures),
+        pipe_pressure_pa: Some(pressures.iter().map(shown).collect()),
         time_s,
         ..campaign::Trace::default()
     };
@@ -124,7 +126,7 @@ fn subject() -> Subject {
     let effect = Effect::new(EffectKind::DRY_FRICTION, &friction).expect("a possible friction");
     let valve = Valve::new(parameters, file.valve().switches(), vec![effect], Vec::new()).expect("a possible valve");
     let mut noise = Noise(9);
-    let runs = [0.05, 0.06].map(|position_m| recorded_run(&valve, position_m, &mut noise));
+    let runs = [0.05, 0.06].map(|position_m| recorded_run(&valve, position_m, 0.0, &mut noise));
     let mut campaign = campaign(runs.into());
     campaign.inputs.pipe_pressure = true;
     Subject::new(&file, &campaign, &NuisanceSizes::default())
@@ -156,4 +158,36 @@ fn the_balance_of_forces_along_the_record_leads_close_to_what_hides_in_it() {
     assert!((friction / COULOMB_N - 1.0).abs() < 0.1, "{friction} N");
     let port = space.valve(&found).expect("a possible valve").parameters().port_orifice_area_m2;
     assert!((port / (0.67 * 1.2e-6) - 1.0).abs() < 0.1, "{port} m2");
+}
+
+#[test]
+#[cfg_attr(debug_assertions, ignore = "slow: runs with --release")]
+fn one_far_from_its_file_is_found_through_a_sensor_that_reads_too_much() {
+    let file = ValveFile::parse(CYLINDER, "cylinder.toml").expect("a valid valve");
+    let believed = file.valve().parameters();
+    let mut parameters = believed.clone();
+    let factors =
+        [(ParameterId::PortOrificeArea, 2.2), (ParameterId::DeadVolume, 0.75), (ParameterId::ViscousFriction, 0.5)];
+    for (parameter, factor) in factors {
+        parameters.set(parameter, factor * parameters.get(parameter));
+    }
+    // Nothing bounces on a rubber bumper.
+    let critical = 2.0 * (parameters.contact_stiffness_n_per_m * parameters.moving_mass_kg).sqrt();
+    parameters.set(ParameterId::StopDamping, 0.8 * critical);
+    let valve = Valve::new(parameters, file.valve().switches(), Vec::new(), Vec::new()).expect("a possible valve");
+    let mut noise = Noise(5);
+    let runs = [0.05, 0.06, 0.07].map(|position_m| recorded_run(&valve, position_m, 0.016, &mut noise));
+    let mut campaign = campaign(runs.into());
+    campaign.inputs.pipe_pressure = true;
+    let subject = Subject::new(&file, &campaign, &NuisanceSizes::default());
+    let found = subject.calibrated(Stop::never()).expect("it moves");
+    let calibrated = found.problem.space.valve(&found.fit.u).expect("a possible valve");
+    for (parameter, factor) in factors {
+        let ratio = calibrated.parameters().get(parameter) / believed.get(parameter) / factor;
+        assert!((ratio - 1.0).abs() < 0.15, "{parameter:?}: {ratio} of what it is");
+    }
+    let gain = found.problem.nuisance(&found.fit.u, Nuisance::DrivingGain);
+    assert!((gain - 0.016).abs() < 0.006, "{gain}");
+    let left = found.fit.noise.groups[0].discrepancy;
+    assert!(left < 2e-3, "{left} of the stroke is left");
 }
