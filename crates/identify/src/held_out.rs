@@ -37,7 +37,7 @@ pub fn folds<P: Problem + ?Sized>(problem: &P) -> Vec<Vec<usize>> {
     if folds.len() == 1 { Vec::new() } else { folds }
 }
 
-/// Leaves out fold after fold; nothing where there is only one.
+/// Leaves out fold after fold; nothing where there is only one, or where somebody asks to stop.
 pub fn held_out<P: Problem + ?Sized>(problem: &P, fit: &Fit, folds: &[Vec<usize>]) -> Option<HeldOut> {
     if folds.len() < 2 {
         return None;
@@ -60,6 +60,9 @@ const CORRECTIONS: usize = 2;
 
 /// Leaves out one fold: of each of its records the residuals with own coordinates at their means, and fitted.
 fn left_out<P: Problem + ?Sized>(problem: &P, fit: &Fit, fold: &[usize]) -> Option<Vec<LeftOut>> {
+    if problem.stop().is_asked() {
+        return None;
+    }
     let kept: Vec<usize> = (0..problem.records().len()).filter(|record| !fold.contains(record)).collect();
     let whitened = Whitened::of(problem, &fit.linear, &fit.noise, &kept);
     let without = optimum(problem, &whitened, &kept, problem.coordinates(), &fit.u, true)?;

@@ -115,6 +115,12 @@ impl Record {
         self.series.iter().map(|series| series.rows.len()).sum()
     }
 
+    /// Sum of the squared errors of predicted rows, in units of their activity: how far off a prediction is of which nothing is
+    /// known yet of how large errors may be.
+    pub fn error_in_activity(&self, predicted: &[f64]) -> f64 {
+        self.rows().zip(predicted).map(|(row, value)| ((row.observed - value) / row.activity).powi(2)).sum()
+    }
+
     /// All rows, series after series.
     pub fn rows(&self) -> impl Iterator<Item = &Row> {
         self.series.iter().flat_map(|series| &series.rows)

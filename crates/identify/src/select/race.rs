@@ -192,16 +192,7 @@ fn best_start<P: Problem>(problem: &P, starts: Vec<Vec<f64>>) -> Option<Vec<f64>
         .map(|start| start.iter().zip(coordinates).map(|(u, c)| u.clamp(c.lower, c.upper)).collect())
         .collect();
     let error = |predicted: Vec<Vec<f64>>| -> f64 {
-        let records = problem.records().iter().zip(predicted);
-        records
-            .flat_map(|(record, predicted)| {
-                record
-                    .rows()
-                    .zip(predicted)
-                    .map(|(row, value)| ((row.observed - value) / row.activity).powi(2))
-                    .collect::<Vec<_>>()
-            })
-            .sum()
+        problem.records().iter().zip(&predicted).map(|(record, values)| record.error_in_activity(values)).sum()
     };
     let predicted = crate::problem::predict_all(problem, &starts);
     let errors = predicted.into_iter().map(|predicted| predicted.map_or(f64::INFINITY, error));

@@ -201,9 +201,7 @@ impl Subject {
             .collect();
         let error = |predicted: Option<Vec<Vec<f64>>>| -> f64 {
             let Some(predicted) = predicted else { return f64::INFINITY };
-            let records = problem.records().iter().zip(&predicted);
-            let of_rows = records.flat_map(|(record, values)| record.rows().zip(values));
-            of_rows.map(|(row, value)| ((row.observed - value) / row.activity).powi(2)).sum()
+            problem.records().iter().zip(&predicted).map(|(record, values)| record.error_in_activity(values)).sum()
         };
         let mut ranked: Vec<(f64, Vec<f64>)> =
             predict_all(&problem, &points).into_iter().map(error).zip(points).collect();
@@ -340,8 +338,7 @@ impl Subject {
         let predicted = predict_all(&problem, &points);
         let error = |point: usize, unit: usize| -> f64 {
             let Some(records) = &predicted[point] else { return f64::INFINITY };
-            let rows = problem.records()[unit].rows().zip(&records[unit]);
-            rows.map(|(row, value)| ((row.observed - value) / row.activity).powi(2)).sum()
+            problem.records()[unit].error_in_activity(&records[unit])
         };
         let best: Vec<f64> = filling
             .iter()
