@@ -115,8 +115,8 @@ impl Record {
         self.series.iter().map(|series| series.rows.len()).sum()
     }
 
-    /// Sum of the squared errors of predicted rows, in units of their activity: how far off a prediction is of which nothing is
-    /// known yet of how large errors may be.
+    /// Sum of the squared errors of predicted rows, in units of their activity: how far off a prediction is while
+    /// nothing is known of how large errors may be.
     pub fn error_in_activity(&self, predicted: &[f64]) -> f64 {
         self.rows().zip(predicted).map(|(row, value)| ((row.observed - value) / row.activity).powi(2)).sum()
     }
@@ -236,6 +236,11 @@ pub fn predict_all<P: Problem + ?Sized>(problem: &P, points: &[Vec<f64>]) -> Vec
         (0..points.len()).flat_map(|point| (0..records).map(move |record| Request { point, record })).collect();
     let mut predicted = problem.predict(points, &requests).into_iter();
     points.iter().map(|_| predicted.by_ref().take(records).collect::<Vec<_>>().into_iter().collect()).collect()
+}
+
+/// Sum over all records of [`Record::error_in_activity`].
+pub fn error_in_activity(records: &[Record], predicted: &[Vec<f64>]) -> f64 {
+    records.iter().zip(predicted).map(|(record, predicted)| record.error_in_activity(predicted)).sum()
 }
 
 /// Observed minus predicted, record by record.

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::{Family, Level, News, Search, Set};
 use crate::fit::{Fit, FitOptions, fit};
 use crate::left::{left_nats, rms_in_noise};
-use crate::problem::Problem;
+use crate::problem::{Problem, error_in_activity, predict_all};
 
 /// A set in a race.
 struct Runner<P> {
@@ -191,11 +191,10 @@ fn best_start<P: Problem>(problem: &P, starts: Vec<Vec<f64>>) -> Option<Vec<f64>
         .into_iter()
         .map(|start| start.iter().zip(coordinates).map(|(u, c)| u.clamp(c.lower, c.upper)).collect())
         .collect();
-    let error = |predicted: Vec<Vec<f64>>| -> f64 {
-        problem.records().iter().zip(&predicted).map(|(record, values)| record.error_in_activity(values)).sum()
+    let error = |predicted: Option<Vec<Vec<f64>>>| {
+        predicted.map_or(f64::INFINITY, |predicted| error_in_activity(problem.records(), &predicted))
     };
-    let predicted = crate::problem::predict_all(problem, &starts);
-    let errors = predicted.into_iter().map(|predicted| predicted.map_or(f64::INFINITY, error));
+    let errors = predict_all(problem, &starts).into_iter().map(error);
     let best = errors.zip(starts).filter(|(error, _)| error.is_finite()).min_by(|a, b| a.0.total_cmp(&b.0));
     best.map(|(_, start)| start)
 }

@@ -14,6 +14,7 @@ use valve_model::{EffectKind, Fidelity, ParameterId};
 use super::force_balance::ForceBalance;
 use super::nuisance::{Entry, Nuisance, NuisanceSizes, nuisances};
 use super::problem::{DEFAULT_TOLERANCES, ValveProblem};
+use super::scattered::Scattered;
 use super::setup::{Kind, Setup};
 use super::start::Beginning;
 use crate::data::Dataset;
@@ -31,9 +32,8 @@ pub struct Subject {
     places: Vec<usize>,
     /// What moves freely in the records of a first look.
     pub balance: ForceBalance,
-    /// Where fits may start beside the values of the valve file: tolerated parameters, and the damping of the stops, in prior
-    /// deviations.
-    scattered: Vec<(Vec<f64>, f64)>,
+    /// Where fits may start beside the values of the valve file.
+    scattered: Scattered,
     /// The tolerated parameters.
     pub space: Space,
     /// Whether the valve file names no tolerances, so that default ones stand in.
@@ -109,7 +109,7 @@ impl Subject {
             screen_nuisances: Vec::new(),
             places: Vec::new(),
             balance: ForceBalance::default(),
-            scattered: Vec::new(),
+            scattered: Scattered::default(),
             space,
             tolerances_are_assumed,
         };
@@ -121,7 +121,7 @@ impl Subject {
         subject.find_unrest();
         subject.choose_screen();
         subject.balance = ForceBalance::new(&subject.screen, &data);
-        subject.scatter();
+        subject.scattered = Scattered::find(&subject.problem(subject.space.clone(), Level::Screen, Stop::never()));
         subject
     }
 
@@ -174,45 +174,6 @@ impl Subject {
                 self.places.push(place);
             }
         }
-    }
-
-    /// Looks for the best beginnings of fits where little is known beforehand: of a cylinder that flies from stop to stop, and
-    /// of parameters whose tolerance says hardly more than their order.
-    fn scatter(&mut self) {
-        let is_wide = |index: &usize| self.space.coordinates[*index].tolerance().is_some_and(|sigma| sigma >= WIDE);
-        let wide: Vec<usize> = (0..self.space.coordinates.len()).filter(is_wide).collect();
-        if wide.is_empty() && !self.low.is_driven {
-            return;
-        }
-        let problem = self.problem(self.space.clone(), Level::Screen, Stop::never());
-        let start = problem.start();
-        let damping = problem.place_of(Nuisance::StopDamping);
-        let points: Vec<Vec<f64>> = (0..SCATTERED)
-            .map(|index| {
-                let mut u = start.clone();
-                for (place, coordinate) in wide.iter().enumerate() {
-                    u[*coordinate] += SPREAD * (2.0 * spread(index / 2, place, wide.len()) - 1.0);
-                }
-                if let Some(damping) = damping {
-                    u[damping] = if index % 2 == 0 { 0.0 } else { DEAD_STOP };
-                }
-                u
-            })
-            .collect();
-        let error = |predicted: Option<Vec<Vec<f64>>>| -> f64 {
-            let Some(predicted) = predicted else { return f64::INFINITY };
-            problem.records().iter().zip(&predicted).map(|(record, values)| record.error_in_activity(values)).sum()
-        };
-        let mut ranked: Vec<(f64, Vec<f64>)> =
-            predict_all(&problem, &points).into_iter().map(error).zip(points).collect();
-        ranked.retain(|(error, _)| error.is_finite());
-        ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let own = self.space.coordinates.len();
-        self.scattered = ranked
-            .into_iter()
-            .take(BEST_SCATTERED)
-            .map(|(_, u)| (u[..own].to_vec(), damping.map_or(0.0, |damping| u[damping])))
-            .collect();
     }
 
     /// How closely to simulate each record on the way, and for what decides, by what its recorder can see of the difference;
@@ -373,29 +334,6 @@ impl Subject {
 
 /// An effect at its typical size that moves no row by more than this share of its noise does not act at all.
 const INERT: f64 = 1e-6;
-
-/// A tolerance from which a parameter's value says hardly more than its order.
-const WIDE: f64 = 0.3;
-
-/// Beginnings that are looked at, and those of them that are tried.
-const SCATTERED: usize = 64;
-const BEST_SCATTERED: usize = 2;
-
-/// How far they lie from the values of the valve file, in prior deviations.
-const SPREAD: f64 = 2.5;
-
-/// The damping of stops from which nothing bounces, in prior deviations.
-const DEAD_STOP: f64 = 2.0;
-
-/// Number `index` of a sequence that fills a cube of so many dimensions evenly: multiples of powers of the root of
-/// x^(d+1) = x + 1 (Roberts, The unreasonable effectiveness of quasirandom sequences, 2018).
-fn spread(index: usize, dimension: usize, dimensions: usize) -> f64 {
-    let mut root: f64 = 1.5;
-    for _ in 0..30 {
-        root = (1.0 + root).powf(1.0 / (dimensions as f64 + 1.0));
-    }
-    (0.5 + (index + 1) as f64 * root.powf(-(dimension as f64 + 1.0))).fract()
-}
 
 /// Records of a first look: all up to the first number, then that many and a share of the others.
 const SCREENED: (usize, f64) = (3, 0.25);
@@ -573,14 +511,7 @@ impl<'a> Family for Catalogue<'a> {
             start[..own].copy_from_slice(&balanced);
             starts.push(start);
         }
-        for (parameters, damping) in &self.subject.scattered {
-            let mut start = start.clone();
-            start[..parameters.len()].copy_from_slice(parameters);
-            if let Some(place) = member.place_of(Nuisance::StopDamping) {
-                start[place] = *damping;
-            }
-            starts.push(start);
-        }
+        starts.extend(self.subject.scattered.starts(member, &start));
         starts
     }
 

@@ -4,6 +4,7 @@ pub mod catalogue;
 pub mod force_balance;
 pub mod nuisance;
 pub mod problem;
+mod scattered;
 pub mod setup;
 pub mod start;
 
