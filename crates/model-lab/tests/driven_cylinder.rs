@@ -63,18 +63,28 @@ const END_S: f64 = 4.5;
 /// Coulomb friction that hides in the records, N.
 const COULOMB_N: f64 = 14.0;
 
-/// The pipe pressure at a time, Pa.
-fn pipe_pa(time_s: f64) -> f64 {
-    let pulse = |start: &f64| (time_s - start).clamp(0.0, 0.01) - (time_s - start - PULSE_S).clamp(0.0, 0.01);
-    101_325.0 + 2.7e5 / 0.01 * PULSES_S.iter().map(pulse).sum::<f64>()
+/// How fast the pressure of a short pipe rises and falls, s.
+const SHORT_PIPE_S: f64 = 0.01;
+
+/// The pipe pressure at a time, Pa, if it rises and falls within another.
+fn pipe_pa(time_s: f64, rise_s: f64) -> f64 {
+    let pulse = |start: &f64| (time_s - start).clamp(0.0, rise_s) - (time_s - start - PULSE_S).clamp(0.0, rise_s);
+    101_325.0 + 2.7e5 / rise_s * PULSES_S.iter().map(pulse).sum::<f64>()
 }
 
 /// A record of a valve that begins here; its pressure sensor reads that much more than there is, relative.
 fn recorded_run(valve: &Valve, position_m: f64, more: f64, noise: &mut Noise) -> campaign::Run {
+    run_through_pipe(valve, SHORT_PIPE_S, position_m, more, noise)
+}
+
+/// The same with a pipe whose pressure rises within this time.
+fn run_through_pipe(valve: &Valve, rise_s: f64, position_m: f64, more: f64, noise: &mut Noise) -> campaign::Run {
     let time_s: Vec<f64> = (0..4500).map(|row| f64::from(row) * 1e-3).collect();
-    let pressures: Vec<f64> = time_s.iter().map(|time| pipe_pa(*time)).collect();
+    let pressures: Vec<f64> = time_s.iter().map(|time| pipe_pa(*time, rise_s)).collect();
+    // Where the pressure passes a fifth of its rise.
+    let (rising_s, falling_s) = (0.2 * rise_s, 0.8 * rise_s);
     let edges: Vec<(f64, bool)> =
-        PULSES_S.iter().flat_map(|start| [(start + 0.002, true), (start + PULSE_S + 0.008, false)]).collect();
+        PULSES_S.iter().flat_map(|start| [(start + rising_s, true), (start + PULSE_S + falling_s, false)]).collect();
     let conditions = Conditions::nominal(valve.parameters());
     let run = Run {
         conditions,
@@ -146,6 +156,24 @@ fn each_cycle_begins_with_the_motion_that_its_record_shows() {
         let driven = unit.run.driven.as_ref().expect("driven");
         assert!(driven.time_s.len() < 2300, "{} samples", driven.time_s.len());
         assert!(driven.time_s[0] <= 0.0, "{} s", driven.time_s[0]);
+    }
+}
+
+#[test]
+fn a_cycle_begins_before_the_pressure_that_tells_of_its_command_rises() {
+    let file = ValveFile::parse(CYLINDER, "cylinder.toml").expect("a valid valve");
+    let mut noise = Noise(9);
+    let rise_s = 0.8 * PULSE_S;
+    let runs = vec![run_through_pipe(file.valve(), rise_s, 0.06, 0.0, &mut noise)];
+    let mut campaign = campaign(runs);
+    // Each command is written down when half of the rise is over.
+    for edge in campaign.runs[0].commands.iter_mut().filter(|edge| edge.close) {
+        edge.time_s += 0.3 * rise_s;
+    }
+    campaign.inputs.pipe_pressure = true;
+    let subject = Subject::new(&file, &campaign, &NuisanceSizes::default());
+    for (unit, pulse_s) in subject.setup(Level::High).units.iter().zip(PULSES_S) {
+        assert!(unit.origin_s < pulse_s, "{}: begins {} s after the rise", unit.name, unit.origin_s - pulse_s);
     }
 }
 

@@ -9,8 +9,8 @@ use crate::terms::groups;
 /// The law of the orifices as good as without its blend: a balance of flows is not stepped through.
 const EXACT_BLEND: f64 = 1e-9;
 
-/// The state of rest with the solenoid vented.
-pub fn vented_rest(equations: &Equations) -> State<f64> {
+/// The state of rest with the solenoid vented, or with the pressures that `inputs` say where they drive the model.
+pub fn vented_rest(equations: &Equations, inputs: &Inputs<f64>) -> State<f64> {
     let c = &equations.coefficients;
     let exact = Blend::new(EXACT_BLEND);
     let system = System::<f64>::new(equations);
@@ -21,33 +21,34 @@ pub fn vented_rest(equations: &Equations) -> State<f64> {
             - c.law.flow(pipe, c.ambient, c.leak_out, exact)
     };
     let low = c.exhaust.min(c.ambient);
-    let pipe = root(low, c.supply.max(c.exhaust), balance);
-    at_rest(equations, pipe, line_pressure(equations, 0.0, pipe), false)
+    rest(equations, inputs, false, || root(low, c.supply.max(c.exhaust), balance))
 }
 
 /// The state of rest with the solenoid energised, or with the pressures that `inputs` say where they drive the
 /// model.
 pub fn closed_rest(equations: &Equations, inputs: &Inputs<f64>) -> State<f64> {
-    let (c, terms) = (&equations.coefficients, equations.terms);
+    let c = &equations.coefficients;
     let exact = Blend::new(EXACT_BLEND);
     let balance = |pipe: f64| {
         let line = line_pressure(equations, 1.0, pipe);
         c.law.flow(line, pipe, c.fill, exact) + c.law.flow(line, pipe, c.leak_in, exact)
             - c.law.flow(pipe, c.ambient, c.leak_out, exact)
     };
-    let pipe = if terms.driven_pipe {
-        inputs.pipe_pressure
-    } else if terms.driven_chamber {
-        inputs.chamber_pressure
-    } else {
-        root(c.supply.min(c.ambient), c.supply, balance)
+    rest(equations, inputs, true, || root(c.supply.min(c.ambient), c.supply, balance))
+}
+
+/// The state of rest with the pressures that drive the model, or else with that in which the flows of the pipe balance.
+fn rest(equations: &Equations, inputs: &Inputs<f64>, closed: bool, balanced: impl FnOnce() -> f64) -> State<f64> {
+    let terms = equations.terms;
+    let pipe = match (terms.driven_pipe, terms.driven_chamber) {
+        (true, _) => inputs.pipe_pressure,
+        (false, true) => inputs.chamber_pressure,
+        (false, false) => balanced(),
     };
-    let mut state = at_rest(equations, pipe, line_pressure(equations, 1.0, pipe), true);
-    if terms.driven_chamber && terms.driven_pipe {
-        let line_pressure = state.line_pressure;
-        state = at_rest(equations, inputs.chamber_pressure, line_pressure, true);
-        state.pipe_mass = pipe / c.pipe_gain;
-    }
+    let chamber = if terms.driven_chamber { inputs.chamber_pressure } else { pipe };
+    let line = line_pressure(equations, f64::from(u8::from(closed)), pipe);
+    let mut state = at_rest(equations, chamber, line, closed);
+    state.pipe_mass = pipe / equations.coefficients.pipe_gain;
     state
 }
 

@@ -90,7 +90,7 @@ impl Prepared {
         let pace = equations.pace(fidelity);
         let initial = if refused.is_some() {
             segments.clear();
-            vented_rest(&equations)
+            vented_rest(&equations, &inputs)
         } else {
             run.start.state(&equations, &inputs)
         };

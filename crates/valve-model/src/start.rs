@@ -89,7 +89,7 @@ impl Start {
     /// The state of a run of these equations, with the spool and the measured pressures of its first instant.
     pub(crate) fn state(&self, equations: &Equations, inputs: &Inputs<f64>) -> State<f64> {
         match *self {
-            Self::Rest => vented_rest(equations),
+            Self::Rest => vented_rest(equations, inputs),
             Self::ClosedRest => closed_rest(equations, inputs),
             Self::Moving { position_m, velocity_m_per_s, chamber, pipe_pressure_pa } => {
                 let motion = Motion { equations, inputs, position_m, velocity_m_per_s };

@@ -56,6 +56,22 @@ fn a_supply_that_sags_while_it_fills_closes_later_and_fills_less() {
 }
 
 #[test]
+fn a_valve_at_rest_begins_under_the_measured_pressures() {
+    let valve = valve_of(testbed(), vec![]);
+    // A pipe that another vent holds above the atmosphere; the spring yields later.
+    let held_pa = 1.3e5;
+    let pipe = Driven { time_s: vec![0.0, 9.0], pipe_pressure_pa: Some(vec![held_pa; 2]), ..Driven::default() };
+    let chamber = Driven { chamber_pressure_pa: Some(vec![1.2e5; 2]), ..pipe.clone() };
+    for (driven, pressures) in [(pipe, [held_pa; 2]), (chamber, [1.2e5, held_pa])] {
+        let run = Run { commands: Vec::new(), ..driven_by(&valve, driven) };
+        let node = at(&nodes_of(&valve, &run), 0.0);
+        for (found, expected) in [node[1], node[2]].iter().zip(pressures) {
+            assert!((found / expected - 1.0).abs() < 1e-9, "{node:?}, expected {pressures:?}");
+        }
+    }
+}
+
+#[test]
 fn a_formula_sees_the_recorded_supply() {
     use valve_model::custom::{CustomEffect, CustomTarget};
     let formula = CustomEffect::new("thrust", CustomTarget::Force, "1e-4*(p_s - 5e5)", Vec::new()).expect("a formula");

@@ -2,10 +2,13 @@
 
 mod common;
 
+use std::sync::Arc;
+
 use common::{close_at, effect, nodes_of, open_at, run_of, testbed, valve_of};
+use valve_model::driven::Driven;
 use valve_model::simulate::DEFAULT_STEP_S;
 use valve_model::stroke::strokes;
-use valve_model::{EffectKind, Outcome, Parameters, Prepared, Trajectory, Valve, simulate};
+use valve_model::{ChamberStart, EffectKind, Outcome, Parameters, Prepared, Run, Start, Trajectory, Valve, simulate};
 
 fn damped(damping: f64) -> Valve {
     // A light piston without friction hits its stops hard.
@@ -31,6 +34,42 @@ fn damping_stills_the_rebound() {
         (bounces(&cycle(&damped(0.0))), bounces(&cycle(&damped(400.0))), bounces(&cycle(&damped(2500.0))));
     assert!(bare.0 > some.0 && some.1 < 0.8 * bare.1, "{bare:?} {some:?}");
     assert!(much.1 < 0.2 * bare.1, "{bare:?} {much:?}");
+}
+
+#[test]
+fn a_rebound_does_not_depend_on_where_in_a_step_the_piston_hits() {
+    // A piston is thrown against the closed stop from places so close together that nothing else changes.
+    let valve = damped(1500.0);
+    let p = valve.parameters();
+    // Less pressure than would hold it on the stop.
+    let spring_n = p.spring_stiffness_n_per_m * (p.stroke_m + p.preload_compression_m);
+    let pressure_pa = p.ambient_pressure_pa + 0.9 * spring_n / p.piston_area_m2;
+    let still = Driven {
+        time_s: vec![0.0, 0.1],
+        pipe_pressure_pa: Some(vec![pressure_pa; 2]),
+        chamber_pressure_pa: Some(vec![pressure_pa; 2]),
+        supply_pressure_pa: None,
+    };
+    let rebounds: Vec<f64> = (0..20)
+        .map(|place| {
+            let start = Start::Moving {
+                position_m: 0.003 + 2e-5 * f64::from(place),
+                velocity_m_per_s: -1.5,
+                chamber: ChamberStart::BALANCE,
+                pipe_pressure_pa: None,
+            };
+            let run = Run { driven: Some(Arc::new(still.clone())), start, ..run_of(&valve, vec![], 0.1) };
+            let nodes = nodes_of(&valve, &run);
+            let met = nodes.position_m.iter().position(|x| *x <= 0.0).expect("meets the stop");
+            let speed = |at: usize| {
+                (nodes.position_m[at + 1] - nodes.position_m[at]) / (nodes.time_s[at + 1] - nodes.time_s[at])
+            };
+            let left = met + nodes.position_m[met..].iter().position(|x| *x > 0.0).expect("leaves it again");
+            -speed(left) / speed(met - 2)
+        })
+        .collect();
+    let (least, most) = rebounds.iter().fold((f64::INFINITY, 0.0), |(a, b), x| (f64::min(a, *x), f64::max(b, *x)));
+    assert!(most / least < 1.02, "{rebounds:?} of the speed");
 }
 
 #[test]

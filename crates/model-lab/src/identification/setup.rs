@@ -119,9 +119,14 @@ const LEAD_ROWS: f64 = 2.0;
 
 /// How much a simulation begins before this record.
 fn lead_s(data: &RunData) -> f64 {
+    LEAD_S.max(rows_s(data, LEAD_ROWS))
+}
+
+/// The time of so many rows, s.
+fn rows_s(data: &RunData, count: f64) -> f64 {
     let mut rows: Vec<f64> = data.times_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
     rows.sort_by(f64::total_cmp);
-    rows.get(rows.len() / 2).map_or(LEAD_S, |row| LEAD_S.max(LEAD_ROWS * row))
+    rows.get(rows.len() / 2).map_or(0.0, |row| count * row)
 }
 
 /// How long before each command of a run the row before it was written: the longest time of commands to close, and of those
@@ -435,11 +440,12 @@ fn driven_parts(
     start: Beginning,
     (stroke_m, travel_s): (f64, f64),
 ) -> Vec<Part> {
-    let ahead_s = AHEAD * window_s(travel_s);
+    let window_s = window_s(travel_s).max(rows_s(data, LEAD_ROWS));
     let closings = recorded.commands.iter().filter(|edge| edge.close).map(|edge| edge.time_s);
     let mut parts = vec![Part { from_s: f64::NEG_INFINITY, until_s: f64::INFINITY, origin_s: 0.0, beginning: start }];
     for closing_s in closings.skip(1).take(MOST_PARTS) {
-        let first = data.times_s.partition_point(|time| *time < closing_s - ahead_s);
+        let rest_s = steady_before(data, closing_s, (window_s, travel_s));
+        let first = data.times_s.partition_point(|time| *time < rest_s - AHEAD * window_s);
         let Some(&from_s) = data.times_s.get(first).filter(|from| **from < closing_s) else { continue };
         if parts.last().is_some_and(|before| from_s < before.origin_s + travel_s) {
             continue;
@@ -460,8 +466,36 @@ fn driven_parts(
     parts
 }
 
-/// So many times the window from which a beginning is judged a cycle begins before its command.
+/// So many times the window from which a beginning is judged a cycle begins before its pressures move.
 const AHEAD: f64 = 2.0;
+
+/// A pressure is steady that changes by less than this share of its range from one window to the next: as much as the
+/// zero of its sensor may be off by.
+const STEADY: f64 = 0.01;
+
+/// The last time before a command at which the pressures that drive the model were steady, s; that of the command if they
+/// were not within a stroke's travel. A command that was read off a pressure comes when that has risen halfway.
+fn steady_before(data: &RunData, command_s: f64, (window_s, travel_s): (f64, f64)) -> f64 {
+    let Some(driven) = &data.run.driven else { return command_s };
+    let changes = |samples: &[f64], until_s: f64| {
+        let (low, high) = samples.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(*x), b.max(*x)));
+        let mean = |from_s: f64, until_s: f64| {
+            let first = driven.time_s.partition_point(|time| *time < from_s);
+            let end = driven.time_s.partition_point(|time| *time < until_s);
+            samples[first..end].iter().sum::<f64>() / (end - first) as f64
+        };
+        let change = mean(until_s - window_s, until_s) - mean(until_s - 2.0 * window_s, until_s - window_s);
+        // Without rows nothing is seen to change.
+        change.abs() > STEADY * (high - low)
+    };
+    let steady = |until_s: &f64| {
+        ![&driven.pipe_pressure_pa, &driven.chamber_pressure_pa].into_iter().flatten().any(|p| changes(p, *until_s))
+    };
+    std::iter::successors(Some(command_s), |time| Some(time - window_s))
+        .take_while(|time| *time > command_s - travel_s)
+        .find(steady)
+        .unwrap_or(command_s)
+}
 
 /// The cycles of a record: each from a command to close that finds the valve open and at rest to the next such. The
 /// simulation of a later one begins with the cycle before it, which leaves some gas behind.

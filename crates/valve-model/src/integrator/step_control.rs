@@ -73,9 +73,11 @@ const PRESSED_SUBSTEPS: u32 = 4;
 /// how it bounces, all that is still to come would jump with where in a step it hits.
 const HARD_HIT: f64 = 5e-3;
 
-/// The angle of the swing on the stop that a step may then cover, and the most substeps that are taken for it.
+/// The angle of the swing on the stop that a step may then cover, the share of its speed that the damping of the stop, which
+/// sets in quickly, may take away in a step, and the most substeps that are taken for them.
 const HIT_ANGLE: f64 = 0.15;
-const HIT_SUBSTEPS: u32 = 8;
+const HIT_SHED: f64 = 0.01;
+const HIT_SUBSTEPS: u32 = 16;
 
 /// The substeps that a block is taken in: more where the piston hits a stop hard, where a line feeds the pipe, and where a
 /// piston may stick and slip.
@@ -90,7 +92,9 @@ fn substeps<R: Real>(
     let stroke = coefficients.stroke.lane(lane);
     let inside = inside(stroke, state);
     let meets = inside < 0.0 && (state.v > 0.0) == (state.x > 0.5 * stroke);
-    let count = hit_substeps(state.v, inside, stroke, swing(lane, coefficients), pace.step_s, meets);
+    let shed = coefficients.stop_damping.lane(lane) * coefficients.inverse_mass.lane(lane) * pace.step_s;
+    let count =
+        hit_substeps(state.v, inside, stroke, (swing(lane, coefficients) * pace.step_s, shed), pace.step_s, meets);
     // A line only acts where it feeds the pipe.
     let feeds = pace.line_blend > 0.0 && (front.spool.lane(lane) > 0.0 || coefficients.leak_in.lane(lane) > 0.0);
     if feeds || pace.follows_port { gas_substeps(lane, state, feeds, coefficients, pace, count, inside) } else { count }
@@ -166,19 +170,19 @@ fn swing<R: Real>(lane: usize, coefficients: &Coefficients<R>) -> f64 {
 }
 
 /// The substeps of a block in which the piston hits a stop, or comes off it; one where it does not. `inside` is how far it
-/// is beyond the stop, m.
+/// is beyond the stop, m; a step covers an angle of its swing there and sheds a share of its speed.
 #[inline(always)]
-fn hit_substeps(v: f64, inside: f64, stroke: f64, swing: f64, step_s: f64, meets: bool) -> u32 {
+fn hit_substeps(v: f64, inside: f64, stroke: f64, (angle, shed): (f64, f64), step_s: f64, meets: bool) -> u32 {
     // It may gain speed on the way.
     let within_block = 2.0 * v.abs() * f64::from(BLOCK) * step_s;
     if inside < -within_block {
         return 1;
     }
-    if v.abs() < HARD_HIT * stroke * swing {
+    if v.abs() * step_s < HARD_HIT * stroke * angle {
         return if meets { MEETING_SUBSTEPS } else { 1 };
     }
     let mut count = 1;
-    while count < HIT_SUBSTEPS && swing * step_s > HIT_ANGLE * f64::from(count) {
+    while count < HIT_SUBSTEPS && (angle > HIT_ANGLE * f64::from(count) || shed > HIT_SHED * f64::from(count)) {
         count *= 2;
     }
     count
