@@ -7,17 +7,19 @@ use crate::problem::Problem;
 use crate::variance::{Effort, GroupPrior, components, evidence, log_prior};
 
 /// What another effect could gain at most, nats: what a model error explains, and what coordinates and noise had to leave
-/// their prior means for beyond what they do by chance.
+/// their prior means for beyond what they do by chance, or would leave them for if nothing bounded them.
 pub fn left_to_explain<P: Problem>(problem: &P, fit: &Fit, options: &FitOptions) -> f64 {
     let coordinates = problem.coordinates();
     // By chance a coordinate leaves its mean as far as the data say where it is; one that they do not see stays there.
     let normal = fit.linear.normal(problem, &fit.noise);
-    let covariance = Posterior::new(coordinates, &fit.u, &normal).covariance(&fit.held);
+    let posterior = Posterior::new(coordinates, &fit.u, &normal);
+    let covariance = posterior.covariance(&fit.held);
     let seen = coordinates.iter().enumerate().map(|(index, coordinate)| {
         (1.0 - covariance[(index, index)] / (coordinate.sigma * coordinate.sigma)).clamp(0.0, 1.0)
     });
     let strain = 0.5 * (prior_cost(coordinates, &fit.u) - seen.sum::<f64>());
-    left_nats(problem, fit, options).max(0.0) + strain.max(0.0) - log_prior(&options.groups, &fit.noise)
+    let beyond = 0.5 * posterior.beyond_bounds();
+    left_nats(problem, fit, options).max(0.0) + strain.max(0.0) + beyond - log_prior(&options.groups, &fit.noise)
 }
 
 /// What an error in units of the noise is beyond that noise.

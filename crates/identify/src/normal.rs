@@ -404,6 +404,12 @@ impl<'a> Posterior<'a> {
         Some((step, value))
     }
 
+    /// By how much the cost would fall if nothing were bounded, to second order: what bounds hide.
+    pub fn beyond_bounds(&self) -> f64 {
+        let factor = Factor::new(&self.precision, self.order.clone());
+        factor.map_or(0.0, |factor| self.pull.dot(&factor.solve(&self.pull)))
+    }
+
     /// The covariance of the coordinates that are not held at a bound; rows and columns of the others are zero.
     pub fn covariance(&self, held: &[bool]) -> DMatrix<f64> {
         let n = self.u.len();
