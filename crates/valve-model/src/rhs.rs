@@ -13,10 +13,6 @@ use crate::real::Real;
 use crate::state::{Flows, Inputs, State};
 use crate::terms::{Terms, groups};
 
-/// The way into a stop over which its damping sets in, in strokes. All at once it would make every rebound jump with where in a
-/// step the piston hits; a piston that hits hard goes further by two orders of magnitude.
-const SET_IN: f64 = 1e-3;
-
 /// The equations of one valve or of several in lanes.
 #[derive(Debug)]
 pub struct System<'a, R> {
@@ -350,17 +346,16 @@ impl<'a, R: Real> System<'a, R> {
         if self.terms.stop_damping { force + self.stop_damping(at.state) } else { force }
     }
 
-    /// The damping of the stops, N: on a piston inside a stop, set in over the first of its way, and with no more than the
-    /// stop presses where it would hold the piston back.
+    /// The damping of the stops, N: on a piston inside a stop, and with no more than the stop presses where it
+    /// would hold the piston back.
     #[inline(always)]
     fn stop_damping(&self, state: &State<R>) -> R {
         let c = &self.coefficients;
         let zero = R::splat(0.0);
         let braking = -(c.stop_damping * state.v);
         let (closed, open) = (c.contact * state.x, c.contact * (state.x - c.stroke));
-        let set_in = |depth: R| (depth * c.inverse_stroke * R::splat(1.0 / SET_IN)).min(R::splat(1.0));
-        let at_closed = state.x.select_lt(zero, (braking * set_in(-state.x)).max(closed), zero);
-        let at_open = c.stroke.select_lt(state.x, (braking * set_in(state.x - c.stroke)).min(open), zero);
+        let at_closed = state.x.select_lt(zero, braking.max(closed), zero);
+        let at_open = c.stroke.select_lt(state.x, braking.min(open), zero);
         at_closed + at_open
     }
 

@@ -74,10 +74,10 @@ const PRESSED_SUBSTEPS: u32 = 4;
 const HARD_HIT: f64 = 5e-3;
 
 /// The angle of the swing on the stop that a step may then cover, the share of its speed that the damping of the stop, which
-/// sets in quickly, may take away in a step, and the most substeps that are taken for them.
+/// sets in at once, may take away in a step, and the most substeps that are taken for them.
 const HIT_ANGLE: f64 = 0.15;
-const HIT_SHED: f64 = 0.01;
-const HIT_SUBSTEPS: u32 = 16;
+const HIT_SHED: f64 = 0.005;
+const HIT_SUBSTEPS: u32 = 32;
 
 /// The substeps that a block is taken in: more where the piston hits a stop hard, where a line feeds the pipe, and where a
 /// piston may stick and slip.
