@@ -1,6 +1,6 @@
 //! Special functions of the normal distribution, and of Student's.
 
-use statrs::distribution::{ContinuousCDF, StudentsT};
+use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
 use statrs::function::erf::erfc;
 
 /// The logarithm of the standard normal distribution function, accurate far into the lower tail.
@@ -22,9 +22,23 @@ pub fn t_quantile_95(freedom: f64) -> f64 {
     StudentsT::new(0.0, 1.0, freedom).map_or(NORMAL, |student| student.inverse_cdf(0.95))
 }
 
+/// The value that a sum of so many squares of standard normal deviates (one at least) exceeds with a probability of 1 %.
+pub fn chi_squared_quantile_99(freedom: usize) -> f64 {
+    ChiSquared::new(freedom as f64).map_or(f64::INFINITY, |sum| sum.inverse_cdf(0.99))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn sums_of_squares_have_their_tails() {
+        // Tables of chi-squared (Abramowitz and Stegun 26.8).
+        for (freedom, exact) in [(1, 6.635), (3, 11.345), (6, 16.812)] {
+            let found = chi_squared_quantile_99(freedom);
+            assert!((found - exact).abs() < 1e-3, "{freedom}: {found}");
+        }
+    }
 
     #[test]
     fn few_degrees_of_freedom_make_wide_intervals() {

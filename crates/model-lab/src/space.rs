@@ -4,6 +4,7 @@
 //! size of an effect moves linearly from its neutral value (u = 0) through its typical size (u = 1),
 //! its shape parameters logarithmically about their defaults.
 
+use identify::special::chi_squared_quantile_99;
 use valve_file::Tolerance;
 use valve_model::custom::CustomEffect;
 use valve_model::effects::{DefaultValue, Search};
@@ -263,6 +264,18 @@ impl Space {
         let slot = self.effects.iter().position(|effect| effect.kind() == kind);
         let belongs = |target: Target| matches!(target, Target::Effect(s, _) if Some(s) == slot);
         (0..self.coordinates.len()).filter(|index| belongs(self.coordinates[*index].target)).collect()
+    }
+
+    /// Whether the shapes of an effect at a point lie, all together, where less than one such effect in a hundred has them.
+    pub fn has_strange_shape(&self, u: &[f64], kind: EffectKind) -> bool {
+        let of_effect = self.effect_coordinates(kind).into_iter();
+        let squares: Vec<f64> = of_effect
+            .filter_map(|index| {
+                let (mean, sigma) = self.coordinates[index].prior?;
+                Some(((u[index] - mean) / sigma).powi(2))
+            })
+            .collect();
+        !squares.is_empty() && squares.iter().sum::<f64>() > chi_squared_quantile_99(squares.len())
     }
 
     /// The base parameters at a point.

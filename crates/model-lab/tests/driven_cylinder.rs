@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use identify::Stop;
 use identify::select::Level;
+use model_lab::Space;
 use model_lab::identification::{Nuisance, NuisanceSizes, Subject};
 use recorded::{NOISE_M, Noise, campaign};
 use valve_file::ValveFile;
@@ -218,4 +219,18 @@ fn one_far_from_its_file_is_found_through_a_sensor_that_reads_too_much() {
     assert!((gain - 0.016).abs() < 0.006, "{gain}");
     let left = found.fit.noise.groups[0].discrepancy;
     assert!(left < 2e-3, "{left} of the stroke is left");
+}
+
+#[test]
+fn a_friction_with_all_its_shapes_far_out_stands_in_for_something() {
+    let file = ValveFile::parse(CYLINDER, "cylinder.toml").expect("a valid valve");
+    let space = Space::new(file.valve(), &[]).with_refined_effect(EffectKind::DRY_FRICTION);
+    let shapes = |far: f64| -> Vec<f64> {
+        let coordinates = space.coordinates.iter();
+        coordinates.map(|one| one.prior.map_or(one.start, |(mean, sigma)| mean + far * sigma)).collect()
+    };
+    // Stribeck velocity, excess of the static force and three refinements: five squares of 15.1 together at most.
+    assert!(!space.has_strange_shape(&space.start(), EffectKind::DRY_FRICTION));
+    assert!(!space.has_strange_shape(&shapes(1.7), EffectKind::DRY_FRICTION));
+    assert!(space.has_strange_shape(&shapes(1.8), EffectKind::DRY_FRICTION));
 }

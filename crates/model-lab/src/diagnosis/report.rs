@@ -67,7 +67,15 @@ pub(super) fn assemble<'a>(
     }
     let interrupted = found.interrupted || stop.is_asked();
     let group = twins.iter().map(|twin| 1 + twin.with.len()).max().unwrap_or(1);
-    let verdict = match (recommended.is_empty(), something_is_left) {
+    let strange: Vec<EffectKind> =
+        recommended.iter().copied().filter(|kind| best.problem.space.has_strange_shape(&best.fit.u, *kind)).collect();
+    notes.extend(strange.iter().map(|kind| {
+        format!(
+            "{} fits with shapes that it hardly ever has: it may stand in for something that no effect here describes",
+            kind.id()
+        )
+    }));
+    let verdict = match (recommended.is_empty(), something_is_left || !strange.is_empty()) {
         (true, _) if interrupted => Verdict::NotEnoughData,
         (true, true) => Verdict::OutsideCatalogue,
         (true, false) => Verdict::Adequate,
@@ -279,7 +287,11 @@ fn candidates(
                     format!("changes the log evidence by {gain:+.1} nats only")
                 })
             } else if accepted.iter().all(|one| model.set.contains(one)) {
-                Some("adds too little to be believed".to_owned())
+                Some(if gain - accepted_gain < options.select.accept {
+                    "adds too little to be believed".to_owned()
+                } else {
+                    "explains more, but not all: both may stand in for a third".to_owned()
+                })
             } else if model.set.iter().all(|one| accepted.contains(one)) {
                 Some("another effect beside it explains more".to_owned())
             } else if accepted_gain - gain < options.select.accept {
