@@ -7,7 +7,7 @@ use crate::problem::Problem;
 use crate::variance::{Effort, GroupPrior, components, evidence, log_prior};
 
 /// What another effect could gain at most, nats: what a model error explains, and what coordinates and noise had to leave
-/// their prior means for beyond what they do by chance, or would leave them for if nothing bounded them.
+/// their prior means for beyond what they do by chance.
 pub fn left_to_explain<P: Problem>(problem: &P, fit: &Fit, options: &FitOptions) -> f64 {
     let coordinates = problem.coordinates();
     // By chance a coordinate leaves its mean as far as the data say where it is; one that they do not see stays there.
@@ -18,8 +18,13 @@ pub fn left_to_explain<P: Problem>(problem: &P, fit: &Fit, options: &FitOptions)
         (1.0 - covariance[(index, index)] / (coordinate.sigma * coordinate.sigma)).clamp(0.0, 1.0)
     });
     let strain = 0.5 * (prior_cost(coordinates, &fit.u) - seen.sum::<f64>());
-    let beyond = 0.5 * posterior.beyond_bounds();
-    left_nats(problem, fit, options).max(0.0) + strain.max(0.0) + beyond - log_prior(&options.groups, &fit.noise)
+    left_nats(problem, fit, options).max(0.0) + strain.max(0.0) - log_prior(&options.groups, &fit.noise)
+}
+
+/// What coordinates held at bounds hide, nats: what would be gained if nothing bounded them.
+pub fn hidden_by_bounds<P: Problem>(problem: &P, fit: &Fit) -> f64 {
+    let normal = fit.linear.normal(problem, &fit.noise);
+    0.5 * Posterior::new(problem.coordinates(), &fit.u, &normal).beyond_bounds()
 }
 
 /// What an error in units of the noise is beyond that noise.

@@ -425,3 +425,35 @@ impl<'a> Posterior<'a> {
 }
 
 const LN_2_PI: f64 = 1.837_877_066_409_345_5;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_bound_hides_what_lies_beyond_it() {
+        let coordinate = Coordinate {
+            name: "clock".into(),
+            scope: crate::Scope::Shared,
+            mean: 0.0,
+            sigma: 1.0,
+            lower: -3.0,
+            upper: 3.0,
+            step: 0.1,
+        };
+        // The data want 10 with a precision of 4; with the prior that is 8.
+        let at = |u: f64| Normal {
+            matrix: DMatrix::from_element(1, 1, 4.0),
+            gradient: DVector::from_element(1, 4.0 * (10.0 - u)),
+            chi2: 4.0 * (10.0 - u).powi(2),
+            log_determinant: 0.0,
+            rows: 1,
+        };
+        let coordinates = [coordinate];
+        let held = Posterior::new(&coordinates, &[3.0], &at(3.0));
+        assert!(held.newton().is_some_and(|step| step.promised.abs() < 1e-12));
+        assert!((held.beyond_bounds() - 5.0 * (8.0_f64 - 3.0).powi(2)).abs() < 1e-9, "{}", held.beyond_bounds());
+        let free = Posterior::new(&coordinates, &[8.0], &at(8.0));
+        assert!(free.beyond_bounds() < 1e-12);
+    }
+}

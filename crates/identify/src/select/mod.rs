@@ -21,7 +21,7 @@ pub use options::SelectOptions;
 use self::race::settling;
 use crate::fit::{Fit, FitOptions, fit};
 use crate::held_out::{HeldOut, folds, held_out};
-use crate::left::{excess, left_nats, left_to_explain, rms_in_noise};
+use crate::left::{excess, hidden_by_bounds, left_nats, left_to_explain, rms_in_noise};
 use crate::noise::Noise;
 use crate::problem::{Problem, Scope};
 
@@ -240,7 +240,10 @@ impl<F: Family> Search<'_, F> {
     fn is_explained(&self, set: &[usize]) -> bool {
         let Some(model) = self.models.get(&(set.to_vec(), Level::High)) else { return true };
         let enough = self.held_out(set, &model.fit.noise).is_some_and(|[own, _]| own < self.options.good_enough);
-        enough || left_to_explain(&model.problem, &model.fit, &self.family.options()) < self.options.nothing_left
+        // Where effects already explain the rows, bounds that instruments press on are no reason for another.
+        let hidden = if set.is_empty() { hidden_by_bounds(&model.problem, &model.fit) } else { 0.0 };
+        let left = left_to_explain(&model.problem, &model.fit, &self.family.options());
+        enough || left + hidden < self.options.nothing_left
     }
 
     /// All sets with one effect more that have not been fitted.
