@@ -290,7 +290,7 @@ fn candidates(
                 Some(if gain - accepted_gain < options.select.accept {
                     "adds too little to be believed".to_owned()
                 } else {
-                    "explains more, but not all: both may stand in for a third".to_owned()
+                    "explains more, but not enough of what was held out".to_owned()
                 })
             } else if model.set.iter().all(|one| accepted.contains(one)) {
                 Some("another effect beside it explains more".to_owned())
