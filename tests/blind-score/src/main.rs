@@ -14,7 +14,7 @@ use blind_benchmark::world::{Class, Realisms, World, WorldSpec, draw_world};
 use blind_score::program::from_program;
 use blind_score::{Answer, Scored, Summary, Table, Wanted, answer};
 use clap::{Parser, ValueEnum};
-use serde_json::Value;
+use serde_json::{Map, Value};
 
 /// Score the search for missing effects on campaigns drawn by an emulator that shares no code with it.
 #[derive(Debug, Parser)]
@@ -23,7 +23,7 @@ struct Arguments {
     /// Where the campaigns are recorded; several worlds give several tables.
     #[arg(long, value_enum, value_delimiter = ',', default_values_t = [WorldName::Tidy])]
     world: Vec<WorldName>,
-    /// Score this folder of campaigns, which holds a truth.json by their names, instead of drawing any.
+    /// Score this folder of campaigns instead of drawing any: it holds a truth.json by their names, or each of them its own.
     #[arg(long, value_name = "DIR", conflicts_with = "world")]
     folder: Option<PathBuf>,
     /// Only campaigns whose name or kind contains this.
@@ -131,10 +131,13 @@ impl Arguments {
             return Ok(self.world.iter().map(of).collect());
         };
         let path = folder.join("truth.json");
-        let text = fs::read_to_string(&path).with_context(|| path.display().to_string())?;
-        let truth: Value = serde_json::from_str(&text).with_context(|| path.display().to_string())?;
-        let Some(entries) = truth.as_object() else {
-            bail!("{}: expected an object with an entry a campaign", path.display());
+        let entries = if path.exists() {
+            let Value::Object(entries) = json_of(&path)? else {
+                bail!("{}: expected an object with an entry a campaign", path.display());
+            };
+            entries
+        } else {
+            own_truths(folder)?
         };
         let chosen = entries.iter().filter(|(name, entry)| {
             name.contains(&self.only) || entry["kind"].as_str().is_some_and(|kind| kind.contains(&self.only))
@@ -194,6 +197,24 @@ impl Arguments {
         writeln!(file, "{}", scored.to_json())?;
         Ok(())
     }
+}
+
+fn json_of(path: &Path) -> Result<Value> {
+    let text = fs::read_to_string(path).with_context(|| path.display().to_string())?;
+    serde_json::from_str(&text).with_context(|| path.display().to_string())
+}
+
+/// What the campaigns in a folder say of themselves, as `--keep` leaves them.
+fn own_truths(folder: &Path) -> Result<Map<String, Value>> {
+    let mut entries = Map::new();
+    for entry in fs::read_dir(folder).with_context(|| folder.display().to_string())? {
+        let path = entry?.path().join("truth.json");
+        if let (true, Some(name)) = (path.exists(), path.parent().and_then(Path::file_name)) {
+            entries.insert(name.to_string_lossy().into_owned(), json_of(&path)?);
+        }
+    }
+    ensure!(!entries.is_empty(), "{}: no truth.json, neither here nor in a campaign's folder", folder.display());
+    Ok(entries)
 }
 
 fn main() -> Result<()> {

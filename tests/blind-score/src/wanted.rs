@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use blind_benchmark::truth::{Category, Truth};
-use serde_json::Value;
+use serde_json::{Map, Value};
 
 /// What kind of thing a campaign hides.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -95,6 +95,9 @@ fn words(value: &Value) -> Vec<String> {
 impl Wanted {
     /// From an entry of a `truth.json`.
     pub fn from_json(name: &str, truth: &Value) -> Self {
+        if let Some(effects) = truth["effects"].as_object() {
+            return Self::of_tidy_json(name, truth, effects);
+        }
         let (needed, one_of, allowed) = (words(&truth["needed"]), words(&truth["one_of"]), words(&truth["allowed"]));
         let has_outside = truth["outside"].as_object().is_some_and(|odd| !odd.is_empty());
         let hides = truth["sizes"].as_object().is_some_and(|sizes| !sizes.is_empty());
@@ -122,6 +125,28 @@ impl Wanted {
             }
         }
         Self { name: name.to_owned(), kind, needed, one_of, allowed, sizes }
+    }
+
+    /// From the `truth.json` of a tidy campaign, which lists what it hides.
+    fn of_tidy_json(name: &str, truth: &Value, effects: &Map<String, Value>) -> Self {
+        let has_outside = truth["outside"].as_object().is_some_and(|odd| !odd.is_empty());
+        let values = |parameters: &Value| {
+            let all = parameters.as_object().into_iter().flatten();
+            all.filter_map(|(parameter, value)| Some((parameter.clone(), value["si"].as_f64()?))).collect()
+        };
+        Self {
+            name: name.to_owned(),
+            kind: match (effects.len(), has_outside) {
+                (_, true) => Kind::Outside,
+                (0, _) => Kind::Nothing,
+                (1, _) => Kind::One,
+                _ => Kind::Two,
+            },
+            needed: effects.keys().cloned().collect(),
+            one_of: Vec::new(),
+            allowed: if has_outside { vec!["outside".to_owned()] } else { Vec::new() },
+            sizes: effects.iter().map(|(effect, parameters)| (effect.clone(), values(parameters))).collect(),
+        }
     }
 
     /// Of a tidy campaign.
@@ -178,6 +203,13 @@ mod tests {
             json!({ "needed": [], "allowed": ["sensor-lag"], "sizes": { "sensor-lag": { "time_constant": 0.01 } } });
         let wanted = Wanted::from_json("l", &full);
         assert_eq!((wanted.kind, wanted.main_size("sensor-lag")), (Kind::Faint, Some(0.01)));
+        let tidy = json!({
+            "category": "one", "outside": {}, "effects": { "clock-offset": { "offset": { "si": 0.05, "text": "5e-2 s" } } }
+        });
+        let wanted = Wanted::from_json("c", &tidy);
+        assert_eq!((wanted.kind, wanted.main_size("clock-offset")), (Kind::One, Some(0.05)));
+        let odd = json!({ "category": "outside", "outside": { "detent": {} }, "effects": {} });
+        assert_eq!(Wanted::from_json("o", &odd).kind, Kind::Outside);
         let nothing = json!({ "needed": [], "allowed": [], "sizes": {} });
         assert_eq!(Wanted::from_json("n", &nothing).kind, Kind::Nothing);
     }
