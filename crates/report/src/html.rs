@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::Figure;
+use chart::Figure;
 
 /// What a text is coloured for; its words say the same.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,8 +1,8 @@
 //! Figures and reports of results.
 //!
 //! A figure is built from plain numbers by a pure function of [`figures`], and
-//! drawn as SVG or PNG from one list of shapes. The crate knows nothing of
-//! valves files, models or logs, reads no file and writes none.
+//! drawn by the crate `chart`. The crate knows nothing of valve files, models
+//! or logs, reads no file and writes none.
 //!
 //! ```
 //! use report::figures::{Quantity, TableFigure, TablePoint};
@@ -23,11 +23,7 @@
 //! assert!(figure.to_svg().starts_with("<svg"));
 //! ```
 
-pub mod chart;
-pub mod draw;
-mod error;
 pub mod figures;
 pub mod html;
 
 pub use chart::Figure;
-pub use error::ReportError;

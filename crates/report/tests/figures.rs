@@ -44,7 +44,7 @@ fn a_key_names_only_what_is_drawn() {
 fn texts(figure: &report::Figure) -> Vec<String> {
     let mut texts: Vec<(f64, String)> = Vec::new();
     for shape in figure.scene().shapes {
-        if let report::draw::Shape::Text(text) = shape {
+        if let chart::draw::Shape::Text(text) = shape {
             texts.push((text.at[1], text.content));
         }
     }
@@ -142,13 +142,13 @@ fn texts_stay_on_the_page() {
         let scene = figure.scene();
         let mut texts = 0;
         for shape in &scene.shapes {
-            if let report::draw::Shape::Text(text) = shape {
-                let width = report::draw::text_width_px(&text.content, text.size, text.bold);
+            if let chart::draw::Shape::Text(text) = shape {
+                let width = chart::draw::text_width_px(&text.content, text.size, text.bold);
                 let (left, right) = match (text.upright, text.anchor) {
                     (true, _) => (text.at[0] - text.size, text.at[0]),
-                    (false, report::draw::Anchor::Start) => (text.at[0], text.at[0] + width),
-                    (false, report::draw::Anchor::Middle) => (text.at[0] - width / 2.0, text.at[0] + width / 2.0),
-                    (false, report::draw::Anchor::End) => (text.at[0] - width, text.at[0]),
+                    (false, chart::draw::Anchor::Start) => (text.at[0], text.at[0] + width),
+                    (false, chart::draw::Anchor::Middle) => (text.at[0] - width / 2.0, text.at[0] + width / 2.0),
+                    (false, chart::draw::Anchor::End) => (text.at[0] - width, text.at[0]),
                 };
                 assert!(left >= 0.0, "{name}: {:?} leaves the page on the left", text.content);
                 assert!(right <= scene.width, "{name}: {:?} leaves the page", text.content);

@@ -443,8 +443,10 @@ fn driven_parts(
     let window_s = window_s(travel_s).max(rows_s(data, LEAD_ROWS));
     let closings = recorded.commands.iter().filter(|edge| edge.close).map(|edge| edge.time_s);
     let mut parts = vec![Part { from_s: f64::NEG_INFINITY, until_s: f64::INFINITY, origin_s: 0.0, beginning: start }];
+    let driving = data.run.driven.as_deref().map(Driving::of);
     for closing_s in closings.skip(1).take(MOST_PARTS) {
-        let rest_s = steady_before(data, closing_s, (window_s, travel_s));
+        let steady_s = |driving: &Driving<'_>| driving.steady_before(closing_s, window_s, travel_s);
+        let rest_s = driving.as_ref().map_or(closing_s, steady_s);
         let first = data.times_s.partition_point(|time| *time < rest_s - AHEAD * window_s);
         let Some(&from_s) = data.times_s.get(first).filter(|from| **from < closing_s) else { continue };
         if parts.last().is_some_and(|before| from_s < before.origin_s + travel_s) {
@@ -473,28 +475,44 @@ const AHEAD: f64 = 2.0;
 /// zero of its sensor may be off by.
 const STEADY: f64 = 0.01;
 
-/// The last time before a command at which the pressures that drive the model were steady, s; that of the command if they
-/// were not within a stroke's travel. A command that was read off a pressure comes when that has risen halfway.
-fn steady_before(data: &RunData, command_s: f64, (window_s, travel_s): (f64, f64)) -> f64 {
-    let Some(driven) = &data.run.driven else { return command_s };
-    let changes = |samples: &[f64], until_s: f64| {
-        let (low, high) = samples.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(*x), b.max(*x)));
-        let mean = |from_s: f64, until_s: f64| {
-            let first = driven.time_s.partition_point(|time| *time < from_s);
-            let end = driven.time_s.partition_point(|time| *time < until_s);
-            samples[first..end].iter().sum::<f64>() / (end - first) as f64
+/// The measured pressures that drive the model, with the least change of each that counts as one.
+struct Driving<'a> {
+    time_s: &'a [f64],
+    channels: Vec<(&'a [f64], f64)>,
+}
+
+impl<'a> Driving<'a> {
+    fn of(driven: &'a Driven) -> Self {
+        let channel = |samples: &'a Vec<f64>| {
+            let least = |(low, high): (f64, f64), x: &f64| (low.min(*x), high.max(*x));
+            let (low, high) = samples.iter().fold((f64::INFINITY, f64::NEG_INFINITY), least);
+            (samples.as_slice(), STEADY * (high - low))
         };
-        let change = mean(until_s - window_s, until_s) - mean(until_s - 2.0 * window_s, until_s - window_s);
-        // Without rows nothing is seen to change.
-        change.abs() > STEADY * (high - low)
-    };
-    let steady = |until_s: &f64| {
-        ![&driven.pipe_pressure_pa, &driven.chamber_pressure_pa].into_iter().flatten().any(|p| changes(p, *until_s))
-    };
-    std::iter::successors(Some(command_s), |time| Some(time - window_s))
-        .take_while(|time| *time > command_s - travel_s)
-        .find(steady)
-        .unwrap_or(command_s)
+        let channels =
+            [&driven.pipe_pressure_pa, &driven.chamber_pressure_pa].into_iter().flatten().map(channel).collect();
+        Self { time_s: &driven.time_s, channels }
+    }
+
+    /// The last time before a command at which they were steady, s; that of the command if they were not within a stroke's
+    /// travel. A command that was read off a pressure comes when that has risen halfway.
+    fn steady_before(&self, command_s: f64, window_s: f64, travel_s: f64) -> f64 {
+        std::iter::successors(Some(command_s), |time| Some(time - window_s))
+            .take_while(|time| *time > command_s - travel_s)
+            .find(|until_s| self.are_steady(*until_s, window_s))
+            .unwrap_or(command_s)
+    }
+
+    /// Whether none of them changes from the window before the last one to the last one before a time. Without rows none
+    /// is seen to.
+    fn are_steady(&self, until_s: f64, window_s: f64) -> bool {
+        let place = |time_s: f64| self.time_s.partition_point(|time| *time < time_s);
+        let [first, middle, end] = [2.0, 1.0, 0.0].map(|windows| place(until_s - windows * window_s));
+        let mean = |samples: &[f64]| samples.iter().sum::<f64>() / samples.len() as f64;
+        let changes = |(samples, least): &(&[f64], f64)| {
+            (mean(&samples[middle..end]) - mean(&samples[first..middle])).abs() > *least
+        };
+        !self.channels.iter().any(changes)
+    }
 }
 
 /// The cycles of a record: each from a command to close that finds the valve open and at rest to the next such. The

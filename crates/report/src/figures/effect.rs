@@ -1,7 +1,7 @@
 //! What an effect does to a stroke: the cycle without and with it.
 
-use crate::chart::theme::{BLUE, GREY, VERMILLION};
-use crate::chart::{Axis, Figure, Layer, Panel, Swatch};
+use chart::theme::{BLUE, GREY, VERMILLION};
+use chart::{Axis, Figure, Layer, Panel, Swatch};
 
 /// A cycle without and with an effect.
 #[derive(Debug, Clone, Default)]

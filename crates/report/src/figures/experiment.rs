@@ -1,7 +1,7 @@
 //! The next experiment: what each surviving candidate predicts for it.
 
-use crate::chart::theme::{GREY, SERIES};
-use crate::chart::{Axis, Figure, Layer, Panel, Swatch};
+use chart::theme::{GREY, SERIES};
+use chart::{Axis, Figure, Layer, Panel, Swatch};
 
 /// What one candidate predicts.
 #[derive(Debug, Clone, Default)]

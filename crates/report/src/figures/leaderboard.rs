@@ -1,8 +1,8 @@
 //! The candidates for the missing effect, by the error that remains with each of them.
 
-use crate::chart::theme::{BLUE, GREEN, GREY, INK, SKY, VERMILLION};
-use crate::chart::{Axis, Bar, Direction, Figure, Layer, Marker, Panel, Swatch};
-use crate::draw::{Colour, text_width_px};
+use chart::draw::{Colour, text_width_px};
+use chart::theme::{BLUE, GREEN, GREY, INK, SKY, VERMILLION};
+use chart::{Axis, Bar, Direction, Figure, Layer, Marker, Panel, Swatch};
 
 /// What the verdict says of a candidate.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

@@ -1,8 +1,8 @@
 //! The force (or flow) that the model lacks, with its band, against position,
 //! pressure or time; closing and opening apart.
 
-use crate::chart::theme::{BLUE, GREY, VERMILLION};
-use crate::chart::{Axis, Direction, Figure, Layer, Panel, Swatch};
+use chart::theme::{BLUE, GREY, VERMILLION};
+use chart::{Axis, Direction, Figure, Layer, Panel, Swatch};
 
 /// A bin of the axis.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,7 +1,7 @@
 //! Measured and simulated strokes with their difference on an axis of its own.
 
-use crate::chart::theme::{BLUE, GREY, INK, VERMILLION};
-use crate::chart::{Axis, Direction, Figure, Layer, Panel, Swatch};
+use chart::theme::{BLUE, GREY, INK, VERMILLION};
+use chart::{Axis, Direction, Figure, Layer, Panel, Swatch};
 
 /// One recorded run.
 #[derive(Debug, Clone, Default)]

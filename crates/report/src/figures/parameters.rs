@@ -2,8 +2,8 @@
 //! tolerance. One that calibration drove far out and that an effect brings back
 //! is the sign that the effect is right.
 
-use crate::chart::theme::{BLUE, GREY, ORANGE};
-use crate::chart::{Axis, Direction, Figure, Layer, Marker, Panel, Swatch};
+use chart::theme::{BLUE, GREY, ORANGE};
+use chart::{Axis, Direction, Figure, Layer, Marker, Panel, Swatch};
 
 /// A parameter at two steps of the model.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -73,7 +73,7 @@ impl ParametersFigure {
 
 fn series(
     panel: Panel,
-    colour: crate::draw::Colour,
+    colour: chart::draw::Colour,
     marker: Marker,
     values: impl Iterator<Item = (f64, f64, f64)>,
 ) -> Panel {

@@ -1,8 +1,8 @@
 //! What a timing log tells: severity, remaining useful life and fault over cycles.
 
 use super::Quantity;
-use crate::chart::theme::{BLUE, GREEN, GREY, INK, ORANGE, PURPLE, SKY, VERMILLION};
-use crate::chart::{Axis, Direction, Figure, Layer, Marker, Panel, Swatch};
+use chart::theme::{BLUE, GREEN, GREY, INK, ORANGE, PURPLE, SKY, VERMILLION};
+use chart::{Axis, Direction, Figure, Layer, Marker, Panel, Swatch};
 
 /// The estimate after one cycle.
 #[derive(Debug, Clone, PartialEq, Default)]

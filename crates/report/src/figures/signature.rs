@@ -1,8 +1,8 @@
 //! The valve signature: pressure against travel, both strokes, as valve
 //! engineers read it.
 
-use crate::chart::theme::{BLUE, GREY, VERMILLION};
-use crate::chart::{Axis, Figure, Layer, Panel, Swatch};
+use chart::theme::{BLUE, GREY, VERMILLION};
+use chart::{Axis, Figure, Layer, Panel, Swatch};
 
 /// Pressure against travel.
 #[derive(Debug, Clone, Default)]

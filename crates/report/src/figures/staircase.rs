@@ -1,9 +1,9 @@
 //! The error staircase: how the error falls from the datasheet to the repaired
 //! model, on runs fitted and on runs held out, down to the noise.
 
-use crate::chart::theme::{BLUE, GREEN, INK, ORANGE};
-use crate::chart::{Axis, Direction, Figure, Layer, Marker, Panel, Swatch};
-use crate::draw::Anchor;
+use chart::draw::Anchor;
+use chart::theme::{BLUE, GREEN, INK, ORANGE};
+use chart::{Axis, Direction, Figure, Layer, Marker, Panel, Swatch};
 
 /// One step of the model.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -1,8 +1,8 @@
 //! Residual strips: a row a stroke, time along it, colour for the error. What
 //! repeats from stroke to stroke is seen as stripes.
 
-use crate::chart::theme::diverging;
-use crate::chart::{Axis, Cell, Figure, Layer, Panel, Swatch};
+use chart::theme::diverging;
+use chart::{Axis, Cell, Figure, Layer, Panel, Swatch};
 
 /// One stroke.
 #[derive(Debug, Clone, Default)]

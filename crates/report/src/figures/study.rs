@@ -1,7 +1,7 @@
 //! Accuracy over noise: what a study of many simulated lives found.
 
-use crate::chart::theme::SERIES;
-use crate::chart::{Axis, Direction, Figure, Layer, Marker, Panel, Swatch};
+use chart::theme::SERIES;
+use chart::{Axis, Direction, Figure, Layer, Marker, Panel, Swatch};
 
 /// A value with its spread at one noise level.
 #[derive(Debug, Clone, Copy, PartialEq)]

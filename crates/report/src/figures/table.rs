@@ -1,8 +1,8 @@
 //! Stroke times over the severity of a fault: what its table holds.
 
 use super::Quantity;
-use crate::chart::theme::{BLUE, GREEN, VERMILLION};
-use crate::chart::{Axis, Direction, Figure, Layer, Marker, Panel, Swatch};
+use chart::theme::{BLUE, GREEN, VERMILLION};
+use chart::{Axis, Direction, Figure, Layer, Marker, Panel, Swatch};
 
 /// A row of the table.
 #[derive(Debug, Clone, Copy, PartialEq)]

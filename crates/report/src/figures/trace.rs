@@ -1,8 +1,8 @@
 //! A cycle over time: position, pressures, command.
 
-use crate::chart::theme::{BLUE, GREY, INK, MUTED, ORANGE};
-use crate::chart::{Axis, Direction, Figure, Layer, Panel, Swatch};
-use crate::draw::Anchor;
+use chart::draw::Anchor;
+use chart::theme::{BLUE, GREY, INK, MUTED, ORANGE};
+use chart::{Axis, Direction, Figure, Layer, Panel, Swatch};
 
 /// A simulated or recorded cycle.
 #[derive(Debug, Clone, Default)]

@@ -1,8 +1,8 @@
 //! Which effects these data can tell apart: a map of the expected misfit if one
 //! is true and the other is fitted.
 
-use crate::chart::theme::sequential;
-use crate::chart::{Axis, Cell, Figure, Layer, Panel, Swatch};
+use chart::theme::sequential;
+use chart::{Axis, Cell, Figure, Layer, Panel, Swatch};
 
 /// Expected gaps between candidates.
 #[derive(Debug, Clone, Default)]

@@ -2,8 +2,8 @@
 //! band, and a formula for it.
 
 use super::MissingPoint;
-use crate::chart::theme::{BLUE, GREY, VERMILLION};
-use crate::chart::{Axis, Direction, Figure, Layer, Panel, Swatch};
+use chart::theme::{BLUE, GREY, VERMILLION};
+use chart::{Axis, Direction, Figure, Layer, Panel, Swatch};
 
 /// What is missing along one axis.
 #[derive(Debug, Clone, Default)]

@@ -180,7 +180,7 @@ impl Scene {
     }
 
     /// The drawing as a PNG image with `scale` image points per pixel.
-    pub fn to_png(&self, scale: f64) -> Result<Vec<u8>, crate::ReportError> {
+    pub fn to_png(&self, scale: f64) -> Result<Vec<u8>, crate::ChartError> {
         png::render(self, scale)
     }
 }

@@ -2,7 +2,7 @@
 
 /// Why a figure could not be made.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum ReportError {
+pub enum ChartError {
     /// The image would be empty or larger than any screen or page.
     #[error(
         "an image of {width_px:.0} by {height_px:.0} points cannot be drawn; \

@@ -6,24 +6,24 @@ use ttf_parser::OutlineBuilder;
 
 use super::font::{face, for_each_glyph, text_width_px};
 use super::{Anchor, Colour, Fill, Rect, Scene, Shape, Stroke, Text};
-use crate::ReportError;
+use crate::ChartError;
 
 /// Largest image side, in image points: 16 times a full page.
 const SIDE_LIMIT: f64 = 16_384.0;
 
-pub(super) fn render(scene: &Scene, scale: f64) -> Result<Vec<u8>, ReportError> {
+pub(super) fn render(scene: &Scene, scale: f64) -> Result<Vec<u8>, ChartError> {
     let (width, height) = (scene.width * scale, scene.height * scale);
     let sensible = |side: f64| (1.0..=SIDE_LIMIT).contains(&side);
     if !(sensible(width) && sensible(height)) {
-        return Err(ReportError::ImageSize { width_px: width, height_px: height });
+        return Err(ChartError::ImageSize { width_px: width, height_px: height });
     }
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked above")]
     let mut pixmap = Pixmap::new(width.ceil() as u32, height.ceil() as u32)
-        .ok_or(ReportError::ImageSize { width_px: width, height_px: height })?;
+        .ok_or(ChartError::ImageSize { width_px: width, height_px: height })?;
     pixmap.fill(tiny_skia::Color::WHITE);
     let mut canvas = Canvas { transform: Transform::from_scale(f32(scale), f32(scale)), mask: None, pixmap };
     canvas.draw_all(&scene.shapes);
-    canvas.pixmap.encode_png().map_err(|error| ReportError::Png(error.to_string()))
+    canvas.pixmap.encode_png().map_err(|error| ChartError::Png(error.to_string()))
 }
 
 struct Canvas {

@@ -1,6 +1,20 @@
-//! Charts: panels with axes, laid out on a page and turned into a scene.
+//! Charts: panels with axes and layers, laid out on a page, turned into one list of shapes, and drawn as SVG or PNG.
+//!
+//! It knows nothing of what it draws, reads no file and writes none.
+//!
+//! ```
+//! use chart::theme::BLUE;
+//! use chart::{Axis, Figure, Layer, Panel};
+//!
+//! let points = vec![[0.0, 1.0], [1.0, 2.0], [2.0, 4.0]];
+//! let panel = Panel::new(Axis::linear("time, s"), Axis::linear("pressure, bar"), 200.0).with(Layer::line(points, BLUE));
+//! let svg = Figure::new("Filling", "a made-up vessel").with(panel).to_svg();
+//! assert!(svg.contains("pressure, bar"));
+//! ```
 
 mod axis;
+pub mod draw;
+mod error;
 mod layer;
 mod layout;
 mod legend;
@@ -9,11 +23,11 @@ mod panel;
 pub mod theme;
 
 pub use axis::{Axis, AxisKind};
+pub use error::ChartError;
 pub use layer::{Bar, Cell, Direction, Layer, Marker};
 pub use legend::{LegendEntry, Swatch};
 pub use panel::Panel;
 
-use crate::ReportError;
 use crate::draw::Scene;
 
 /// A page of panels.
@@ -56,7 +70,7 @@ impl Figure {
 
     /// The figure as a PNG image, `scale` image points per pixel (2 suits
     /// today's screens).
-    pub fn to_png(&self, scale: f64) -> Result<Vec<u8>, ReportError> {
+    pub fn to_png(&self, scale: f64) -> Result<Vec<u8>, ChartError> {
         self.scene().to_png(scale)
     }
 }
