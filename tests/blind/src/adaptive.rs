@@ -268,8 +268,8 @@ impl Rig {
             (2, self.bristle.is_some()),
             (5, heated),
             (6, heated),
-            (7, heated && hidden.laws.wall_heat_j_per_k.is_some()),
-            (8, heated && hidden.laws.wall_heat_j_per_k.is_some()),
+            (7, heated && hidden.laws.wall_time_s.is_some()),
+            (8, heated && hidden.laws.wall_time_s.is_some()),
             (9, hidden.supply_droop.is_some()),
             (10, hidden.laws.silencer.is_some()),
             (11, hidden.sensor_lag_s > 0.0),
@@ -407,7 +407,7 @@ mod tests {
                 closing_cushion: (4000.0, 5e-3),
                 laws: Laws {
                     stop_damping_s_per_m: 5.0,
-                    wall_heat_j_per_k: Some(20.0),
+                    wall_time_s: Some(100.0),
                     silencer: Some((0.6e-6, 5e-6)),
                     ..Laws::default()
                 },

@@ -59,8 +59,8 @@ pub struct Laws {
     pub stop_damping_s_per_m: f64,
     /// Share of Perry's dependence of the discharge coefficient on the pressure ratio.
     pub perry_share: f64,
-    /// Heat capacity of the walls of chamber and of pipe, J/K; none: they keep their temperature.
-    pub wall_heat_j_per_k: Option<f64>,
+    /// Heat capacity of the walls of chamber and of pipe over their exchange with the gas, s; none: they keep their temperature.
+    pub wall_time_s: Option<f64>,
     /// Exhaust through a silencer: geometric area of its pores in m2 and volume in m3.
     pub silencer: Option<(f64, f64)>,
 }

@@ -328,9 +328,9 @@ impl Rig {
                 / (s.chamber_kg * cv);
             rates.pipe_k = (cp * pipe_in - rates.pipe_kg * cv * s.pipe_k + conductance * (s.pipe_wall_k - s.pipe_k))
                 / (s.pipe_kg * cv);
-            if let Some(heat) = hidden.laws.wall_heat_j_per_k {
-                rates.chamber_wall_k = conductance * (s.chamber_k - s.chamber_wall_k) / heat;
-                rates.pipe_wall_k = conductance * (s.pipe_k - s.pipe_wall_k) / heat;
+            if let Some(time_s) = hidden.laws.wall_time_s {
+                rates.chamber_wall_k = (s.chamber_k - s.chamber_wall_k) / time_s;
+                rates.pipe_wall_k = (s.pipe_k - s.pipe_wall_k) / time_s;
             }
         }
         if let Some((pores_m2, volume)) = hidden.laws.silencer {
@@ -425,7 +425,7 @@ impl Rig {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::hidden::{Bristles, DryFriction, Spool};
+    use crate::hidden::{Bristles, DryFriction, Laws, Spool};
 
     /// First time at or below the closed stop and the place a second after the vent opens.
     fn stroke(hidden: &Hidden, step_s: f64) -> (f64, f64) {
@@ -469,6 +469,10 @@ mod tests {
         let quick = Hidden { wall_conductance_w_per_k: Some(200.0), ..Hidden::default() };
         let adiabatic = Hidden { wall_conductance_w_per_k: Some(0.0), ..Hidden::default() };
         assert!((stroke(&quick, STEP_S).0 - plain.0).abs() < 1e-3);
+        // Walls that warm with what they take up are heavier the more they take up.
+        let warming = Laws { wall_time_s: Some(20.0), ..Laws::default() };
+        let warming = |exchange| Hidden { wall_conductance_w_per_k: Some(exchange), laws: warming, ..Hidden::default() };
+        assert!((stroke(&warming(200.0), STEP_S).0 - plain.0).abs() < 1e-3);
         assert!((stroke(&adiabatic, STEP_S).0 - plain.0).abs() > 5e-2);
     }
 }

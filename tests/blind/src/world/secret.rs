@@ -99,7 +99,7 @@ impl Secret {
         let noise_m = valve.stroke_m * crate::effects::log_uniform(rng, low, high);
         let (actual, factors) = actual_valve(spec.world, subject, &realisms, rng);
         let bench = bench(subject, &realisms, noise_m);
-        let plain = Hidden { laws: laws(&realisms, valve, subject.class, rng), ..Hidden::default() };
+        let plain = Hidden { laws: laws(&realisms, valve, rng), ..Hidden::default() };
         let mut secret = Self {
             actual,
             hidden: Hidden { bristles: bristles(&realisms), ..plain.clone() },
@@ -390,14 +390,13 @@ fn bristles(realisms: &Realisms) -> Bristles {
     if realisms.has("bristles") { Bristles::Of(realisms.size("bristles")) } else { Bristles::Compliant }
 }
 
-fn laws(realisms: &Realisms, valve: &Valve, class: Class, rng: &mut StdRng) -> Laws {
-    let exchange = if class == Class::Gate { 2.0 } else { 0.2 };
+fn laws(realisms: &Realisms, valve: &Valve, rng: &mut StdRng) -> Laws {
     Laws {
         friction_asymmetry: sign(rng) * realisms.size("friction-asymmetry"),
         friction_slope: sign(rng) * realisms.size("friction-slope"),
         stop_damping_s_per_m: realisms.size("damped-stops"),
         perry_share: realisms.size("perry"),
-        wall_heat_j_per_k: realisms.has("warm-walls").then(|| realisms.size("warm-walls") * exchange),
+        wall_time_s: realisms.has("warm-walls").then(|| realisms.size("warm-walls")),
         silencer: realisms
             .has("silencer")
             .then(|| (realisms.size("silencer") * valve.solenoid_area_m2, 0.2 * valve.pipe_volume_m3)),
