@@ -471,7 +471,8 @@ mod tests {
         assert!((stroke(&quick, STEP_S).0 - plain.0).abs() < 1e-3);
         // Walls that warm with what they take up are heavier the more they take up.
         let warming = Laws { wall_time_s: Some(20.0), ..Laws::default() };
-        let warming = |exchange| Hidden { wall_conductance_w_per_k: Some(exchange), laws: warming, ..Hidden::default() };
+        let warming =
+            |exchange| Hidden { wall_conductance_w_per_k: Some(exchange), laws: warming, ..Hidden::default() };
         assert!((stroke(&warming(200.0), STEP_S).0 - plain.0).abs() < 1e-3);
         assert!((stroke(&adiabatic, STEP_S).0 - plain.0).abs() > 5e-2);
     }

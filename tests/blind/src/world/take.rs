@@ -8,11 +8,11 @@ use crate::hidden::Hidden;
 use crate::measure::normal;
 use crate::rig::{Conditions, Sag, Surroundings};
 use crate::spool::Edge;
-use crate::valve::{AMBIENT_PA, TEMPERATURE_K, Valve};
+use crate::valve::{TEMPERATURE_K, Valve};
 use crate::world::folder::{File, Recording};
 use crate::world::instrument::Instrument;
 use crate::world::plan::{Sheet, conditions, interval_s, sheets};
-use crate::world::play::{Change, Play, gauge_pa};
+use crate::world::play::{Change, Play};
 use crate::world::realism::{Realisms, World};
 use crate::world::secret::{Place, Secret};
 use crate::world::sign;
@@ -76,8 +76,6 @@ pub(crate) fn take(
     let says_tolerance = is_springless || rng.random_bool([0.95, 0.8][usize::from(world == World::Plant)]);
     let says_noise = rng.random_bool([0.5, 0.2][usize::from(world == World::Plant)]);
     let off = (0.2 * normal(rng)).exp();
-    // Half way between an empty and a full pipe, with room for noise.
-    let half_pa = 0.5 * gauge_pa(subject.pressures_psig[0]);
     let mut truth = secret.to_json(place, world, subject.class);
     truth["tolerance_stated"] = says_tolerance.into();
     truth["strokes"] = sheets.iter().map(|sheet| sheet.commanded.len()).sum::<usize>().into();
@@ -92,11 +90,25 @@ pub(crate) fn take(
         tolerances: says_tolerance.then(|| subject.tolerances()),
         stated_noise_m: says_noise.then(|| crate::effects::three_digits(secret.noise_m * off)),
         temperature_k,
-        driven_above_pa: is_springless
-            .then(|| ((AMBIENT_PA + half_pa).round(), (0.2 * half_pa / 1e3).round().max(1.0) * 1e3)),
+        driven_above_pa: is_springless.then(|| driven_above_pa(&files)),
         files,
         truth,
     })
+}
+
+/// Threshold and hysteresis by which commands are read off the pipe pressures that were recorded: half way between an empty
+/// and a full pipe, in every file, with room for noise. A cylinder that falls early never sees all of the supply's.
+fn driven_above_pa(files: &[File]) -> (f64, f64) {
+    let span = |file: &File| {
+        let mut sorted: Vec<f64> = file.pressures_pa[0].1.clone();
+        sorted.sort_by(f64::total_cmp);
+        // Without the few rows that a spike may be.
+        let at = |share: f64| sorted[(share * (sorted.len() - 1) as f64) as usize];
+        (at(0.02), at(0.98))
+    };
+    let common = |(low, high): (f64, f64), (from, to): (f64, f64)| (low.max(from), high.min(to));
+    let (low, high) = files.iter().map(span).fold((0.0, f64::INFINITY), common);
+    ((0.5 * (low + high)).round(), (0.1 * (high - low) / 1e3).round().max(1.0) * 1e3)
 }
 
 impl Setup<'_> {
