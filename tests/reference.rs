@@ -112,7 +112,7 @@ fn the_trace() {
     let valve = base_valve(testbed());
     let run = Run {
         conditions: Conditions::nominal(valve.parameters()),
-        commands: vec![CommandEdge { time_s: 0.0, close: true }, CommandEdge { time_s: 4.0, close: false }],
+        commands: vec![CommandEdge::new(0.0, true), CommandEdge::new(4.0, false)],
         end_s: 9.0,
         driven: None,
         start: Start::Rest,

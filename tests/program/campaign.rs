@@ -77,8 +77,7 @@ impl Recording {
         let [closes_s, opens_s] = [0.0, 3.0].map(|at_s| at_s + 1e-3 * self.scatter * differences.normal().abs());
         let conditions = Conditions { supply_pressure_pa, ..Conditions::nominal(&parameters) };
         let stroke = Valve::new(parameters, valve.switches(), valve.effects().to_vec(), valve.custom().to_vec());
-        let commands =
-            vec![CommandEdge { time_s: closes_s, close: true }, CommandEdge { time_s: opens_s, close: false }];
+        let commands = vec![CommandEdge::new(closes_s, true), CommandEdge::new(opens_s, false)];
         let run = Run { conditions, commands, end_s: 6.5, driven: None, start: Start::Rest };
         let mut nodes = Trajectory::default();
         let stroke = stroke.expect("a possible valve");

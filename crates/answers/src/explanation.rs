@@ -184,7 +184,7 @@ pub fn run_toml(plan: &Experiment) -> String {
         .run
         .commands
         .iter()
-        .map(|edge| format!("{{ at = \"{:.3} s\", close = {} }}", edge.time_s, edge.close))
+        .map(|edge| format!("{{ at = \"{:.3} s\", close = {} }}", edge.time_s, edge.closes()))
         .collect();
     let _ = writeln!(text, "commands = [ {} ]\nend = \"{:.3} s\"", commands.join(", "), plan.run.end_s);
     text

@@ -23,8 +23,8 @@ impl Cycles {
             .flat_map(|cycle| {
                 let start_s = f64::from(cycle) * schedule.end_s;
                 [
-                    CommandEdge { time_s: start_s + schedule.close_at_s, close: true },
-                    CommandEdge { time_s: start_s + schedule.open_at_s, close: false },
+                    CommandEdge::new(start_s + schedule.close_at_s, true),
+                    CommandEdge::new(start_s + schedule.open_at_s, false),
                 ]
             })
             .collect();
@@ -56,7 +56,7 @@ impl Cycles {
     /// Whether the last command before an instant was to close.
     pub fn is_closing_at(&self, time_s: f64) -> bool {
         let given = self.commands.partition_point(|edge| edge.time_s <= time_s);
-        given > 0 && self.commands[given - 1].close
+        given > 0 && self.commands[given - 1].closes()
     }
 }
 

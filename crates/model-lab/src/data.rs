@@ -163,7 +163,7 @@ fn run_data(recorded: &RecordedRun, campaign: &Campaign, position_noise: f64) ->
     let driven = driven(recorded, campaign);
     let run = Run {
         conditions: conditions(&recorded.conditions),
-        commands: recorded.commands.iter().map(|edge| CommandEdge { time_s: edge.time_s, close: edge.close }).collect(),
+        commands: recorded.commands.iter().map(|edge| CommandEdge::new(edge.time_s, edge.close)).collect(),
         end_s: trace.time_s.last().copied().unwrap_or(0.0),
         driven: driven.map(Arc::new),
         start: Start::Rest,

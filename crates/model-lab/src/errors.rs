@@ -87,7 +87,7 @@ fn stroke_time_errors(unit: &Unit, rows: &[Row], residual: &[f64], stroke_m: f64
         let end = rows.partition_point(|row| row.time_s < until_s);
         let rows = rows.get(from..end)?;
         // Until a level is passed downwards; an opening is a closing seen in a mirror.
-        let (sign, level_m) = if edge.close { (1.0, LEFT * stroke_m) } else { (-1.0, (LEFT - 1.0) * stroke_m) };
+        let (sign, level_m) = if edge.closes() { (1.0, LEFT * stroke_m) } else { (-1.0, (LEFT - 1.0) * stroke_m) };
         let above = |row: usize, missed: f64| sign * (rows[row].observed - missed) - level_m;
         let crossing = |missed: &dyn Fn(usize) -> f64| -> Option<f64> {
             let hit = (1..rows.len()).find(|row| above(*row, missed(*row)) <= 0.0)?;

@@ -89,7 +89,7 @@ fn run_through_pipe(valve: &Valve, rise_s: f64, position_m: f64, more: f64, nois
     let conditions = Conditions::nominal(valve.parameters());
     let run = Run {
         conditions,
-        commands: edges.iter().map(|(time_s, close)| CommandEdge { time_s: *time_s, close: *close }).collect(),
+        commands: edges.iter().map(|(time_s, close)| CommandEdge::new(*time_s, *close)).collect(),
         end_s: END_S,
         driven: Some(Arc::new(Driven {
             time_s: time_s.clone(),
@@ -168,7 +168,7 @@ fn a_cycle_begins_before_the_pressure_that_tells_of_its_command_rises() {
     let runs = vec![run_through_pipe(file.valve(), rise_s, 0.06, 0.0, &mut noise)];
     let mut campaign = campaign(runs);
     // Each command is written down when half of the rise is over.
-    for edge in campaign.runs[0].commands.iter_mut().filter(|edge| edge.close) {
+    for edge in campaign.runs[0].commands.iter_mut().filter(|edge| edge.closes()) {
         edge.time_s += 0.3 * rise_s;
     }
     campaign.inputs.pipe_pressure = true;

@@ -8,8 +8,21 @@
 pub struct CommandEdge {
     /// When, s from the start of the run; minus infinity for one that was given long before.
     pub time_s: f64,
-    /// Energise (close, command 1) or de-energise (open, command 0).
-    pub close: bool,
+    /// Where the spool is told to go: 1 joins the supply (the valve closes), 0 the exhaust (it opens), and in between it
+    /// throttles both, as a proportional valve does.
+    pub spool: f64,
+}
+
+impl CommandEdge {
+    /// A solenoid is energised, so that the valve closes, or de-energised.
+    pub const fn new(time_s: f64, close: bool) -> Self {
+        Self { time_s, spool: if close { 1.0 } else { 0.0 } }
+    }
+
+    /// Whether it joins the supply more than the exhaust.
+    pub const fn closes(&self) -> bool {
+        self.spool > 0.5
+    }
 }
 
 /// A stretch of time in which the spool rests or travels at one speed.
@@ -38,16 +51,21 @@ pub struct Solenoid {
     pub travel_time_s: f64,
 }
 
-/// When each edge reaches the spool. An edge that would arrive after a later one is lost.
-fn arrivals(commands: &[CommandEdge], solenoid: &Solenoid) -> Vec<CommandEdge> {
+/// When each edge reaches the spool, which begins at `spool`. An edge that would arrive after a later one is
+/// lost, and one that changes nothing is none.
+fn arrivals(mut spool: f64, commands: &[CommandEdge], solenoid: &Solenoid) -> Vec<CommandEdge> {
     let mut arrived: Vec<CommandEdge> = Vec::with_capacity(commands.len());
     for edge in commands {
-        let delay = if edge.close { solenoid.energise_delay_s } else { solenoid.deenergise_delay_s };
+        if edge.spool == spool {
+            continue;
+        }
+        let delay = if edge.spool > spool { solenoid.energise_delay_s } else { solenoid.deenergise_delay_s };
+        spool = edge.spool;
         let time_s = edge.time_s + delay;
         while arrived.last().is_some_and(|last| last.time_s >= time_s) {
             arrived.pop();
         }
-        arrived.push(CommandEdge { time_s, close: edge.close });
+        arrived.push(CommandEdge { time_s, ..*edge });
     }
     arrived
 }
@@ -60,14 +78,15 @@ pub fn segments(commands: &[CommandEdge], solenoid: &Solenoid, end_s: f64) -> Ve
 
 /// As [`segments`], with the solenoid energised before the first command, or vented.
 pub fn segments_after(energised: bool, commands: &[CommandEdge], solenoid: &Solenoid, end_s: f64) -> Vec<Segment> {
-    let arrived = arrivals(commands, solenoid);
+    let start = if energised { 1.0 } else { 0.0_f64 };
+    let arrived = arrivals(start, commands, solenoid);
     let mut breaks: Vec<f64> = commands.iter().chain(&arrived).map(|edge| edge.time_s).collect();
     // Follow the spool to find where it comes to rest.
     let speed = if solenoid.travel_time_s > 0.0 { 1.0 / solenoid.travel_time_s } else { f64::INFINITY };
-    let mut legs = vec![(f64::NEG_INFINITY, if energised { 1.0 } else { 0.0_f64 }, 0.0_f64)];
+    let mut legs = vec![(f64::NEG_INFINITY, start, 0.0_f64)];
     for edge in &arrived {
         let (since, from, rate) = legs[legs.len() - 1];
-        let target = if edge.close { 1.0 } else { 0.0 };
+        let target = edge.spool;
         let here = if rate == 0.0 { from } else { (from + rate * (edge.time_s - since)).clamp(0.0, 1.0) };
         if speed.is_infinite() || here == target {
             legs.push((edge.time_s, target, 0.0));
@@ -104,8 +123,7 @@ pub fn segments_after(energised: bool, commands: &[CommandEdge], solenoid: &Sole
 mod tests {
     use super::*;
 
-    const CYCLE: [CommandEdge; 2] =
-        [CommandEdge { time_s: 0.0, close: true }, CommandEdge { time_s: 4.0, close: false }];
+    const CYCLE: [CommandEdge; 2] = [CommandEdge::new(0.0, true), CommandEdge::new(4.0, false)];
 
     #[test]
     fn without_lag_the_spool_follows_the_command() {
@@ -135,7 +153,7 @@ mod tests {
     #[test]
     fn a_solenoid_that_was_energised_waits_for_the_command_to_open() {
         let lag = Solenoid { deenergise_delay_s: 0.5, travel_time_s: 0.25, ..Solenoid::default() };
-        let commands = [CommandEdge { time_s: 1.0, close: false }];
+        let commands = [CommandEdge::new(1.0, false)];
         let segments = segments_after(true, &commands, &lag, 3.0);
         let summary: Vec<_> = segments.iter().map(|s| (s.start_s, s.spool, s.spool_rate)).collect();
         assert_eq!(summary, [(0.0, 1.0, 0.0), (1.0, 1.0, 0.0), (1.5, 1.0, -4.0), (1.75, 0.0, 0.0)]);
@@ -144,7 +162,7 @@ mod tests {
     #[test]
     fn a_command_before_the_start_is_on_its_way() {
         let lag = Solenoid { energise_delay_s: 0.25, travel_time_s: 0.5, ..Solenoid::default() };
-        let given = |time_s: f64| segments(&[CommandEdge { time_s, close: true }], &lag, 2.0);
+        let given = |time_s: f64| segments(&[CommandEdge::new(time_s, true)], &lag, 2.0);
         let summary = |segments: Vec<Segment>| -> Vec<_> {
             segments.iter().map(|s| (s.start_s, s.spool, s.spool_rate, s.last_command_s)).collect()
         };
@@ -153,9 +171,20 @@ mod tests {
     }
 
     #[test]
+    fn a_command_between_both_ends_stops_the_spool_there() {
+        let lag = Solenoid { energise_delay_s: 0.25, deenergise_delay_s: 0.5, travel_time_s: 1.0 };
+        let commands = [CommandEdge { time_s: 0.0, spool: 0.75 }, CommandEdge { time_s: 2.0, spool: 0.5 }];
+        let segments = segments(&commands, &lag, 4.0);
+        let summary: Vec<_> = segments.iter().map(|s| (s.start_s, s.spool, s.spool_rate)).collect();
+        let rises = [(0.0, 0.0, 0.0), (0.25, 0.0, 1.0), (1.0, 0.75, 0.0)];
+        // Towards the exhaust it waits as long as to open.
+        assert_eq!(summary, [rises.as_slice(), &[(2.0, 0.75, 0.0), (2.5, 0.75, -1.0), (2.75, 0.5, 0.0)]].concat());
+    }
+
+    #[test]
     fn an_edge_during_travel_turns_the_spool_where_it_is() {
         let lag = Solenoid { travel_time_s: 1.0, ..Solenoid::default() };
-        let commands = [CommandEdge { time_s: 0.0, close: true }, CommandEdge { time_s: 0.25, close: false }];
+        let commands = [CommandEdge::new(0.0, true), CommandEdge::new(0.25, false)];
         let segments = segments(&commands, &lag, 2.0);
         let summary: Vec<_> = segments.iter().map(|s| (s.start_s, s.end_s, s.spool, s.spool_rate)).collect();
         assert_eq!(summary, [(0.0, 0.25, 0.0, 1.0), (0.25, 0.5, 0.25, -1.0), (0.5, 2.0, 0.0, 0.0)]);

@@ -24,10 +24,7 @@ const PERIODIC: f64 = 1e-9;
 
 /// The commands of one cycle.
 pub fn cycle_commands(schedule: &Schedule) -> Vec<CommandEdge> {
-    vec![
-        CommandEdge { time_s: schedule.close_at_s, close: true },
-        CommandEdge { time_s: schedule.open_at_s, close: false },
-    ]
+    vec![CommandEdge::new(schedule.close_at_s, true), CommandEdge::new(schedule.open_at_s, false)]
 }
 
 /// Simulates cycles one after the other, each from the state in which the last one ended: for every

@@ -51,6 +51,14 @@ pub enum RunError {
     /// It cannot start there.
     #[error("the run starts at {0}")]
     Start(String),
+    /// The spool is told to go where it cannot.
+    #[error("the command at {time_s} s sends the spool to {spool}; expected 0 (the exhaust) to 1 (the supply)")]
+    Command {
+        /// When, s.
+        time_s: f64,
+        /// Where to.
+        spool: f64,
+    },
     /// The measured pressures that drive it are no record.
     #[error("the measured pressures that drive the run have {0}")]
     Driven(String),
@@ -74,6 +82,7 @@ impl Prepared {
         let fidelity = fidelity.into();
         let mut equations = Equations::new(valve, &run.conditions, fidelity);
         let mut segments = run.segments(valve);
+        equations.terms.spool |= run.commands.iter().any(|edge| edge.spool > 0.0 && edge.spool < 1.0);
         let mut inputs = Inputs { spool: segments.first().map_or(0.0, |first| first.spool), ..Inputs::default() };
         if let Some(driven) = &run.driven {
             equations.terms.driven_pipe = driven.pipe_pressure_pa.is_some();
@@ -161,6 +170,9 @@ fn refusal(equations: &Equations, run: &Run, fidelity: Fidelity) -> Result<(), R
     equations.affordable(fidelity, run.end_s)?;
     if let Some(fault) = run.driven.as_ref().and_then(|driven| driven.fault()) {
         return Err(RunError::Driven(fault));
+    }
+    if let Some(&CommandEdge { time_s, spool }) = run.commands.iter().find(|edge| !(0.0..=1.0).contains(&edge.spool)) {
+        return Err(RunError::Command { time_s, spool });
     }
     run.start.fault(equations).map_or(Ok(()), |fault| Err(RunError::Start(fault)))
 }

@@ -27,7 +27,7 @@ pub fn strokes(valve: &Valve, commands: &[CommandEdge], nodes: &Trajectory) -> V
         .enumerate()
         .map(|(index, command)| {
             let (level, sign) =
-                if command.close { (switches.closed_at * stroke, 1.0) } else { (switches.open_at * stroke, -1.0) };
+                if command.closes() { (switches.closed_at * stroke, 1.0) } else { (switches.open_at * stroke, -1.0) };
             let reached = first_at_or_below(nodes, command.time_s, until(index), level, sign);
             // Of a command before the run, nobody saw when a valve got there that is there at once.
             let early = nodes.time_s.first().is_some_and(|start| command.time_s < start - SAME_INSTANT_S);

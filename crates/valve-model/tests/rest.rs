@@ -8,8 +8,11 @@ use std::sync::Arc;
 use common::{at, close_at, effect, open_at, run_of, testbed, valve_of};
 use valve_model::custom::{CustomEffect, CustomTarget};
 use valve_model::driven::Driven;
+use valve_model::orifice::{Blend, OrificeLaw};
 use valve_model::stroke::strokes;
-use valve_model::{Conditions, EffectKind, Outcome, Prepared, Run, Switches, Trajectory, Valve, simulate};
+use valve_model::{
+    CommandEdge, Conditions, EffectKind, Outcome, Prepared, Run, RunError, Switches, Trajectory, Valve, simulate,
+};
 
 /// Largest difference from a quarter of the step: of a stroke time, s, a position, m, a pressure, Pa.
 const TIME_S: f64 = 0.1e-3;
@@ -118,5 +121,31 @@ fn a_piston_that_swings_on_its_stop_comes_to_rest() {
     for time_s in [4.0, 12.0, 16.0, 23.9] {
         let end = nodes.time_s.partition_point(|time| *time < time_s).min(nodes.time_s.len() - 1);
         assert!(nodes.velocity_m_per_s[end].abs() < 1e-4, "{} m/s at {time_s} s", nodes.velocity_m_per_s[end]);
+    }
+}
+
+#[test]
+fn a_spool_between_both_ends_holds_the_pressure_at_which_as_much_comes_as_goes() {
+    let valve = valve_of(testbed(), vec![]);
+    let p = valve.parameters();
+    let (law, blend) = (OrificeLaw::ideal_nozzle(p.ratio_of_specific_heats), Blend::new(1e-9));
+    let mut before = p.ambient_pressure_pa;
+    for spool in [0.3, 0.5, 0.8] {
+        let command = CommandEdge { time_s: 0.0, spool };
+        let held = nodes(&valve, &run_of(&valve, vec![command], 20.0), 1e-3);
+        let [_, chamber, pipe] = at(&held, 19.9);
+        let comes = law.flow(p.supply_pressure_pa, pipe, spool, blend);
+        let goes = law.flow(pipe, p.ambient_pressure_pa, 1.0 - spool, blend);
+        assert!(
+            (comes / goes - 1.0).abs() < 1e-3 && (chamber - pipe).abs() < PRESSURE_PA,
+            "{spool}: {comes} and {goes}"
+        );
+        assert!(pipe > before, "{spool}: {pipe} Pa");
+        before = pipe;
+    }
+    for spool in [-0.1, 1.5, f64::NAN] {
+        let run = run_of(&valve, vec![CommandEdge { time_s: 0.0, spool }], 1.0);
+        let refused = Prepared::new(&valve, &run, 1e-3);
+        assert!(matches!(refused.check(), Err(RunError::Command { .. })), "{spool}");
     }
 }

@@ -213,7 +213,7 @@ fn twin(found: &Explanation, twins: &TwinReport) -> Value {
         let valves = [&found.valve].into_iter().chain(twins.with.first().map(|other| &other.valve));
         let positions: Vec<Vec<f64>> = valves.map(|valve| positions_mm(valve, &plan.run, &times_s)).collect();
         let commands: Vec<Value> =
-            plan.run.commands.iter().map(|edge| json!({ "at_s": edge.time_s, "close": edge.close })).collect();
+            plan.run.commands.iter().map(|edge| json!({ "at_s": edge.time_s, "close": edge.closes() })).collect();
         json!({
             "purpose": plan.purpose,
             "separation": plan.separation,

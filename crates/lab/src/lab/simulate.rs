@@ -197,7 +197,7 @@ impl Plan {
                 leak_to_atmosphere_m2: self.leak_to_atmosphere_m2,
                 leak_from_supply_m2: self.leak_from_supply_m2,
             },
-            commands: self.commands.iter().map(|edge| CommandEdge { time_s: edge.at_s, close: edge.close }).collect(),
+            commands: self.commands.iter().map(|edge| CommandEdge::new(edge.at_s, edge.close)).collect(),
             end_s: self.end_s,
             driven: None,
             start: Start::Rest,

@@ -81,7 +81,7 @@ fn is_same_pattern(one: &Unit, other: &Unit) -> bool {
     let (a, b) = (&one.run.commands, &other.run.commands);
     let since = |all: &[CommandEdge], index: usize| all[index].time_s - all[0].time_s;
     a.len() == b.len()
-        && (0..a.len()).all(|i| a[i].close == b[i].close && (since(a, i) - since(b, i)).abs() < SAME_COMMAND_S)
+        && (0..a.len()).all(|i| a[i].closes() == b[i].closes() && (since(a, i) - since(b, i)).abs() < SAME_COMMAND_S)
 }
 
 /// A curve at a time, by a straight line; nothing outside of it.

@@ -81,8 +81,8 @@ pub(super) fn compare_run(
     let mut ends = Vec::new();
     for (index, command) in data.run.commands.iter().enumerate() {
         let until_s = data.run.commands.get(index + 1).map_or(f64::INFINITY, |next| next.time_s);
-        let window = StrokeWindow { direction: Direction::of(command.close), command_s: command.time_s, until_s };
-        let limit = limits[usize::from(!command.close)];
+        let window = StrokeWindow { direction: Direction::of(command.closes()), command_s: command.time_s, until_s };
+        let limit = limits[usize::from(!command.closes())];
         let levels = level_times(&window, (&measured, &simulated), (stroke_m, limit), noise_m);
         ends.push(boundaries(&levels, until_s.min(data.run.end_s) - command.time_s));
         strokes.push(StrokeComparison { window, levels });

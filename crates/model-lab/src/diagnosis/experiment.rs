@@ -84,7 +84,7 @@ fn plans(setup: &Setup, valve: &Valve) -> Vec<Experiment> {
     let at = |gauge: f64| Conditions { supply_pressure_pa: p.ambient_pressure_pa + gauge, ..nominal };
     let (close, hold, rest) =
         if let Some(run) = setup.units.first().map(|unit| &unit.run).filter(|run| run.commands.len() > 1) {
-            let edge = |close: bool| run.commands.iter().find(|edge| edge.close == close).map(|edge| edge.time_s);
+            let edge = |close: bool| run.commands.iter().find(|edge| edge.closes() == close).map(|edge| edge.time_s);
             let (close, open) = (edge(true).unwrap_or(0.0), edge(false).unwrap_or(0.5 * run.end_s));
             (close, (open - close).abs(), run.end_s - open.max(close))
         } else {
@@ -93,7 +93,7 @@ fn plans(setup: &Setup, valve: &Valve) -> Vec<Experiment> {
         };
     let stroke = |conditions: Conditions, hold: f64| Run {
         conditions,
-        commands: vec![CommandEdge { time_s: close, close: true }, CommandEdge { time_s: close + hold, close: false }],
+        commands: vec![CommandEdge::new(close, true), CommandEdge::new(close + hold, false)],
         end_s: close + hold + rest,
         driven: None,
         start: Start::Rest,

@@ -146,7 +146,7 @@ impl<'a> ValveProblem<'a> {
         // The state in which a record begins in motion belongs to the recorder's clock; only the commands do not.
         let by_clock = if unit.beginning.is_moving() { self.nuisance(u, Nuisance::Clock) } else { 0.0 };
         for edge in &mut run.commands {
-            let which = if edge.close { Nuisance::CloseDelay(index) } else { Nuisance::OpenDelay(index) };
+            let which = if edge.closes() { Nuisance::CloseDelay(index) } else { Nuisance::OpenDelay(index) };
             edge.time_s = (edge.time_s + self.nuisance(u, which) + by_clock).max(0.0);
         }
         run.end_s += self.latest_s + TIME_STEP_S;
@@ -371,8 +371,8 @@ impl<'a> ValveProblem<'a> {
                     Nuisance::PressureZero(which) if which == channel.channel => 1.0,
                     Nuisance::PressureGain(which) if which == channel.channel => at - base,
                     Nuisance::Clock => by_time,
-                    Nuisance::CloseDelay(_) if last.is_some_and(|edge| edge.close) => by_time,
-                    Nuisance::OpenDelay(_) if last.is_some_and(|edge| !edge.close) => by_time,
+                    Nuisance::CloseDelay(_) if last.is_some_and(|edge| edge.closes()) => by_time,
+                    Nuisance::OpenDelay(_) if last.is_some_and(|edge| !edge.closes()) => by_time,
                     _ => 0.0,
                 });
             }

@@ -136,7 +136,7 @@ fn unseen_s(data: &RunData, commands: &[CommandEdge]) -> [f64; 2] {
     for edge in commands {
         let row = data.times_s.partition_point(|time| *time < edge.time_s);
         if row > 0 && row < data.times_s.len() {
-            let of_kind = &mut longest[usize::from(!edge.close)];
+            let of_kind = &mut longest[usize::from(!edge.closes())];
             *of_kind = of_kind.max(data.times_s[row] - data.times_s[row - 1]);
         }
     }
@@ -245,7 +245,7 @@ impl Setup {
         let unit = &mut self.units[unit];
         unit.beginning = Beginning::Closed;
         unit.run.start = Start::ClosedRest;
-        unit.run.commands.retain(|edge| !edge.close || edge.time_s > lead_s);
+        unit.run.commands.retain(|edge| !edge.closes() || edge.time_s > lead_s);
     }
 
     /// Counts what a simulation cuts short as noise: `errors_m`, by record and row, in the units of the rows. Rows about one
@@ -322,7 +322,7 @@ impl Unit {
         let of_row = |row: &Row| {
             let time = row.time_s - self.origin_s;
             let mut before = edges().filter(|edge| edge.time_s <= time);
-            before.next().is_some_and(|last| last.close != closes) && before.any(|edge| edge.close == closes)
+            before.next().is_some_and(|last| last.closes() != closes) && before.any(|edge| edge.closes() == closes)
         };
         record.rows().map(of_row).collect()
     }
@@ -419,7 +419,7 @@ impl Part {
         }
         if self.beginning == Beginning::Closed {
             run.start = Start::ClosedRest;
-            run.commands.retain(|edge| !edge.close || edge.time_s > -self.origin_s);
+            run.commands.retain(|edge| !edge.closes() || edge.time_s > -self.origin_s);
         }
         if let Some(driven) = &run.driven
             && (self.origin_s != 0.0 || self.until_s < data.run.end_s)
@@ -535,7 +535,7 @@ fn parts(data: &RunData, start: Beginning, stroke_m: f64, travel_s: f64) -> Vec<
         let (low, high) = about.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(*x), b.max(*x)));
         !about.is_empty() && low > (1.0 - AT_TOP) * stroke_m && high - low < AT_TOP * stroke_m
     };
-    let closings: Vec<f64> = data.run.commands.iter().filter(|edge| edge.close).map(|edge| edge.time_s).collect();
+    let closings: Vec<f64> = data.run.commands.iter().filter(|edge| edge.closes()).map(|edge| edge.time_s).collect();
     let mut cuts: Vec<f64> = closings.iter().copied().skip(1).filter(|time| rests(*time)).collect();
     cuts.truncate(MOST_PARTS);
     let mut parts = Vec::with_capacity(cuts.len() + 1);

@@ -124,9 +124,9 @@ fn spans(index: usize, run: &RunData, stroke_m: f64) -> Option<(Smoothed, Vec<Sp
     let mut found = Vec::new();
     for (number, command) in run.run.commands.iter().enumerate() {
         let until = run.run.commands.get(number + 1).map_or(run.run.end_s, |next| next.time_s);
-        let direction = Direction::of(command.close);
-        let (leave, arrive) = if command.close { (stroke_m - margin, margin) } else { (margin, stroke_m - margin) };
-        let cross = |level: f64| smoothed.crossing(command.time_s, until, level, command.close);
+        let direction = Direction::of(command.closes());
+        let (leave, arrive) = if command.closes() { (stroke_m - margin, margin) } else { (margin, stroke_m - margin) };
+        let cross = |level: f64| smoothed.crossing(command.time_s, until, level, command.closes());
         // A stroke that begins between the stops has no stop to leave.
         let Some(left) = cross(leave) else { continue };
         let arrived = cross(arrive).map_or(until, |crossing| crossing.time_s);

@@ -63,10 +63,8 @@ pub fn stroke(valve: &Valve, supply_pressure_pa: f64, off: &Off, noise: &mut Noi
     let nominal = Conditions::nominal(valve.parameters());
     let ambient_pa = valve.parameters().ambient_pressure_pa;
     let true_pa = ambient_pa + (1.0 + off.supply) * (supply_pressure_pa - ambient_pa);
-    let commands = COMMANDS
-        .iter()
-        .zip(off.delays_s)
-        .map(|((time_s, close), late_s)| CommandEdge { time_s: time_s + late_s, close: *close });
+    let commands =
+        COMMANDS.iter().zip(off.delays_s).map(|((time_s, close), late_s)| CommandEdge::new(time_s + late_s, *close));
     let run = valve_model::Run {
         conditions: Conditions {
             supply_pressure_pa: true_pa,

@@ -45,11 +45,11 @@ pub fn effect(kind: EffectKind, values: &[f64]) -> Effect {
 }
 
 pub fn close_at(time_s: f64) -> CommandEdge {
-    CommandEdge { time_s, close: true }
+    CommandEdge::new(time_s, true)
 }
 
 pub fn open_at(time_s: f64) -> CommandEdge {
-    CommandEdge { time_s, close: false }
+    CommandEdge::new(time_s, false)
 }
 
 /// A run at the valve's own supply pressure.
