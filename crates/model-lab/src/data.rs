@@ -6,6 +6,8 @@ use campaign::{Campaign, Run as RecordedRun, TimingRow, ValveFacts, estimate_pos
 use valve_model::driven::Driven;
 use valve_model::{CommandEdge, Conditions, Run, Schedule, Start, Valve};
 
+use crate::driving::thinned;
+
 /// Relative noise of a stroke time whose noise is not stated, at least, s.
 const LEAST_TIMING_NOISE_S: f64 = 1e-4;
 
@@ -199,7 +201,11 @@ fn driven(recorded: &RecordedRun, campaign: &Campaign) -> Option<Driven> {
     let drives = driven.pipe_pressure_pa.is_some()
         || driven.chamber_pressure_pa.is_some()
         || driven.supply_pressure_pa.is_some();
-    drives.then_some(driven)
+    let noise_pa = |samples: &[f64]| {
+        let noise = campaign.sensors.pressure_noise_pa.unwrap_or_else(|| difference_noise(samples));
+        with_rounding(noise, samples)
+    };
+    drives.then(|| thinned(driven, noise_pa))
 }
 
 /// Fills gaps by straight lines, the ends by the nearest value.
@@ -222,10 +228,13 @@ fn bridge(times: &[f64], samples: &[f64]) -> Vec<f64> {
 }
 
 fn channel(kind: Channel, samples: &[f64], noise: f64) -> ChannelData {
-    // A recorder's resolution adds the variance of rounding.
+    ChannelData { channel: kind, samples: samples.to_vec(), noise: with_rounding(noise, samples) }
+}
+
+/// A channel's noise with what its recorder's resolution adds: the variance of rounding.
+fn with_rounding(noise: f64, samples: &[f64]) -> f64 {
     let resolution = resolution(samples);
-    let noise = (noise * noise + resolution * resolution / 12.0).sqrt();
-    ChannelData { channel: kind, samples: samples.to_vec(), noise }
+    (noise * noise + resolution * resolution / 12.0).sqrt()
 }
 
 /// The smallest difference between two samples of a channel that is rounded, 0 if it is not.

@@ -8,6 +8,7 @@ pub mod compare;
 pub mod crossing;
 pub mod data;
 pub mod diagnosis;
+mod driving;
 pub mod errors;
 pub mod forward;
 pub mod identification;

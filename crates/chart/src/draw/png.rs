@@ -23,7 +23,19 @@ pub(super) fn render(scene: &Scene, scale: f64) -> Result<Vec<u8>, ChartError> {
     pixmap.fill(tiny_skia::Color::WHITE);
     let mut canvas = Canvas { transform: Transform::from_scale(f32(scale), f32(scale)), mask: None, pixmap };
     canvas.draw_all(&scene.shapes);
-    canvas.pixmap.encode_png().map_err(|error| ChartError::Png(error.to_string()))
+    encode(&canvas.pixmap).map_err(|error| ChartError::Png(error.to_string()))
+}
+
+/// Without the fourth channel: a page is opaque.
+fn encode(pixmap: &Pixmap) -> Result<Vec<u8>, png::EncodingError> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, pixmap.width(), pixmap.height());
+    encoder.set_color(png::ColorType::Rgb);
+    let colours: Vec<u8> = pixmap.data().chunks_exact(4).flat_map(|dot| [dot[0], dot[1], dot[2]]).collect();
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(&colours)?;
+    writer.finish()?;
+    Ok(bytes)
 }
 
 struct Canvas {
