@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use checked_toml::{Document, QuantityKind, Section, TomlFileError};
+use checked_toml::{Document, QuantityKind, Refusals, Section, TomlFileError};
 use column_source::NoticeKind;
 
 use crate::columns::{self, CHANNELS, Mapping, TIMING_CHANNELS};
@@ -34,22 +34,25 @@ impl Campaign {
     ) -> Result<Self, CampaignError> {
         let document = Document::parse(text, file_name)?;
         let root = document.root();
-        root.allow_only(&["name", "sensors", "uncertainty", "columns", "inputs", "command_from", "run", "timings"])?;
-        let name = root.text("name", "a text")?.ok_or_else(|| root.missing("name", "the campaign's name, a text"))?;
+        let mut refusals = Refusals::default();
+        let known = ["name", "sensors", "uncertainty", "columns", "inputs", "command_from", "run", "timings"];
+        refusals.keep(root.allow_only(&known));
+        let name = root.text("name", "a text");
+        let name = name.and_then(|name| name.ok_or_else(|| root.missing("name", "the campaign's name, a text")));
         let mut reader = Reader {
             folder: Path::new(file_name).parent().unwrap_or(Path::new("")).to_owned(),
             file_name,
             valve,
             load,
-            mappings: columns::read_mappings(&root, &CHANNELS)?,
-            command_from: trace::read_command_from(&root, valve)?,
-            inputs: read_inputs(&root)?,
+            mappings: refusals.keep(columns::read_mappings(&root, &CHANNELS)).unwrap_or_default(),
+            command_from: refusals.keep(trace::read_command_from(&root, valve)).flatten(),
+            inputs: refusals.keep(read_inputs(&root)).unwrap_or_default(),
             left_out: None,
         };
         let mut campaign = Self {
-            name: name.to_owned(),
-            sensors: read_sensors(&root)?,
-            uncertainty: uncertainty::read(&root)?,
+            name: refusals.keep(name).unwrap_or_default().to_owned(),
+            sensors: refusals.keep(read_sensors(&root)).unwrap_or_default(),
+            uncertainty: refusals.keep(uncertainty::read(&root)).unwrap_or_default(),
             inputs: reader.inputs,
             runs: Vec::new(),
             planned: Vec::new(),
@@ -58,12 +61,19 @@ impl Campaign {
             warnings: Vec::new(),
         };
         let mut files: Vec<(PathBuf, usize)> = Vec::new();
-        for section in root.sections("run")? {
-            reader.run(&section, &mut files, &mut campaign)?;
+        let mut read: Result<(), CampaignError> = Ok(());
+        for section in refusals.keep(root.sections("run")).unwrap_or_default() {
+            read = told(reader.run(&section, &mut files, &mut campaign), &mut refusals);
+            if read.is_err() {
+                break;
+            }
         }
-        if let Some(section) = root.section("timings")? {
-            reader.timings(&section, &mut campaign)?;
+        if let (true, Some(section)) = (read.is_ok(), refusals.keep(root.section("timings")).flatten()) {
+            read = told(reader.timings(&section, &mut campaign), &mut refusals);
         }
+        // What a recording lacks may come of what was refused here.
+        refusals.none()?;
+        read?;
         if let (true, Some(error)) = (campaign.runs.is_empty(), reader.left_out) {
             return Err(error.into());
         }
@@ -71,6 +81,17 @@ impl Campaign {
             return Err(root.missing("run", "at least one [[run]] with a file, or [timings] with a file").into());
         }
         Ok(campaign)
+    }
+}
+
+/// What a recording was refused for; refusals of the campaign's own text are gathered.
+fn told(read: Result<(), CampaignError>, refusals: &mut Refusals) -> Result<(), CampaignError> {
+    match read {
+        Err(CampaignError::Text(error)) => {
+            refusals.add(error);
+            Ok(())
+        }
+        read => read,
     }
 }
 

@@ -469,3 +469,16 @@ proptest::proptest! {
         }
     }
 }
+
+#[test]
+fn all_that_is_wrong_with_a_campaign_is_told_before_its_recordings_are() {
+    let text = "nam = \"c\"\n[sensors]\nposition_noise = \"3 s\"\n[[run]]\nfile = \"a.csv\"\nsupply_pressure = \"5 bar\"\n\
+                [[run]]\nfile = \"b.csv\"\ntemperature = \"20 C\"\nsupply_pressure = \"75 psig\"\n";
+    let told = read_files(text, &[("a.csv", "x\n")]).unwrap_err().to_string();
+    let places: Vec<&str> = told.lines().map(|line| line.split(": ").next().unwrap()).collect();
+    assert_eq!(places, ["c.toml:1", "c.toml:1", "c.toml:3", "c.toml:6", "c.toml:9"], "{told}");
+    // With these mended, what is wrong with a recording comes next.
+    let sound = "name = \"c\"\n[[run]]\nfile = \"a.csv\"\nsupply_pressure = \"75 psig\"\n";
+    let told = read_files(sound, &[("a.csv", "x\n")]).unwrap_err().to_string();
+    assert!(told.starts_with("a.csv:"), "{told}");
+}

@@ -12,7 +12,7 @@ const LONGEST_LINE: usize = 65_536;
 /// Reads a file as text. A failure carries the file and, for bytes that are no text, the line.
 pub fn read_text(path: &Path) -> Result<String, TomlFileError> {
     let file = path.display().to_string();
-    let at = |line, problem| TomlFileError { file: file.clone(), line, problem: Box::new(problem) };
+    let at = |line, problem| TomlFileError { file: file.clone(), line, problem: Box::new(problem), others: Vec::new() };
     let bytes = std::fs::read(path).map_err(|error| at(1, Problem::Unreadable { reason: error.to_string() }))?;
     String::from_utf8(bytes).map_err(|error| {
         let good = error.utf8_error().valid_up_to();
@@ -34,7 +34,12 @@ impl Document {
     pub fn parse(text: &str, file: &str) -> Result<Self, TomlFileError> {
         let lines: Vec<usize> =
             std::iter::once(0).chain(text.match_indices('\n').map(|(offset, _)| offset + 1)).collect();
-        let at = |line, problem| TomlFileError { file: file.to_owned(), line, problem: Box::new(problem) };
+        let at = |line, problem| TomlFileError {
+            file: file.to_owned(),
+            line,
+            problem: Box::new(problem),
+            others: Vec::new(),
+        };
         if text.trim().is_empty() {
             return Err(at(1, Problem::Empty));
         }
@@ -86,7 +91,7 @@ impl Document {
     /// A refusal at a line of this file.
     #[must_use]
     pub fn error_at(&self, line: usize, problem: Problem) -> TomlFileError {
-        TomlFileError { file: self.file.clone(), line, problem: Box::new(problem) }
+        TomlFileError { file: self.file.clone(), line, problem: Box::new(problem), others: Vec::new() }
     }
 }
 

@@ -2,9 +2,9 @@
 
 use quantity::QuantityError;
 
-/// A refusal with its place.
+/// A refusal with its place, and what else is wrong with the file.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{file}:{line}: {problem}")]
+#[error("{file}:{line}: {problem}{}", lines(others))]
 pub struct TomlFileError {
     /// The file, as it was named to the reader.
     pub file: String,
@@ -12,6 +12,51 @@ pub struct TomlFileError {
     pub line: usize,
     /// What is wrong.
     pub problem: Box<Problem>,
+    /// The refusals after it, none with others of its own.
+    pub others: Vec<TomlFileError>,
+}
+
+/// The most other refusals that are told: whoever mends so many runs the program again.
+const MOST_OTHERS: usize = 7;
+
+fn lines(others: &[TomlFileError]) -> String {
+    let mut told: String = others.iter().take(MOST_OTHERS).map(|other| format!("\n{other}")).collect();
+    if let more @ 1.. = others.len().saturating_sub(MOST_OTHERS) {
+        told.push_str(&format!("\nand {more} more"));
+    }
+    told
+}
+
+/// Gathers refusals, so that all that is wrong with a file is told at once.
+#[derive(Debug, Default)]
+pub struct Refusals(Vec<TomlFileError>);
+
+impl Refusals {
+    /// The value, or nothing and its refusal gathered.
+    pub fn keep<T>(&mut self, read: Result<T, TomlFileError>) -> Option<T> {
+        read.map_err(|error| self.add(error)).ok()
+    }
+
+    /// Gathers a refusal, once.
+    pub fn add(&mut self, mut error: TomlFileError) {
+        let others = std::mem::take(&mut error.others);
+        for error in std::iter::once(error).chain(others) {
+            if !self.0.contains(&error) {
+                self.0.push(error);
+            }
+        }
+    }
+
+    /// Whether nothing was refused; else the refusals as one, in the order of their lines.
+    pub fn none(mut self) -> Result<(), TomlFileError> {
+        self.0.sort_by_key(|error| error.line);
+        if self.0.is_empty() {
+            return Ok(());
+        }
+        let mut first = self.0.remove(0);
+        first.others = self.0;
+        Err(first)
+    }
 }
 
 /// What is wrong, and what would be right.

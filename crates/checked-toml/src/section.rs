@@ -5,7 +5,7 @@ use std::ops::Range;
 use quantity::{Dimension, QuantityError, suggest};
 use toml_edit::{Item, TableLike, Value};
 
-use crate::{Document, Problem, TomlFileError};
+use crate::{Document, Problem, Refusals, TomlFileError};
 
 /// What kind of quantity a key wants.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -108,12 +108,13 @@ impl<'a> Section<'a> {
         if self.path.is_empty() { key.to_owned() } else { format!("{}.{key}", self.path) }
     }
 
-    /// Refuses keys other than these.
+    /// Refuses keys other than these, all of them.
     pub fn allow_only(&self, known: &[&str]) -> Result<(), TomlFileError> {
-        match self.table.iter().find(|(key, _)| !known.contains(key)) {
-            None => Ok(()),
-            Some((key, _)) => Err(self.unknown(key, known)),
+        let mut refusals = Refusals::default();
+        for (key, _) in self.table.iter().filter(|(key, _)| !known.contains(key)) {
+            refusals.add(self.unknown(key, known));
         }
+        refusals.none()
     }
 
     /// The refusal of a key that is none of these.

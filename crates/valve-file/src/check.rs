@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use checked_toml::{Document, QuantityKind, Section, TomlFileError};
+use checked_toml::{Document, QuantityKind, Refusals, Section, TomlFileError};
 use valve_model::simulate::DEFAULT_STEP_S;
 use valve_model::stability;
 use valve_model::{
@@ -42,14 +42,27 @@ impl ValveFile {
 
 fn check(document: Document) -> Result<ValveFile, ValveFileError> {
     let root = document.root();
-    root.allow_only(&ROOT_KEYS)?;
-    let name = root.text("name", "a text")?.ok_or_else(|| root.missing("name", "the name of the valve, a text"))?;
-    let name = name.to_owned();
-    let parameters = parameters(&root)?;
-    let switches = switches(&root)?;
-    let (schedule, limits) = (schedule(&root)?, limits(&root)?);
-    let tolerances = tolerances(&root, &parameters)?;
-    let (catalogue, custom) = effects::read(&document)?;
+    let mut refusals = Refusals::default();
+    refusals.keep(root.allow_only(&ROOT_KEYS));
+    let name = root.text("name", "a text");
+    let name = name.and_then(|name| name.ok_or_else(|| root.missing("name", "the name of the valve, a text")));
+    let name = refusals.keep(name).map(str::to_owned);
+    let parameters = parameters(&root, &mut refusals);
+    let switches = refusals.keep(switches(&root));
+    let (schedule, limits) = (refusals.keep(schedule(&root)), refusals.keep(limits(&root)));
+    let tolerances = parameters.as_ref().and_then(|parameters| refusals.keep(tolerances(&root, parameters)));
+    let effects = match effects::read(&document) {
+        Err(ValveFileError::Text(error)) => refusals.keep(Err(error)),
+        read => Some(read),
+    };
+    refusals.none()?;
+    let read = (name, parameters, switches, schedule, limits, tolerances, effects);
+    let (Some(name), Some(parameters), Some(switches), Some(schedule), Some(limits), Some(tolerances), Some(effects)) =
+        read
+    else {
+        unreachable!("what was not read was refused")
+    };
+    let (catalogue, custom) = effects?;
     let history = history::read(&document)?;
     let valve =
         Valve::new(parameters, switches, catalogue, custom).map_err(|source| impossible(&document, &root, source))?;
@@ -78,7 +91,8 @@ fn table<'a>(root: &Section<'a>, name: &str, meaning: &str) -> Result<Section<'a
     root.section(name)?.ok_or_else(|| root.missing(name, &format!("the table [{name}] with {meaning}")))
 }
 
-fn parameters(root: &Section<'_>) -> Result<Parameters, ValveFileError> {
+/// The parameters; nothing where any was refused.
+fn parameters(root: &Section<'_>, refusals: &mut Refusals) -> Option<Parameters> {
     let mut values = Parameters {
         moving_mass_kg: 0.0,
         stroke_m: 0.0,
@@ -103,30 +117,49 @@ fn parameters(root: &Section<'_>) -> Result<Parameters, ValveFileError> {
     };
     // The ambient pressure comes first: a gauge supply pressure counts from it.
     let ambient = ParameterId::AmbientPressure;
+    let mut is_whole = true;
     for &id in std::iter::once(&ambient).chain(ParameterId::ALL) {
-        let section = table(root, id.section(), meaning(id))?;
         let kind = match id {
             ParameterId::SupplyPressure => QuantityKind::Pressure { ambient_pressure_pa: values.ambient_pressure_pa },
             _ => QuantityKind::Si(id.si_unit()),
         };
-        let value = section.quantity(id.name(), kind)?.or(id.default_value()).ok_or_else(|| {
-            // A misspelt key is the likelier reason than a forgotten one.
-            known_keys(&section, id.section()).err().unwrap_or_else(|| section.missing(id.name(), meaning(id)))
-        })?;
-        values.set(id, value);
+        match refusals.keep(parameter(root, id, kind)) {
+            Some(value) => values.set(id, value),
+            None => is_whole = false,
+        }
     }
     for name in ["actuator", "spring", "stops", "gas", "pneumatics"] {
-        known_keys(&table(root, name, "parameters")?, name)?;
+        let known = root.section(name).and_then(|section| section.map_or(Ok(()), |section| known_keys(&section, name)));
+        is_whole &= refusals.keep(known).is_some();
     }
-    let actuator = table(root, "actuator", "parameters")?;
-    let expected = "\"upright\", \"inverted\" or \"horizontal\"";
-    values.orientation = match actuator.text("orientation", expected)? {
-        None | Some("upright") => Orientation::Upright,
-        Some("inverted") => Orientation::Inverted,
-        Some("horizontal") => Orientation::Horizontal,
-        Some(other) => return Err(actuator.wrong("orientation", format!("\"{other}\""), expected).into()),
+    match refusals.keep(orientation(root)) {
+        Some(orientation) => values.orientation = orientation,
+        None => is_whole = false,
+    }
+    is_whole.then_some(values)
+}
+
+fn parameter(root: &Section<'_>, id: ParameterId, kind: QuantityKind) -> Result<f64, TomlFileError> {
+    let names = || ParameterId::ALL.iter().filter(|other| other.section() == id.section()).map(|other| other.name());
+    let section = match root.section(id.section())? {
+        Some(section) => section,
+        None => table(root, id.section(), &names().collect::<Vec<_>>().join(", "))?,
     };
-    Ok(values)
+    section.quantity(id.name(), kind)?.or(id.default_value()).ok_or_else(|| {
+        // A misspelt key is the likelier reason than a forgotten one.
+        known_keys(&section, id.section()).err().unwrap_or_else(|| section.missing(id.name(), meaning(id)))
+    })
+}
+
+fn orientation(root: &Section<'_>) -> Result<Orientation, TomlFileError> {
+    let expected = "\"upright\", \"inverted\" or \"horizontal\"";
+    let Some(actuator) = root.section("actuator")? else { return Ok(Orientation::default()) };
+    match actuator.text("orientation", expected)? {
+        None | Some("upright") => Ok(Orientation::Upright),
+        Some("inverted") => Ok(Orientation::Inverted),
+        Some("horizontal") => Ok(Orientation::Horizontal),
+        Some(other) => Err(actuator.wrong("orientation", format!("\"{other}\""), expected)),
+    }
 }
 
 fn known_keys(section: &Section<'_>, name: &str) -> Result<(), TomlFileError> {

@@ -44,6 +44,37 @@ fn every_value_arrives_in_si() {
 }
 
 #[test]
+fn all_that_is_wrong_is_told_at_once_in_the_order_of_lines() {
+    let text = VALVE
+        .replacen("moving_mass", "moving_mas", 1)
+        .replacen("dead_volume = \"30 cm3\"", "dead_volume = \"30 mm\"", 1)
+        .replacen("close_within", "closes_within", 1);
+    let told = refusal(&text);
+    let of = |line: &str| text.lines().position(|other| other.starts_with(line)).unwrap() + 1;
+    let lines: Vec<&str> = told.lines().collect();
+    assert_eq!(lines.len(), 3, "{told}");
+    assert!(
+        lines[0].starts_with(&format!("v.toml:{}: unknown key \"actuator.moving_mas\"", of("moving_mas"))),
+        "{told}"
+    );
+    assert!(lines[1].starts_with(&format!("v.toml:{}: actuator.dead_volume:", of("dead_volume"))), "{told}");
+    assert!(
+        lines[2].starts_with(&format!("v.toml:{}: unknown key \"limits.closes_within\"", of("closes_within"))),
+        "{told}"
+    );
+}
+
+#[test]
+fn a_file_of_another_kind_is_refused_in_a_few_lines() {
+    let told = refusal("title = 1\na = 1\nb = 1\nc = 1\nd = 1\ne = 1\nf = 1\n");
+    assert!(told.lines().count() == 9 && told.ends_with(" more"), "{told}");
+    // A table that is not there is missed once, with all that it would hold.
+    let spring = refusal(&VALVE.replacen("[spring]", "[sprung]", 1));
+    assert!(spring.contains("\"spring\" is missing; expected the table [spring] with stiffness"), "{spring}");
+    assert_eq!(spring.matches("is missing").count(), 1, "{spring}");
+}
+
+#[test]
 fn optional_tables_are_read() {
     let text = with_end("[switches]\nclosed_at = 0.05\nopen_at = 0.9\n").replacen(
         "[actuator]",
