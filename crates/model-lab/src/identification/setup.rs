@@ -3,6 +3,7 @@
 //! Where the valve moves, a row is the mean over a thirtieth of a stroke's travel; where it rests, over ten times
 //! that. The model is averaged over the same samples.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use campaign::{Campaign, Run as RecordedRun};
@@ -443,10 +444,8 @@ fn driven_parts(
     let window_s = window_s(travel_s).max(rows_s(data, LEAD_ROWS));
     let closings = recorded.commands.iter().filter(|edge| edge.close).map(|edge| edge.time_s);
     let mut parts = vec![Part { from_s: f64::NEG_INFINITY, until_s: f64::INFINITY, origin_s: 0.0, beginning: start }];
-    let driving = data.run.driven.as_deref().map(Driving::of);
     for closing_s in closings.skip(1).take(MOST_PARTS) {
-        let steady_s = |driving: &Driving<'_>| driving.steady_before(closing_s, window_s, travel_s);
-        let rest_s = driving.as_ref().map_or(closing_s, steady_s);
+        let rest_s = steady_before(data, &recorded.commands, closing_s, window_s, travel_s);
         let first = data.times_s.partition_point(|time| *time < rest_s - AHEAD * window_s);
         let Some(&from_s) = data.times_s.get(first).filter(|from| **from < closing_s) else { continue };
         if parts.last().is_some_and(|before| from_s < before.origin_s + travel_s) {
@@ -471,48 +470,53 @@ fn driven_parts(
 /// So many times the window from which a beginning is judged a cycle begins before its pressures move.
 const AHEAD: f64 = 2.0;
 
-/// A pressure is steady that changes by less than this share of its range from one window to the next: as much as the
-/// zero of its sensor may be off by.
+/// What changes by less than this share of its range from one window to the next is steady: of a pressure as much as the zero of
+/// its sensor may be off by.
 const STEADY: f64 = 0.01;
 
-/// The measured pressures that drive the model, with the least change of each that counts as one.
-struct Driving<'a> {
+/// A recorded channel, with the least change of it that counts as one.
+struct Recorded<'a> {
     time_s: &'a [f64],
-    channels: Vec<(&'a [f64], f64)>,
+    samples: &'a [f64],
+    least: f64,
 }
 
-impl<'a> Driving<'a> {
-    fn of(driven: &'a Driven) -> Self {
-        let channel = |samples: &'a Vec<f64>| {
-            let least = |(low, high): (f64, f64), x: &f64| (low.min(*x), high.max(*x));
-            let (low, high) = samples.iter().fold((f64::INFINITY, f64::NEG_INFINITY), least);
-            (samples.as_slice(), STEADY * (high - low))
-        };
-        let channels =
-            [&driven.pipe_pressure_pa, &driven.chamber_pressure_pa].into_iter().flatten().map(channel).collect();
-        Self { time_s: &driven.time_s, channels }
+impl<'a> Recorded<'a> {
+    fn new(time_s: &'a [f64], samples: &'a [f64]) -> Self {
+        let range = |(low, high): (f64, f64), x: &f64| (low.min(*x), high.max(*x));
+        let (low, high) = samples.iter().fold((f64::INFINITY, f64::NEG_INFINITY), range);
+        Self { time_s, samples, least: STEADY * (high - low) }
     }
 
-    /// The last time before a command at which they were steady, s; that of the command if they were not within a stroke's
-    /// travel. A command that was read off a pressure comes when that has risen halfway.
-    fn steady_before(&self, command_s: f64, window_s: f64, travel_s: f64) -> f64 {
-        std::iter::successors(Some(command_s), |time| Some(time - window_s))
-            .take_while(|time| *time > command_s - travel_s)
-            .find(|until_s| self.are_steady(*until_s, window_s))
-            .unwrap_or(command_s)
-    }
-
-    /// Whether none of them changes from the window before the last one to the last one before a time. Without rows none
-    /// is seen to.
-    fn are_steady(&self, until_s: f64, window_s: f64) -> bool {
-        let place = |time_s: f64| self.time_s.partition_point(|time| *time < time_s);
-        let [first, middle, end] = [2.0, 1.0, 0.0].map(|windows| place(until_s - windows * window_s));
-        let mean = |samples: &[f64]| samples.iter().sum::<f64>() / samples.len() as f64;
-        let changes = |(samples, least): &(&[f64], f64)| {
-            (mean(&samples[middle..end]) - mean(&samples[first..middle])).abs() > *least
+    /// Whether its mean stays from the window before the last one to the last one before a time. Without rows it does.
+    fn is_steady(&self, until_s: f64, window_s: f64) -> bool {
+        let place = |windows: f64| self.time_s.partition_point(|time| *time < until_s - windows * window_s);
+        let mean = |rows: Range<usize>| {
+            let seen = || self.samples[rows.clone()].iter().filter(|sample| sample.is_finite());
+            seen().sum::<f64>() / seen().count() as f64
         };
-        !self.channels.iter().any(changes)
+        let change = mean(place(1.0)..place(0.0)) - mean(place(2.0)..place(1.0));
+        !(change.abs() > self.least)
     }
+}
+
+/// The last time before a command at which a piston and the pressures that drive it were steady, s. A command that was read
+/// off a pressure comes when that has risen halfway, and a pressure that stands still may do so because the piston gives way.
+/// A piston that never rests begins where the pressures were steady within a stroke's travel, or else with the command.
+fn steady_before(data: &RunData, edges: &[campaign::CommandEdge], closing_s: f64, window_s: f64, travel_s: f64) -> f64 {
+    let Some(driven) = data.run.driven.as_deref() else { return closing_s };
+    let measured = [&driven.pipe_pressure_pa, &driven.chamber_pressure_pa].into_iter().flatten();
+    let pressures: Vec<Recorded<'_>> = measured.map(|samples| Recorded::new(&driven.time_s, samples)).collect();
+    let position = Recorded::new(&data.times_s, &data.channels[0].samples);
+    let is_steady = |until_s: f64| pressures.iter().all(|pressure| pressure.is_steady(until_s, window_s));
+    let back_to = |bound_s: f64| {
+        let times = std::iter::successors(Some(closing_s), move |time| Some(time - window_s));
+        times.take_while(move |time| *time > bound_s)
+    };
+    let before_s = edges.iter().rev().map(|edge| edge.time_s).find(|time| *time < closing_s).unwrap_or(0.0);
+    let rests = |until_s: &f64| position.is_steady(*until_s, window_s) && is_steady(*until_s);
+    let found = back_to(before_s).find(rests).or_else(|| back_to(closing_s - travel_s).find(|time| is_steady(*time)));
+    found.unwrap_or(closing_s)
 }
 
 /// The cycles of a record: each from a command to close that finds the valve open and at rest to the next such. The
