@@ -1,6 +1,7 @@
 //! What each step of a valve file's ladder says of a log: the end of life with the model as it was, as it was
 //! calibrated, and with the effects added.
 
+use std::fmt::Write as _;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
@@ -28,8 +29,13 @@ pub struct Lives {
     log: String,
     valve: String,
     cycles: Vec<u64>,
-    /// Name of each model with what it told at those cycles.
-    models: Vec<(String, Vec<Told>)>,
+    models: Vec<Model>,
+}
+
+/// What a model told at those cycles, or why it has no tables.
+struct Model {
+    name: String,
+    told: Result<Vec<Told>, String>,
 }
 
 impl Lives {
@@ -38,7 +44,15 @@ impl Lives {
         let mut lives =
             Self { log: path.display().to_string(), valve: String::new(), cycles: Vec::new(), models: Vec::new() };
         for (name, file) in models {
-            let built = tables::build(file).with_context(|| format!("tables of the model: {name}"))?;
+            let name = name.clone();
+            let built = match tables::build(file) {
+                Ok(built) => built,
+                // What was adopted is worth no less for it.
+                Err(error) => {
+                    lives.models.push(Model { name, told: Err(format!("{error:#}")) });
+                    continue;
+                }
+            };
             let states = states(path, Prognoser::new(Arc::new(built.bundle), Method::default()))?;
             let chosen = SHARES.map(|share| {
                 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a place in the log")]
@@ -47,27 +61,39 @@ impl Lives {
             });
             lives.valve.clone_from(&chosen[0].valve);
             lives.cycles = chosen.iter().map(|state| state.cycle).collect();
-            lives.models.push((name.clone(), chosen.iter().map(|state| Told::of(state)).collect()));
+            lives.models.push(Model { name, told: Ok(chosen.iter().map(|state| Told::of(state)).collect()) });
         }
         Ok(lives)
     }
 
     /// As a table.
     pub fn table(&self) -> String {
-        let heads = self.models.iter().map(|(name, _)| (name.as_str(), Align::Right));
+        let heads = self.models.iter().map(|model| (model.name.as_str(), Align::Right));
         let columns: Vec<(&str, Align)> = std::iter::once(("after cycle", Align::Right)).chain(heads).collect();
         let mut table = TextTable::new(&columns);
         for (row, cycle) in self.cycles.iter().enumerate() {
-            let told = self.models.iter().map(|(_, told)| told[row].text());
+            let told = self.models.iter().map(|model| match &model.told {
+                Ok(told) => told[row].text(),
+                Err(_) => "no tables".into(),
+            });
             table.row(std::iter::once(cycle.to_string()).chain(told).collect());
         }
-        format!("end of life of {} by {} (cycle, 5 to 95 %)\n{}", self.valve, self.log, table.render())
+        let mut text = format!("end of life of {} by {} (cycle, 5 to 95 %)\n{}", self.valve, self.log, table.render());
+        for model in &self.models {
+            if let Err(why) = &model.told {
+                let _ = write!(text, "\n{}: no tables, {why}\n", model.name);
+            }
+        }
+        text
     }
 
     /// For programs.
     pub fn value(&self) -> Value {
         let told = |told: &Told| json!({ "eol_cycle": told.eol_cycle, "eol_bounds": told.bounds });
-        let model = |(name, all): &(String, Vec<Told>)| json!({ "model": name, "told": all.iter().map(told).collect::<Vec<_>>() });
+        let model = |Model { name, told: all }: &Model| match all {
+            Ok(all) => json!({ "model": name, "told": all.iter().map(told).collect::<Vec<_>>() }),
+            Err(why) => json!({ "model": name, "told": null, "no_tables": why }),
+        };
         json!({
             "log": self.log,
             "valve": self.valve,

@@ -207,6 +207,17 @@ pub enum Notice {
         /// The time from its command to the next, s.
         window_s: f64,
     },
+    /// Times wander by more than a table is asked to be accurate to.
+    #[error(
+        "fault \"{fault}\": the stroke times wander by up to {:.1} ms from cycle to cycle and from one severity to the next, as friction that sticks and slips lets them; the table goes through their middle",
+        1e3 * by_s
+    )]
+    Uneven {
+        /// The id of what wears.
+        fault: String,
+        /// By how much, at worst, s.
+        by_s: f64,
+    },
     /// The table ends before the valve stalls.
     #[error(
         "fault \"{fault}\": the table ends at {at}, beyond the limit, since the {stroke} time is not a smooth monotone function from there on"

@@ -1,29 +1,78 @@
-//! Times that stay as they are but for the last digits.
+//! Times that stay as they are but for the last digits, and times that rise or fall but for a little.
 
 /// Times that go one way or stay, nearest to the given ones in the mean square (pool adjacent violators;
 /// Barlow et al., Statistical Inference under Order Restrictions, 1972). Times that would have to be changed by more
 /// than the tolerance are left as they are.
 pub(crate) fn levelled(times_s: &[f64], tolerance_s: f64) -> Vec<f64> {
+    let levels: Vec<f64> = pooled(times_s, |before, last| before > last)
+        .into_iter()
+        .flat_map(|(level, many)| std::iter::repeat_n(level, many))
+        .collect();
+    let near = levels.iter().zip(times_s).all(|(level, time_s)| (level - time_s).abs() <= tolerance_s);
+    if near { levels } else { times_s.to_vec() }
+}
+
+/// Times that are the same move on by this, s.
+const LEAST_S: f64 = 1e-6;
+
+/// Times that truly rise, or truly fall, as near to the given ones, and by how much the worst of them was changed, s. Nothing
+/// where one would have to be changed by more than this share of itself, or where nothing rises or falls.
+pub(crate) fn evened(times_s: &[f64], most: f64) -> Option<(Vec<f64>, f64)> {
+    let pools = pooled(times_s, |before, last| before >= last);
+    let mut even: Vec<f64> = Vec::with_capacity(times_s.len());
+    for (index, (level, many)) in pools.iter().enumerate() {
+        let before = index.checked_sub(1).map(|before| level - pools[before].0);
+        let after = pools.get(index + 1).map(|after| after.0 - level);
+        let free = before.into_iter().chain(after).min_by(|a, b| a.abs().total_cmp(&b.abs()))?;
+        let of_pool = &times_s[even.len()..even.len() + many];
+        let range = |(low, high): (f64, f64), time_s: &f64| (low.min(*time_s), high.max(*time_s));
+        let (low, high) = of_pool.iter().fold((f64::INFINITY, f64::NEG_INFINITY), range);
+        // The times of a pool move on by as much as they turned, and through half of what is free about it at most.
+        let moves = free.signum() * (high - low).max(LEAST_S).min(0.5 * free.abs());
+        let last = (many - 1).max(1) as f64;
+        even.extend((0..*many).map(|place| {
+            let along = if *many == 1 { 0.0 } else { place as f64 / last - 0.5 };
+            level + along * moves
+        }));
+    }
+    let changes = || even.iter().zip(times_s).map(|(even, time_s)| ((even - time_s).abs(), time_s.abs()));
+    let is_near = changes().all(|(change, time_s)| change <= most * time_s);
+    is_near.then(|| (even.clone(), changes().fold(0.0, |most, (change, _)| change.max(most))))
+}
+
+/// Levels that go one way, each with how many of the times it stands for.
+fn pooled(times_s: &[f64], turns: impl Fn(f64, f64) -> bool) -> Vec<(f64, usize)> {
     let sign = if times_s[times_s.len() - 1] < times_s[0] { -1.0 } else { 1.0 };
     let mut pools: Vec<(f64, usize)> = Vec::new();
     for time_s in times_s {
         pools.push((sign * time_s, 1));
         while let [.., (before, many), (last, few)] = pools[..]
-            && before > last
+            && turns(before, last)
         {
             pools.truncate(pools.len() - 2);
             pools.push(((before * many as f64 + last * few as f64) / (many + few) as f64, many + few));
         }
     }
-    let levels: Vec<f64> =
-        pools.into_iter().flat_map(|(level, many)| std::iter::repeat_n(sign * level, many)).collect();
-    let near = levels.iter().zip(times_s).all(|(level, time_s)| (level - time_s).abs() <= tolerance_s);
-    if near { levels } else { times_s.to_vec() }
+    pools.into_iter().map(|(level, many)| (sign * level, many)).collect()
 }
 
 #[cfg(test)]
 mod tests {
-    use super::levelled;
+    use super::{evened, levelled};
+
+    #[test]
+    fn a_little_turning_is_evened_out_and_more_is_not() {
+        for sign in [1.0, -1.0] {
+            let times: Vec<f64> = [1.7, 1.8, 1.799, 1.7985, 1.9, 2.0].map(|time| 2.0 + sign * (time - 1.85)).into();
+            let (even, most_s) = evened(&times, 0.005).expect("near");
+            assert!(even.windows(2).all(|pair| sign * (pair[1] - pair[0]) > 1e-4), "{even:?}");
+            assert!(most_s > 1e-3 && most_s < 2e-3 && even[0] == times[0] && even[5] == times[5], "{most_s}");
+            assert_eq!(evened(&times, 1e-4), None);
+        }
+        let straight = [1.0, 1.1, 1.3];
+        assert_eq!(evened(&straight, 0.0), Some((straight.to_vec(), 0.0)));
+        assert_eq!(evened(&[1.0, 1.0, 1.0], 0.1), None);
+    }
 
     #[test]
     fn small_steps_back_are_pooled_and_large_ones_are_not() {

@@ -175,7 +175,8 @@ impl Grid<'_> {
                 let times = |stroke: Stroke| {
                     let times: Vec<f64> = points.iter().filter_map(|point| point.time_s(stroke)).collect();
                     let moves = self.simulation.wear.degradation.moves.stroke(stroke).is_some();
-                    if moves { times } else { levelled(&times, tolerance_s).into_iter().map(stored).collect() }
+                    let even = if moves { self.simulation.evened(times) } else { levelled(&times, tolerance_s) };
+                    even.into_iter().map(stored).collect()
                 };
                 NodeTimes {
                     end: self.end.at(&conditions[index]),

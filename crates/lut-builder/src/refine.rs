@@ -114,7 +114,7 @@ impl<'a> Refinement<'a> {
         let x = self.knots.iter().map(|ticks| self.sweep.simulation.si(*ticks)).collect();
         let y = self.knots.iter().map(time).collect();
         let curve = if self.moves(stroke) {
-            MonotoneCubic::new(x, y)
+            MonotoneCubic::new(x, self.sweep.simulation.evened(y))
         } else {
             MonotoneCubic::with_level_pieces(x, levelled(&y, self.level_tolerance_s()))
         };
@@ -242,8 +242,12 @@ impl<'a> Refinement<'a> {
     }
 
     /// The table, with one row more where the valve stalls.
-    fn finish(self, curves: &[MonotoneCubic; 2]) -> Result<(FaultTable, Sweep<'a>), BuildError> {
+    fn finish(mut self, curves: &[MonotoneCubic; 2]) -> Result<(FaultTable, Sweep<'a>), BuildError> {
         let interpolation_error = self.measured_error(curves);
+        let by_s = self.sweep.simulation.wandering_s();
+        if by_s > self.sweep.simulation.options.tolerance_up_to_limit_s {
+            self.notices.push(Notice::Uneven { fault: self.sweep.simulation.id(), by_s });
+        }
         let row = |(index, ticks): (usize, &Ticks)| {
             let [close, open] = curves;
             let time = |curve: &MonotoneCubic| Some(stored(curve.y()[index]));

@@ -9,12 +9,17 @@ use valve_model::real::LANES;
 use valve_model::{Conditions, Fidelity, Valve};
 
 use crate::error::BuildError;
+use crate::levelled::evened;
 use crate::model::{Options, TableModel};
 use crate::ticks::{self, Ticks};
 use crate::wear::Wear;
 
 /// Times that wander by no more than this from cycle to cycle are periodic for all purposes, s.
 const WANDERING_S: f64 = 5e-3;
+
+/// Friction that sticks and slips moves a time by up to this share of itself, both ways, from cycle to cycle and from one
+/// severity to the next: two thousandths were seen of strokes of two seconds.
+pub(crate) const UNEVEN: f64 = 0.005;
 
 /// Cycles over which times that wander are averaged.
 const WANDERING_CYCLES: usize = 10;
@@ -35,10 +40,28 @@ impl<'a> Simulation<'a> {
         Self { model, options, wear, fidelity, wandering: AtomicU64::new(0) }
     }
 
-    /// By how much the times of one severity wander from cycle to cycle, at worst, s. No table can be more
-    /// accurate than that.
+    /// Times wander by this, s.
+    pub(crate) fn wanders(&self, by_s: f64) {
+        self.wandering.fetch_max(by_s.to_bits(), Ordering::Relaxed);
+    }
+
+    /// By how much the times of one severity wander from cycle to cycle, or turn from one severity to the next, at worst, s.
+    /// No table can be more accurate than that.
     pub(crate) fn wandering_s(&self) -> f64 {
         f64::from_bits(self.wandering.load(Ordering::Relaxed))
+    }
+
+    /// Times of rising severities, evened out where they turn by no more than friction lets them; what turns by more stays.
+    pub(crate) fn evened(&self, times_s: Vec<f64>) -> Vec<f64> {
+        match evened(&times_s, UNEVEN) {
+            Some((even, 0.0)) => even,
+            Some((even, most_s)) => {
+                // A turn goes as far back as it comes on again.
+                self.wanders(2.0 * most_s);
+                even
+            }
+            None => times_s,
+        }
     }
 
     /// The id of what wears.
@@ -110,9 +133,10 @@ impl<'a> Simulation<'a> {
                 let highest = reached.iter().copied().fold(f64::NEG_INFINITY, f64::max);
                 let mean = reached.iter().sum::<f64>() / reached.len().max(1) as f64;
                 if highest > lowest {
-                    self.wandering.fetch_max((highest - lowest).to_bits(), Ordering::Relaxed);
+                    self.wanders(highest - lowest);
                 }
-                let settled = reached.is_empty() || (reached.len() == tail.len() && highest - lowest <= WANDERING_S);
+                let most_s = WANDERING_S.max(2.0 * UNEVEN * mean);
+                let settled = reached.is_empty() || (reached.len() == tail.len() && highest - lowest <= most_s);
                 (settled, (!reached.is_empty()).then_some(mean))
             };
             let (close_settled, close_time_s) = settle(|cycle| cycle.close_time_s);

@@ -164,3 +164,25 @@ fn a_stroke_time_that_jumps_is_refused() {
     let jumps = matches!(error, BuildError::Jump { .. } | BuildError::NotMonotone { .. });
     assert!(jumps && error.to_string().contains("jumps"), "{error}");
 }
+
+#[test]
+fn friction_that_sticks_and_slips_leaves_tables_through_the_middle_of_times_that_wander() {
+    let friction = "\n[[effect]]\nkind = \"dry-friction\"\ncoulomb_force = \"35 N\"\nstatic_force = \"70 N\"\n\
+                    stribeck_velocity = \"0.01 m/s\"\nbristle_stiffness = \"200 kN/m\"\n";
+    let text = format!("{TESTBED}{friction}");
+    let built = tables(&ValveFile::parse(&text, "valve.toml").expect("a valve file")).expect("it has tables");
+    let by_s = built.notices.iter().find_map(|notice| match notice {
+        Notice::Uneven { fault, by_s } if fault == "atmosphere" => Some(*by_s),
+        _ => None,
+    });
+    let by_s = by_s.expect("that they wander is said");
+    assert!(by_s > 0.2e-3 && by_s < 40e-3, "{by_s} s");
+    let curve = built.bundle.table(Fault::Atmosphere).curve(Stroke::Close);
+    let (_, last_m2) = curve.range();
+    let at = |share: f64| match curve.time_at(share * last_m2) {
+        TimeAt::Within(time_s) => time_s,
+        _ => panic!("within the table"),
+    };
+    let times: Vec<f64> = (0..200).map(|step| at(f64::from(step) / 200.0)).collect();
+    assert!(times.windows(2).all(|pair| pair[1] > pair[0]), "a leak is told by every time");
+}
