@@ -9,6 +9,7 @@ use std::ops::Range;
 
 use crate::conditions::{Condition, ConditionRange, Conditions, ConditionsError};
 use crate::curve::limited;
+use crate::cut::Cut;
 use crate::degradation::Degradation;
 use crate::error::RowError;
 use crate::lagrange::{Nodes, Weights};
@@ -230,6 +231,37 @@ impl ConditionTable {
         Ok(Slice { close: curve(Stroke::Close), open: curve(Stroke::Open), stall })
     }
 
+    /// The same for a few looks, which is quicker to make.
+    pub fn cut(&self, conditions: &Conditions) -> Result<Cut<'_>, ConditionsError> {
+        let Place { pressure, temperature, counts } = self.place(conditions)?;
+        let mut weights = Vec::with_capacity(self.ends.len());
+        for by_pressure in &pressure.value[..counts.0] {
+            weights.extend(temperature.value[..counts.1].iter().map(|by_temperature| by_pressure * by_temperature));
+        }
+        let end = weights.iter().zip(&self.ends).map(|(weight, end)| weight * end).sum();
+        Ok(Cut::new(self, end, weights))
+    }
+
+    /// How the slope at each knot follows from the times around it.
+    pub(crate) fn stencils(&self) -> &[Stencil] {
+        &self.stencils
+    }
+
+    /// A stroke's times at each node and share.
+    pub(crate) fn nodes_s(&self, stroke: Stroke) -> &[f64] {
+        &self.times_s[stroke as usize]
+    }
+
+    /// Whether a stroke slows down with wear.
+    pub(crate) fn rises(&self, stroke: Stroke) -> bool {
+        self.rising[stroke as usize]
+    }
+
+    /// Whether a stroke's time must move with wear.
+    pub(crate) fn moves(&self, stroke: Stroke) -> bool {
+        self.degradation.moves.stroke(stroke).is_some()
+    }
+
     fn place(&self, conditions: &Conditions) -> Result<Place, ConditionsError> {
         self.range().check(conditions)?;
         Ok(self.place_unchecked(conditions))
@@ -257,7 +289,7 @@ impl ConditionTable {
 
     /// The later of two times if the stroke slows down with wear, else the earlier.
     #[inline]
-    fn onwards(&self, stroke: Stroke, before_s: f64, time_s: f64) -> f64 {
+    pub(crate) fn onwards(&self, stroke: Stroke, before_s: f64, time_s: f64) -> f64 {
         if self.rising[stroke as usize] { before_s.max(time_s) } else { before_s.min(time_s) }
     }
 

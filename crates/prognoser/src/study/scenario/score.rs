@@ -72,7 +72,7 @@ impl LifeScore {
             let wear = if life.later.is_some_and(|(_, begins)| cycle < begins) { &before } else { &life.wear };
             score.named_wrongly |= wrong(one, wear, *severity);
             score.called_other |= one.fault == FaultCall::Other && !grouped_with(one, wear);
-            score.ended_early |= one.status == Status::EolReached && left > 1.0;
+            score.ended_early |= one.status == Status::EolReached && left > 1.0 && cycle < life.over_from;
             if replaced.is_none() && one.replace_by_cycle.is_some_and(|by| (by as f64) < cycle + 1.0) {
                 replaced = Some(cycle);
             }
