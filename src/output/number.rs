@@ -68,6 +68,9 @@ mod tests {
         assert_eq!(text(12.0, 0), "12");
         assert_eq!(text(0.000_123_456_789, 9), "0.000123457");
         assert_eq!(text(f64::INFINITY, 3), "inf");
+        assert_eq!(text(-100.25, 1), "-100.3");
+        assert_eq!(text(99_999.999_96, 4), "100000.0");
+        assert_eq!(text(0.05, 9), "0.05");
         for i in 0..10_000 {
             let value = (f64::from(i) * 0.771_3 - 2000.0) * 1.01;
             let back: f64 = text(value, 6).parse().expect("a number");

@@ -287,3 +287,20 @@ pub(crate) fn from_ols(name: &str, reading: &Reading, estimate: &OlsEstimate) ->
     prognosis.rul_cycles = estimate.rul_cycles;
     prognosis
 }
+
+#[cfg(test)]
+mod tests {
+    use super::rounded;
+
+    #[test]
+    fn rounded_is_to_the_nearest_of_so_many_decimals() {
+        for i in -4_000..4_000 {
+            let value = f64::from(i) * 0.173_21 + 1e-7;
+            assert_eq!(rounded(value, 4), (value * 1e4).round() / 1e4, "{value}");
+        }
+        assert_eq!(rounded(-0.000_04, 4), 0.0);
+        assert_eq!(rounded(1e300, 9), 1e300);
+        assert_eq!(rounded(f64::INFINITY, 4), f64::INFINITY);
+        assert!(rounded(f64::NAN, 4).is_nan());
+    }
+}

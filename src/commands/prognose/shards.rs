@@ -22,6 +22,9 @@ const MOST_AT_HAND: usize = 1 << 14;
 /// Rows that are read before they are worked on.
 const CHUNK: usize = 1 << 14;
 
+/// Shards for each thread: so that one that has been kept waiting leaves its work to others.
+const SHARDS_A_THREAD: usize = 4;
+
 /// What a step came to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Step {
@@ -120,7 +123,7 @@ pub struct Shards {
 }
 
 impl Shards {
-    /// As many shards as there are threads; a single one where rows come one by one or a valve is drawn.
+    /// Some shards for each thread; a single one where rows come one by one, a valve is drawn, or there is one thread.
     pub fn new(
         log: String,
         tables: &Arc<TableBundle>,
@@ -130,7 +133,8 @@ impl Shards {
         store: Option<Arc<Store>>,
         vital: Arc<Vital>,
     ) -> Self {
-        let count = if way.one_by_one || history.is_some() { 1 } else { rayon::current_num_threads().max(1) };
+        let threads = rayon::current_num_threads();
+        let count = if way.one_by_one || history.is_some() || threads < 2 { 1 } else { SHARDS_A_THREAD * threads };
         let mut history = history;
         let shards = (0..count).map(|_| Shard {
             prognoser: Prognoser::new(Arc::clone(tables), *method),

@@ -121,7 +121,14 @@ impl BayesEstimator {
         (self.config.risk - f64::from(self.record.spent)).max(LEAST_RISK * self.config.risk)
     }
 
-    fn estimate(&self, plant: &Plant, prior: &RatePrior, parts: &[Part], outcome: &Outcome, cycle: f64) -> BayesEstimate {
+    fn estimate(
+        &self,
+        plant: &Plant,
+        prior: &RatePrior,
+        parts: &[Part],
+        outcome: &Outcome,
+        cycle: f64,
+    ) -> BayesEstimate {
         let shape = f64::from(self.record.shape);
         let sigma2 = |part: &Part| part.scale / shape;
         let correct = |part: &Part, i: usize| {

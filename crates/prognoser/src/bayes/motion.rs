@@ -150,7 +150,14 @@ fn way(part: &Part, to: Mode, ways: &Ways, likely: bool, shape: f64) -> Option<(
 }
 
 /// Lets stories turn into each other in the course of one cycle.
-pub(crate) fn turn(parts: &mut Vec<Part>, plant: &Plant, config: &BayesConfig, rates: &RatePrior, readings: f64, shape: f64) {
+pub(crate) fn turn(
+    parts: &mut Vec<Part>,
+    plant: &Plant,
+    config: &BayesConfig,
+    rates: &RatePrior,
+    readings: f64,
+    shape: f64,
+) {
     if config.growth == GrowthLaw::Exponential {
         return;
     }
@@ -158,14 +165,13 @@ pub(crate) fn turn(parts: &mut Vec<Part>, plant: &Plant, config: &BayesConfig, r
     let onset = prior.onset_after(readings);
     let ways = Ways::new(prior, rates.slow_share);
     let top = parts.iter().map(|part| part.ln_weight).fold(f64::NEG_INFINITY, f64::max);
-    // What is made stands behind those that it is made of, which are let go of at the end.
-    let first_made = parts.len();
-    let (mut inflow, mut sources) = (Vec::with_capacity(8), Vec::with_capacity(first_made));
+    let mut made: Vec<Part> = Vec::with_capacity(parts.len() + 8);
+    let (mut inflow, mut sources) = (Vec::with_capacity(8), Vec::with_capacity(parts.len()));
     for wear in 0..plant.wears() {
         let cause = Cause::Wear(wear);
         let ln_begin = quick_ln(onset * share(cause, plant));
         sources.clear();
-        for (place, part) in parts[..first_made].iter().enumerate() {
+        for (place, part) in parts.iter().enumerate() {
             if part.cause == cause || part.cause == Cause::None {
                 sources.push((place, part.ln_weight > top + LN_LIKELY && part.is_seen(shape)));
             }
@@ -190,12 +196,12 @@ pub(crate) fn turn(parts: &mut Vec<Part>, plant: &Plant, config: &BayesConfig, r
                     (moved.cause, moved.law, moved.mode, moved.ln_weight) = (cause, Law::Linear, mode, ln_weight);
                 }
             }
-            join(parts, &inflow, shape);
+            join(&mut made, &inflow, shape);
         }
     }
     inflow.clear();
     let ln_drift = quick_ln(onset * share(Cause::Other, plant));
-    for part in &parts[..first_made] {
+    for part in parts.iter() {
         match part.cause {
             Cause::Other => inflow.push(*part),
             Cause::None if part.ln_weight + ln_drift > top + LN_NOTHING => {
@@ -205,19 +211,16 @@ pub(crate) fn turn(parts: &mut Vec<Part>, plant: &Plant, config: &BayesConfig, r
             _ => {}
         }
     }
-    join(parts, &inflow, shape);
+    join(&mut made, &inflow, shape);
     if plant.knows_both_leaks() {
-        let mut seconds = second_leaks(&parts[..first_made], prior, top + LN_LIKELY, shape);
-        parts.append(&mut seconds);
+        made.append(&mut second_leaks(parts, prior, top + LN_LIKELY, shape));
     }
+    parts.retain(|part| part.mode == Mode::Steady && part.cause != Cause::Other);
     let leaves = quick_ln(1.0 - onset);
-    let mut index = 0;
-    parts.retain_mut(|part| {
-        let made = index >= first_made;
-        index += 1;
-        part.ln_weight += if !made && part.cause == Cause::None { leaves } else { 0.0 };
-        made || (part.mode == Mode::Steady && part.cause != Cause::Other)
-    });
+    for part in parts.iter_mut().filter(|part| part.cause == Cause::None) {
+        part.ln_weight += leaves;
+    }
+    parts.append(&mut made);
 }
 
 /// Adds some stories as one, if there are any.

@@ -143,7 +143,15 @@ impl Life {
             let last = course.state(1.0).severity;
             wear.extend(Wear::ALL.into_iter().filter(|wear| last[*wear as usize] > 0.0));
         }
-        Self { readings, severity: path.severity, over_from, end_cycle: path.end_cycle, begins: path.begins, wear, later }
+        Self {
+            readings,
+            severity: path.severity,
+            over_from,
+            end_cycle: path.end_cycle,
+            begins: path.begins,
+            wear,
+            later,
+        }
     }
 }
 

@@ -150,3 +150,27 @@ fn median(values: impl Iterator<Item = f64>) -> f64 {
     let middle = values.len() / 2;
     if values.len() % 2 == 1 { values[middle] } else { f64::midpoint(values[middle - 1], values[middle]) }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::output::blank;
+
+    #[test]
+    fn an_end_is_told_too_early_only_before_a_stroke_is_over_its_limit() {
+        let life = |over_from| Life {
+            readings: Vec::new(),
+            severity: vec![0.5; 20],
+            over_from,
+            end_cycle: 20.0,
+            begins: 0.0,
+            wear: vec![Wear::Atmosphere],
+            later: None,
+        };
+        let told = |cycle| Prognosis { status: Status::EolReached, ..blank("V", cycle) };
+        let early = |over_from, cycle| LifeScore::of(&life(over_from), &[told(cycle)], 1.0).ended_early;
+        assert!(early(f64::INFINITY, 12) && early(13.0, 12));
+        assert!(!early(12.0, 12) && !early(10.0, 12), "it really did take too long");
+        assert!(!early(f64::INFINITY, 19), "a cycle is near enough");
+    }
+}
