@@ -9,7 +9,6 @@ use std::ops::Range;
 
 use crate::conditions::{Condition, ConditionRange, Conditions, ConditionsError};
 use crate::curve::limited;
-use crate::cut::Cut;
 use crate::degradation::Degradation;
 use crate::error::RowError;
 use crate::lagrange::{Nodes, Weights};
@@ -231,15 +230,19 @@ impl ConditionTable {
         Ok(Slice { close: curve(Stroke::Close), open: curve(Stroke::Open), stall })
     }
 
-    /// The same for a few looks, which is quicker to make.
-    pub fn cut(&self, conditions: &Conditions) -> Result<Cut<'_>, ConditionsError> {
+    /// The weight of each node under some conditions.
+    pub(crate) fn node_weights(&self, conditions: &Conditions) -> Result<Vec<f64>, ConditionsError> {
         let Place { pressure, temperature, counts } = self.place(conditions)?;
         let mut weights = Vec::with_capacity(self.ends.len());
         for by_pressure in &pressure.value[..counts.0] {
             weights.extend(temperature.value[..counts.1].iter().map(|by_temperature| by_pressure * by_temperature));
         }
-        let end = weights.iter().zip(&self.ends).map(|(weight, end)| weight * end).sum();
-        Ok(Cut::new(self, end, weights))
+        Ok(weights)
+    }
+
+    /// The severity at which the table ends at each node.
+    pub(crate) fn ends(&self) -> &[f64] {
+        &self.ends
     }
 
     /// How the slope at each knot follows from the times around it.

@@ -49,7 +49,7 @@ pub(crate) const SIZE: usize = 4;
 /// Standard deviations from which on a severity can be told from none.
 pub(crate) const SEEN_FROM: f64 = 3.0;
 
-/// Most parts that are made one: as many as are kept.
+/// Most parts that are made one: more than are kept.
 const MOST_MERGED: usize = 48;
 
 /// Change of the noise variance, a share of it, for which no prior is weighed anew.
