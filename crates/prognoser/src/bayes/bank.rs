@@ -9,8 +9,8 @@ use super::plant::Plant;
 use super::rate_prior::RatePrior;
 use super::special::{normal_tail, quick_ln};
 
-/// Most stories kept: as many as a log begins with that may have six kinds of wear.
-pub(crate) const MOST_PARTS: usize = 46;
+/// Most stories kept.
+pub(crate) const MOST_PARTS: usize = 44;
 /// Stories below this share of the likeliest, as a logarithm, are dropped.
 const LN_DROP: f64 = -12.0;
 /// The same of a free drift, which on a valve that was healthy for long is far less likely to begin.
