@@ -109,3 +109,27 @@ fn two_hundred_valves_stand_worst_first_in_text_and_report() {
         .collect();
     assert_eq!(drawn, [0, 1, 2, 3, 4, 5, 6, 7], "the worst have a picture");
 }
+
+#[test]
+fn rows_come_out_in_the_order_of_the_log_whatever_the_number_of_threads() {
+    let sandbox = Sandbox::with_tables();
+    write_log(&sandbox);
+    let log = sandbox.read("fleet.csv");
+    // A row that stands twice is said so behind its own line.
+    let (head, tail) = log.split_at(log.match_indices('\n').nth(700).expect("long enough").0 + 1);
+    let again = head.lines().last().expect("a row");
+    sandbox.write("fleet.csv", &format!("{head}{again}\n{tail}"));
+    let run = |threads: &str| {
+        let arguments = ["prognose", "fleet.csv", "--tables", "tables", "--format", "csv"];
+        sandbox.command(&arguments).env("RAYON_NUM_THREADS", threads).output().expect("runs")
+    };
+    let (one, three) = (run("1"), run("3"));
+    assert!(one.status.success(), "{}", shown(&one));
+    assert!(one.stdout == three.stdout && one.stderr == three.stderr, "{}", shown(&three));
+    let log = sandbox.read("fleet.csv");
+    let key = |line: &str| line.split(',').take(2).map(str::to_owned).collect::<Vec<_>>();
+    let told = String::from_utf8(three.stdout).expect("text");
+    assert!(log.lines().map(key).eq(told.lines().map(key)), "other rows or in another order");
+    let notes = String::from_utf8(three.stderr).expect("text");
+    assert_eq!(notes.matches("in the log before").count(), 1, "{notes}");
+}

@@ -230,6 +230,41 @@ impl ConditionTable {
         Ok(Slice { close: curve(Stroke::Close), open: curve(Stroke::Open), stall })
     }
 
+    /// The weight of each node under some conditions.
+    pub(crate) fn node_weights(&self, conditions: &Conditions) -> Result<Vec<f64>, ConditionsError> {
+        let Place { pressure, temperature, counts } = self.place(conditions)?;
+        let mut weights = Vec::with_capacity(self.ends.len());
+        for by_pressure in &pressure.value[..counts.0] {
+            weights.extend(temperature.value[..counts.1].iter().map(|by_temperature| by_pressure * by_temperature));
+        }
+        Ok(weights)
+    }
+
+    /// The severity at which the table ends at each node.
+    pub(crate) fn ends(&self) -> &[f64] {
+        &self.ends
+    }
+
+    /// How the slope at each knot follows from the times around it.
+    pub(crate) fn stencils(&self) -> &[Stencil] {
+        &self.stencils
+    }
+
+    /// A stroke's times at each node and share.
+    pub(crate) fn nodes_s(&self, stroke: Stroke) -> &[f64] {
+        &self.times_s[stroke as usize]
+    }
+
+    /// Whether a stroke slows down with wear.
+    pub(crate) fn rises(&self, stroke: Stroke) -> bool {
+        self.rising[stroke as usize]
+    }
+
+    /// Whether a stroke's time must move with wear.
+    pub(crate) fn moves(&self, stroke: Stroke) -> bool {
+        self.degradation.moves.stroke(stroke).is_some()
+    }
+
     fn place(&self, conditions: &Conditions) -> Result<Place, ConditionsError> {
         self.range().check(conditions)?;
         Ok(self.place_unchecked(conditions))
@@ -257,7 +292,7 @@ impl ConditionTable {
 
     /// The later of two times if the stroke slows down with wear, else the earlier.
     #[inline]
-    fn onwards(&self, stroke: Stroke, before_s: f64, time_s: f64) -> f64 {
+    pub(crate) fn onwards(&self, stroke: Stroke, before_s: f64, time_s: f64) -> f64 {
         if self.rising[stroke as usize] { before_s.max(time_s) } else { before_s.min(time_s) }
     }
 

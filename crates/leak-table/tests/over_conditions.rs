@@ -128,6 +128,7 @@ fn a_slice_is_the_table_at_its_conditions_and_leads_back() {
     let table = table(leak(), 5, 3);
     for (conditions, severity) in places() {
         let slice = table.slice(&conditions).expect("inside");
+        let cut = table.cut(&conditions).expect("inside");
         for part in [severity, -0.1 * severity, 1.5 * table.end(&conditions).expect("inside")] {
             let times = table.times(part, &conditions).expect("inside");
             for stroke in Stroke::ALL {
@@ -135,6 +136,9 @@ fn a_slice_is_the_table_at_its_conditions_and_leads_back() {
                 let found = times.stroke(stroke);
                 assert!((found.time_s - time_s).abs() < 1e-11, "{stroke}: {} and {time_s}", found.time_s);
                 assert!((found.by_severity - slope).abs() < 1e-9 * slope.abs());
+                let (cut_s, cut_slope) = cut.times_and_slopes(part)[stroke as usize];
+                assert!((cut_s - time_s).abs() < 1e-11, "{stroke}: {cut_s} and {time_s}");
+                assert!((cut_slope - slope).abs() < 1e-9 * slope.abs());
                 let back = slice.curve(stroke).extrapolated_severity(time_s);
                 assert!((back - part).abs() < 1e-15, "{back} and {part}");
             }
@@ -211,7 +215,10 @@ fn a_time_that_stays_stays_under_all_conditions() {
     for i in 0..=100 {
         let conditions = Conditions { supply_pressure_pa: 5e5 + 2e3 * f64::from(i), temperature_k: 290.0 };
         let mut before = f64::INFINITY;
+        let cut = table.cut(&conditions).expect("inside");
         for k in 0..=100 {
+            let (time_s, slope) = cut.times_and_slopes(0.7e-2 * f64::from(k))[0];
+            assert!(time_s <= before && slope <= 0.0, "{i} {k}: {time_s} after {before}");
             let close = table.times(0.7e-2 * f64::from(k), &conditions).expect("inside").close;
             assert!(close.time_s <= before && close.by_severity <= 0.0, "{i} {k}: {close:?} after {before}");
             before = close.time_s;

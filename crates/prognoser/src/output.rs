@@ -1,6 +1,6 @@
 //! From estimates to what goes out.
 
-use leak_table::{Condition, Stroke, TableBundle, mm2_from_m2};
+use leak_table::{BundleEntry, Condition, Stroke, TableBundle, mm2_from_m2};
 
 use crate::bayes::{BayesConfig, BayesEstimate, Change};
 use crate::fault_call::FaultCall;
@@ -56,12 +56,20 @@ pub(crate) fn remark(tables: &TableBundle, reading: &Reading, estimate: &BayesEs
         let Some(time) = reading.time_s(stroke) else {
             continue;
         };
-        let ends = tables.entries().map(|entry| entry.table.curve(stroke).end_times_s());
-        let (shortest_s, longest_s) = ends
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (a, b)| (low.min(a).min(b), high.max(a).max(b)));
         let margin = OUTSIDE_FROM * estimate.noise_sd_s;
-        if time < shortest_s - margin || time > longest_s + margin {
-            notices.push(Notice::OutsideTables { stroke, found_s: time, shortest_s, longest_s });
+        let span = |entry: BundleEntry| {
+            let (a, b) = entry.table.curve(stroke).end_times_s();
+            (a.min(b), a.max(b))
+        };
+        // Most times lie within the first table.
+        let inside = |entry| (span(entry).0 - margin..=span(entry).1 + margin).contains(&time);
+        if !inside(tables.entry(0)) {
+            let spans = tables.entries().map(span);
+            let (shortest_s, longest_s) =
+                spans.fold((f64::INFINITY, f64::NEG_INFINITY), |all, one| (all.0.min(one.0), all.1.max(one.1)));
+            if time < shortest_s - margin || time > longest_s + margin {
+                notices.push(Notice::OutsideTables { stroke, found_s: time, shortest_s, longest_s });
+            }
         }
         if estimate.inlier[i] < GLITCH_BELOW
             && let Some(residual_s) = estimate.residual_s[i]
@@ -181,10 +189,18 @@ pub(crate) fn named(estimate: &BayesEstimate, config: &BayesConfig) -> (FaultCal
     (FaultCall::Undecided, Vec::new())
 }
 
+/// What a number with so many decimals is a whole multiple of one over.
+const SCALES: [f64; 10] = [1.0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9];
+
 /// Rounds to a number of decimals: no more is meant, and it is quicker to write.
-fn rounded(value: f64, decimals: i32) -> f64 {
-    let scale = 10_f64.powi(decimals);
-    (value * scale).round() / scale
+fn rounded(value: f64, decimals: usize) -> f64 {
+    let scaled = value * SCALES[decimals];
+    if scaled.is_nan() || scaled.abs() >= 4e15 {
+        return value;
+    }
+    #[expect(clippy::cast_possible_truncation, reason = "below 2^52")]
+    let whole = (scaled.abs() + 0.5) as i64 as f64;
+    whole.copysign(value) / SCALES[decimals]
 }
 
 pub(crate) fn from_bayes(
@@ -270,4 +286,21 @@ pub(crate) fn from_ols(name: &str, reading: &Reading, estimate: &OlsEstimate) ->
     prognosis.eol_cycle = estimate.eol_cycle;
     prognosis.rul_cycles = estimate.rul_cycles;
     prognosis
+}
+
+#[cfg(test)]
+mod tests {
+    use super::rounded;
+
+    #[test]
+    fn rounded_is_to_the_nearest_of_so_many_decimals() {
+        for i in -4_000..4_000 {
+            let value = f64::from(i) * 0.173_21 + 1e-7;
+            assert_eq!(rounded(value, 4), (value * 1e4).round() / 1e4, "{value}");
+        }
+        assert_eq!(rounded(-0.000_04, 4), 0.0);
+        assert_eq!(rounded(1e300, 9), 1e300);
+        assert_eq!(rounded(f64::INFINITY, 4), f64::INFINITY);
+        assert!(rounded(f64::NAN, 4).is_nan());
+    }
 }

@@ -180,11 +180,11 @@ impl Prognoser {
     /// Takes in one row and gives the prognosis after it. A row that cannot be
     /// used gives the last prognosis of its valve again, with a notice.
     pub fn push(&mut self, row: &LogRow<'_>) -> Prognosis {
-        if !self.valves.contains_key(row.valve) {
-            self.valves.insert(row.valve.to_owned(), Valve::new(&self.method));
-        }
-        let valve = self.valves.get_mut(row.valve).expect("it was inserted if it was missing");
-        let mut prognosis = valve.push(&self.tables, &self.method, row);
+        let (tables, method) = (&*self.tables, &self.method);
+        let mut prognosis = match self.valves.get_mut(row.valve) {
+            Some(valve) => valve.push(tables, method, row),
+            None => self.valves.entry(row.valve.to_owned()).or_insert(Valve::new(method)).push(tables, method, row),
+        };
         prognosis.time = row.time.map(str::to_owned);
         prognosis
     }

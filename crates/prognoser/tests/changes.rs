@@ -5,7 +5,7 @@ mod common;
 
 use common::{log, noisy, notices, reading, run, tables};
 use leak_table::Fault;
-use prognoser::bayes::{BayesConfig, GrowthLaw, Noise};
+use prognoser::bayes::{BayesConfig, BayesEstimator, GrowthLaw, Noise};
 use prognoser::study::NoiseSource;
 use prognoser::{FaultCall, Method, Prognosis, Reading, Status};
 
@@ -192,4 +192,22 @@ fn a_lone_unfinished_stroke_of_a_healthy_valve_is_no_fault() {
     let prognoses = run(Method::default(), &readings);
     assert_eq!(first(&prognoses, "not-finished"), Some(20));
     assert_eq!(prognoses[39].fault, FaultCall::None);
+}
+
+/// A first reading says nothing of how steadily wear grows, whatever it says of the valve's own healthy times.
+#[test]
+fn a_first_reading_does_not_tell_varying_growth_from_steady() {
+    let tables = tables();
+    let config = BayesConfig::default();
+    let mut estimator = BayesEstimator::new(&config);
+    estimator.update(&tables, &reading(&tables, Fault::Atmosphere, 0, 0.0));
+    let record = serde_json::to_value(estimator.record()).expect("plain numbers");
+    let share = |mode: &str| -> f64 {
+        let parts = record["parts"].as_array().expect("stories").iter();
+        let own = parts.filter(|part| part["cause"]["Wear"] == 0 && part["law"] == "Linear" && part["mode"] == mode);
+        own.map(|part| part["ln_weight"].as_f64().expect("a number").exp()).sum()
+    };
+    let before = config.growth_prior.rough / config.growth_prior.steady;
+    let after = share("Rough") / share("Steady");
+    assert!((after / before - 1.0).abs() < 0.05, "{before} before, {after} after");
 }

@@ -22,6 +22,9 @@ const MOST_AT_HAND: usize = 1 << 14;
 /// Rows that are read before they are worked on.
 const CHUNK: usize = 1 << 14;
 
+/// Shards for each thread: so that one that has been kept waiting leaves its work to others.
+const SHARDS_A_THREAD: usize = 4;
+
 /// What a step came to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Step {
@@ -59,6 +62,8 @@ struct Chunk {
 
 struct Row {
     shard: usize,
+    /// Of the valve's name.
+    hash: u64,
     valve: Range<usize>,
     time: Option<Range<usize>>,
     reading: Reading,
@@ -71,14 +76,24 @@ struct Shard {
     history: Option<History>,
     out: Vec<u8>,
     notes: String,
-    /// Where the row and its notes end, and whether it repeats a cycle, for each of the shard's rows.
-    ends: Vec<(usize, usize, bool)>,
+    /// What came out, for each of the shard's rows in the order of the log.
+    spans: Vec<Span>,
+    /// The order in which they are worked on: hash of the valve, place among the shard's rows, place in the chunk.
+    order: Vec<(u64, usize, usize)>,
     /// What the rows came to.
     batch: Batch,
     /// Whether a valve came to the end of its life.
     ended: bool,
     /// Valves with rows since the last commit.
     touched: HashSet<String>,
+}
+
+/// Where a row and its notes stand, and whether it repeats a cycle.
+#[derive(Debug, Clone, Default)]
+struct Span {
+    out: Range<usize>,
+    notes: Range<usize>,
+    repeats: bool,
 }
 
 /// A row that was worked on.
@@ -108,7 +123,7 @@ pub struct Shards {
 }
 
 impl Shards {
-    /// As many shards as there are threads; a single one where rows come one by one or a valve is drawn.
+    /// Some shards for each thread; a single one where rows come one by one, a valve is drawn, or there is one thread.
     pub fn new(
         log: String,
         tables: &Arc<TableBundle>,
@@ -118,14 +133,16 @@ impl Shards {
         store: Option<Arc<Store>>,
         vital: Arc<Vital>,
     ) -> Self {
-        let count = if way.one_by_one || history.is_some() { 1 } else { rayon::current_num_threads().max(1) };
+        let threads = rayon::current_num_threads();
+        let count = if way.one_by_one || history.is_some() || threads < 2 { 1 } else { SHARDS_A_THREAD * threads };
         let mut history = history;
         let shards = (0..count).map(|_| Shard {
             prognoser: Prognoser::new(Arc::clone(tables), *method),
             history: history.take(),
             out: Vec::new(),
             notes: String::new(),
-            ends: Vec::new(),
+            spans: Vec::new(),
+            order: Vec::new(),
             batch: Batch::default(),
             ended: false,
             touched: HashSet::new(),
@@ -151,15 +168,13 @@ impl Shards {
         } else {
             self.all.par_iter_mut().enumerate().try_for_each(work)?;
         }
-        let mut next = vec![(0, (0, 0)); self.all.len()];
+        let mut spans: Vec<_> = self.all.iter().map(|shard| shard.spans.iter()).collect();
         for row in &self.chunk.rows {
             let shard = &self.all[row.shard];
-            let (index, (out, note)) = &mut next[row.shard];
-            let (row_end, note_end, repeats) = shard.ends[*index];
+            let Some(Span { out, notes, repeats }) = spans[row.shard].next() else { break };
             let valve = &chunk.texts[row.valve.clone()];
-            each(Done { valve, row: &shard.out[*out..row_end], notes: &shard.notes[*note..note_end], repeats })?;
-            *index += 1;
-            (*out, *note) = (row_end, note_end);
+            let (row, notes) = (&shard.out[out.clone()], &shard.notes[notes.clone()]);
+            each(Done { valve, row, notes, repeats: *repeats })?;
         }
         for shard in &self.all {
             self.vital.add(&shard.batch);
@@ -197,9 +212,10 @@ impl Shards {
                 start..texts.len()
             };
             let (valve, time) = (keep(row.valve), row.time.map(&mut keep));
+            let hash = hasher.hash_one(row.valve);
             #[expect(clippy::cast_possible_truncation, reason = "a remainder by a small number")]
-            let shard = (hasher.hash_one(row.valve) % self.all.len() as u64) as usize;
-            self.chunk.rows.push(Row { shard, valve, time, reading: row.reading, line: row.line });
+            let shard = (hash % self.all.len() as u64) as usize;
+            self.chunk.rows.push(Row { shard, hash, valve, time, reading: row.reading, line: row.line });
         }
         Ok(Step::More)
     }
@@ -270,9 +286,17 @@ impl Shard {
     ) -> anyhow::Result<()> {
         self.out.clear();
         self.notes.clear();
-        self.ends.clear();
         self.batch = Batch::default();
-        for row in chunk.rows.iter().filter(|row| row.shard == index) {
+        // A valve's rows one after the other, so that what is known of it is fetched from memory once a chunk.
+        let own = chunk.rows.iter().enumerate().filter(|(_, row)| row.shard == index);
+        self.order.clear();
+        self.order.extend(own.enumerate().map(|(place, (at, row))| (row.hash, place, at)));
+        self.order.sort_unstable();
+        self.spans.clear();
+        self.spans.resize(self.order.len(), Span::default());
+        for (_, place, at) in &self.order {
+            let row = &chunk.rows[*at];
+            let (out, notes) = (self.out.len(), self.notes.len());
             let valve = &chunk.texts[row.valve.clone()];
             let time = row.time.clone().map(|time| &chunk.texts[time]);
             if let Some(kept) = kept
@@ -300,7 +324,7 @@ impl Shard {
                 history.add(&row.reading, &prognosis);
             }
             format.row(&mut self.out, &prognosis)?;
-            self.ends.push((self.out.len(), self.notes.len(), repeats));
+            self.spans[*place] = Span { out: out..self.out.len(), notes: notes..self.notes.len(), repeats };
         }
         Ok(())
     }

@@ -6,6 +6,7 @@ use super::law::Law;
 use super::motion::{advance, late, turn};
 use super::part::{Cause, Mode, Part, SIZE};
 use super::plant::Plant;
+use super::rate_prior::RatePrior;
 use super::special::{normal_tail, quick_ln};
 
 /// Most stories kept.
@@ -37,12 +38,13 @@ pub(crate) fn step(
     parts: &mut Vec<Part>,
     plant: &Plant,
     config: &BayesConfig,
+    rates: &RatePrior,
     sight: &Sight,
     cycles: f64,
     readings: f64,
 ) -> Outcome {
     if cycles > 0.0 {
-        turn(parts, plant, config, sight.shape, readings);
+        turn(parts, plant, config, rates, readings, sight.shape);
     }
     let prior = &config.growth_prior;
     let mut outcome = Outcome::default();
@@ -146,10 +148,10 @@ fn prune(parts: &mut Vec<Part>, shape: f64, readings: f64) {
         join_healthy(parts, shape);
         let mut index = 0;
         while index < parts.len() {
-            let part = parts[index];
+            let part = &parts[index];
             let since_start = matches!(part.cause, Cause::Wear(_)) && part.mode == Mode::Steady;
             if since_start && part.ln_weight < LN_SETTLED {
-                parts.swap_remove(index);
+                let part = parts.swap_remove(index);
                 let late = Part { mode: late(&part, shape), ..part };
                 if part.law == Law::Linear
                     && let Some(other) = parts.iter_mut().find(|other| other.same_story(&late))

@@ -86,7 +86,8 @@ impl BayesEstimator {
             ln_idle: LN_IDLE,
         };
         let cycles = if first { 0.0 } else { reading.cycle.saturating_sub(record.cycle) as f64 };
-        let outcome = bank::step(&mut parts, &plant, config, &sight, cycles, record.readings as f64);
+        let rates = RatePrior::new(config);
+        let outcome = bank::step(&mut parts, &plant, config, &rates, &sight, cycles, record.readings as f64);
         let told = sight.time_s.iter().zip(outcome.met.inlier).filter(|(time, _)| time.is_some());
         let gained: f64 = told.map(|(_, inlier)| 0.5 * inlier * weight).sum();
         let grown = shape + gained;
@@ -108,7 +109,7 @@ impl BayesEstimator {
         record.cycle = reading.cycle;
         record.readings += 1;
         record.keep(&parts);
-        let estimate = self.estimate(&plant, &parts, &outcome, reading.cycle as f64);
+        let estimate = self.estimate(&plant, &rates, &parts, &outcome, reading.cycle as f64);
         let soon = estimate.end.map_or(0.0, |end| end.soon);
         let spent = if estimate.change == Some(Change::Repaired) { 0.0 } else { f64::from(self.record.spent) };
         self.record.spent = single(spent + soon);
@@ -120,9 +121,15 @@ impl BayesEstimator {
         (self.config.risk - f64::from(self.record.spent)).max(LEAST_RISK * self.config.risk)
     }
 
-    fn estimate(&self, plant: &Plant, parts: &[Part], outcome: &Outcome, cycle: f64) -> BayesEstimate {
+    fn estimate(
+        &self,
+        plant: &Plant,
+        prior: &RatePrior,
+        parts: &[Part],
+        outcome: &Outcome,
+        cycle: f64,
+    ) -> BayesEstimate {
         let shape = f64::from(self.record.shape);
-        let prior = RatePrior::new(&self.config);
         let sigma2 = |part: &Part| part.scale / shape;
         let correct = |part: &Part, i: usize| {
             prior.correct(part.mean[i], (part.cov[i][i] * sigma2(part)).max(0.0).sqrt(), part.mode)
@@ -203,7 +210,8 @@ impl BayesEstimator {
             // One leak may turn out to be two, and the other way round.
             let leaks = plant.knows_both_leaks() && [part.cause, named].iter().all(|cause| is_leak(*cause));
             if wears && own > NEGLIGIBLE && (mine(part) || leaks) {
-                self.lines(part, plant, pace.unwrap_or_else(|| correct(part, 1)), own, sigma2(part), &mut lines);
+                let pace = pace.unwrap_or_else(|| correct(part, 1));
+                self.lines(part, plant, prior, pace, own, &mut lines);
             }
             if !mine(part) {
                 continue;
@@ -243,14 +251,22 @@ impl BayesEstimator {
     }
 
     /// The ways in which a story may come to its end.
-    fn lines(&self, part: &Part, plant: &Plant, pace: Corrected, weight: f64, sigma2: f64, lines: &mut Vec<Line>) {
+    fn lines(
+        &self,
+        part: &Part,
+        plant: &Plant,
+        prior: &RatePrior,
+        pace: Corrected,
+        weight: f64,
+        lines: &mut Vec<Line>,
+    ) {
+        let sigma2 = part.scale / f64::from(self.record.shape);
         let wear = match part.cause {
             Cause::Wear(wear) => wear,
             Cause::Both if plant.knows_both_leaks() => {
                 let ends = [0, 1].map(|leak| self.expected_end(leak, plant));
-                let prior = RatePrior::new(&self.config);
                 let two = TwoLeaks { part, plant, sigma2, ends };
-                return two.lines(&prior, weight, weight > SMALL, lines);
+                return two.lines(prior, weight, weight > SMALL, lines);
             }
             _ => return lines.push(Line { weight, ..crossing(part, plant, sigma2) }),
         };

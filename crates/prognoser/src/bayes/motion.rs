@@ -5,6 +5,7 @@ use super::law::Law;
 use super::part::{Cause, Mode, Part, SIZE};
 use super::plant::Plant;
 use super::rate_prior::{RatePrior, SLOW_BELOW, WideGrowth};
+use super::special::quick_ln;
 use super::start::{drifting, share};
 use super::two_leaks::second_leaks;
 
@@ -108,14 +109,14 @@ struct Ways {
 impl Ways {
     fn new(prior: &GrowthPrior, slow_share: f64) -> Self {
         Self {
-            slow: slow_share.ln(),
-            quick: (1.0 - slow_share).ln(),
-            loosen: prior.loosen.ln(),
-            resume: (prior.resume * LATE_SHARE).ln(),
-            resume_rough: (prior.resume * (1.0 - LATE_SHARE)).ln(),
-            pause: prior.pause.ln(),
-            roughen: prior.roughen.ln(),
-            turn: (0.5 * prior.turn).ln(),
+            slow: quick_ln(slow_share),
+            quick: quick_ln(1.0 - slow_share),
+            loosen: quick_ln(prior.loosen),
+            resume: quick_ln(prior.resume * LATE_SHARE),
+            resume_rough: quick_ln(prior.resume * (1.0 - LATE_SHARE)),
+            pause: quick_ln(prior.pause),
+            roughen: quick_ln(prior.roughen),
+            turn: quick_ln(0.5 * prior.turn),
             new_pace: prior.new_pace,
         }
     }
@@ -149,25 +150,36 @@ fn way(part: &Part, to: Mode, ways: &Ways, likely: bool, shape: f64) -> Option<(
 }
 
 /// Lets stories turn into each other in the course of one cycle.
-pub(crate) fn turn(parts: &mut Vec<Part>, plant: &Plant, config: &BayesConfig, shape: f64, readings: f64) {
+pub(crate) fn turn(
+    parts: &mut Vec<Part>,
+    plant: &Plant,
+    config: &BayesConfig,
+    rates: &RatePrior,
+    readings: f64,
+    shape: f64,
+) {
     if config.growth == GrowthLaw::Exponential {
         return;
     }
     let prior = &config.growth_prior;
     let onset = prior.onset_after(readings);
-    let slow_share = RatePrior::new(config).slow_share;
-    let ways = Ways::new(prior, slow_share);
+    let ways = Ways::new(prior, rates.slow_share);
     let top = parts.iter().map(|part| part.ln_weight).fold(f64::NEG_INFINITY, f64::max);
-    let mut made: Vec<Part> = Vec::with_capacity(24);
-    let mut inflow: Vec<Part> = Vec::with_capacity(12);
+    let mut made: Vec<Part> = Vec::with_capacity(parts.len() + 8);
+    let (mut inflow, mut sources) = (Vec::with_capacity(8), Vec::with_capacity(parts.len()));
     for wear in 0..plant.wears() {
         let cause = Cause::Wear(wear);
-        let ln_begin = (onset * share(cause, plant)).ln();
-        let sources = parts.iter().filter(|part| part.cause == cause || part.cause == Cause::None);
+        let ln_begin = quick_ln(onset * share(cause, plant));
+        sources.clear();
+        for (place, part) in parts.iter().enumerate() {
+            if part.cause == cause || part.cause == Cause::None {
+                sources.push((place, part.ln_weight > top + LN_LIKELY && part.is_seen(shape)));
+            }
+        }
         for mode in [Mode::Late, Mode::Slow, Mode::Rough, Mode::Wander, Mode::Rest] {
             inflow.clear();
-            for part in sources.clone() {
-                let likely = part.ln_weight > top + LN_LIKELY && part.is_seen(shape);
+            for (place, likely) in sources.iter().copied() {
+                let part = &parts[place];
                 let Some((ln_rate, pace)) = way(part, mode, &ways, likely, shape) else {
                     continue;
                 };
@@ -175,23 +187,20 @@ pub(crate) fn turn(parts: &mut Vec<Part>, plant: &Plant, config: &BayesConfig, s
                 if ln_weight < top + LN_NOTHING {
                     continue;
                 }
-                let mut moved = match pace {
+                inflow.push(match pace {
                     Pace::Same => *part,
                     Pace::Off(by) => repaced(part, by, shape),
                     Pace::Fresh => part.with_growth(WideGrowth::of(mode), part.scale / shape),
-                };
-                (moved.cause, moved.law, moved.mode, moved.ln_weight) = (cause, Law::Linear, mode, ln_weight);
-                inflow.push(moved);
+                });
+                if let Some(moved) = inflow.last_mut() {
+                    (moved.cause, moved.law, moved.mode, moved.ln_weight) = (cause, Law::Linear, mode, ln_weight);
+                }
             }
-            match inflow.len() {
-                0 => {}
-                1 => made.push(inflow[0]),
-                _ => made.push(Part::merged(&inflow, shape)),
-            }
+            join(&mut made, &inflow, shape);
         }
     }
     inflow.clear();
-    let ln_drift = (onset * share(Cause::Other, plant)).ln();
+    let ln_drift = quick_ln(onset * share(Cause::Other, plant));
     for part in parts.iter() {
         match part.cause {
             Cause::Other => inflow.push(*part),
@@ -202,16 +211,23 @@ pub(crate) fn turn(parts: &mut Vec<Part>, plant: &Plant, config: &BayesConfig, s
             _ => {}
         }
     }
-    if !inflow.is_empty() {
-        made.push(Part::merged(&inflow, shape));
-    }
+    join(&mut made, &inflow, shape);
     if plant.knows_both_leaks() {
         made.append(&mut second_leaks(parts, prior, top + LN_LIKELY, shape));
     }
     parts.retain(|part| part.mode == Mode::Steady && part.cause != Cause::Other);
-    let leaves = (1.0 - onset).ln();
+    let leaves = quick_ln(1.0 - onset);
     for part in parts.iter_mut().filter(|part| part.cause == Cause::None) {
         part.ln_weight += leaves;
     }
     parts.append(&mut made);
+}
+
+/// Adds some stories as one, if there are any.
+fn join(parts: &mut Vec<Part>, some: &[Part], shape: f64) {
+    match some {
+        [] => {}
+        [one] => parts.push(*one),
+        _ => parts.push(Part::merged(some, shape)),
+    }
 }

@@ -49,6 +49,9 @@ pub(crate) const SIZE: usize = 4;
 /// Standard deviations from which on a severity can be told from none.
 pub(crate) const SEEN_FROM: f64 = 3.0;
 
+/// Most parts that are made one: more than are kept.
+const MOST_MERGED: usize = 48;
+
 /// Change of the noise variance, a share of it, for which no prior is weighed anew.
 const UNTUNED: f64 = 0.02;
 
@@ -203,23 +206,32 @@ impl Part {
         self
     }
 
-    /// One part with the weight, mean and covariance of several.
+    /// One part with the weight, mean and covariance of several, at most [`MOST_MERGED`].
     pub(crate) fn merged(parts: &[Self], shape: f64) -> Self {
+        debug_assert!(parts.len() <= MOST_MERGED, "{} stories", parts.len());
         let top = parts.iter().map(|part| part.ln_weight).fold(f64::NEG_INFINITY, f64::max);
-        let weights = parts.iter().map(|part| quick_exp(part.ln_weight - top));
-        let total: f64 = weights.clone().sum();
-        let mut out = parts[0];
-        out.ln_weight = top + quick_ln(total);
+        let mut shares = [0.0; MOST_MERGED];
+        let mut total = 0.0;
+        for (share, part) in shares.iter_mut().zip(parts) {
+            *share = quick_exp(part.ln_weight - top);
+            total += *share;
+        }
         let by_total = 1.0 / total;
-        out.mean = [0.0; SIZE];
-        out.cov = [[0.0; SIZE]; SIZE];
-        out.scale = 0.0;
-        out.unit_variance = 0.0;
-        out.noise = NoiseState { weight: [0.0; 3], left_s: [0.0; 2] };
-        out.inflation = 0.0;
-        out.unit = [0.0; 2];
-        for (part, weight) in parts.iter().zip(weights.clone()) {
-            let share = weight * by_total;
+        let mut out = Self {
+            ln_weight: top + quick_ln(total),
+            mean: [0.0; SIZE],
+            cov: [[0.0; SIZE]; SIZE],
+            scale: 0.0,
+            unit_variance: 0.0,
+            tuned: 0.0,
+            unit: [0.0; 2],
+            noise: NoiseState { weight: [0.0; 3], left_s: [0.0; 2] },
+            inflation: 0.0,
+            ..parts[0]
+        };
+        for (share, part) in shares.iter_mut().zip(parts) {
+            *share *= by_total;
+            let share = *share;
             for i in 0..SIZE {
                 out.mean[i] += share * part.mean[i];
             }
@@ -227,16 +239,19 @@ impl Part {
             out.unit_variance += share * part.unit_variance;
             out.noise.mix(&part.noise, share);
             out.inflation += share * part.inflation;
-            out.unit = [0, 1].map(|stroke| out.unit[stroke] + share * part.unit[stroke]);
+            for stroke in 0..2 {
+                out.unit[stroke] += share * part.unit[stroke];
+            }
         }
         let by_sigma2 = shape / out.scale;
-        out.tuned = 0.0;
-        for (part, weight) in parts.iter().zip(weights) {
-            let share = weight * by_total;
+        for (share, part) in shares.iter().zip(parts) {
             let own = part.scale / out.scale;
             out.tuned += share * part.tuned / own;
             let (inside, apart) = (share * own, share * by_sigma2);
-            let off: [f64; SIZE] = std::array::from_fn(|i| part.mean[i] - out.mean[i]);
+            let mut off = [0.0; SIZE];
+            for i in 0..SIZE {
+                off[i] = part.mean[i] - out.mean[i];
+            }
             for i in 0..SIZE {
                 let along = apart * off[i];
                 for j in 0..SIZE {

@@ -3,7 +3,7 @@
 
 use std::cell::OnceCell;
 
-use leak_table::{Conditions, DegradationId, Equivalent, SeverityAt, SeverityTable, Slice, Stroke, TableBundle};
+use leak_table::{Conditions, Cut, DegradationId, Equivalent, SeverityAt, SeverityTable, Stroke, TableBundle};
 
 /// Most kinds of wear with a table that are looked at.
 pub(crate) const MOST_WEARS: usize = 8;
@@ -30,7 +30,7 @@ pub(crate) struct Plant<'t> {
     /// The conditions, where the tables have them.
     conditions: Option<Conditions>,
     /// Each table under the conditions, from when it is asked first; none where it does not have them.
-    slices: [OnceCell<Option<Slice>>; MOST_WEARS],
+    cuts: [OnceCell<Option<Cut<'t>>>; MOST_WEARS],
 }
 
 impl<'t> Plant<'t> {
@@ -49,7 +49,7 @@ impl<'t> Plant<'t> {
             tables,
             end_shifts: Default::default(),
             conditions: conditions(bundle, weather),
-            slices: Default::default(),
+            cuts: Default::default(),
         };
         plant.healthy_s = plant.times_and_slopes(0, 0.0).map(|(time, _)| time);
         plant
@@ -71,19 +71,17 @@ impl<'t> Plant<'t> {
     pub(crate) fn times_and_slopes(&self, wear: u8, severity: f64) -> [(f64, f64); 2] {
         let wear = usize::from(wear);
         let limit = self.limits[wear];
-        let slice = self.conditions.as_ref().and_then(|conditions| {
-            let table = || self.bundle.entry(wear).over_conditions.and_then(|table| table.slice(conditions).ok());
-            self.slices[wear].get_or_init(table).as_ref()
+        let cut = self.conditions.as_ref().and_then(|conditions| {
+            let table = || self.bundle.entry(wear).over_conditions.and_then(|table| table.cut(conditions).ok());
+            self.cuts[wear].get_or_init(table).as_ref()
         });
         let at = severity * limit;
-        let of = |stroke: Stroke| match (slice, self.tables[wear]) {
-            (Some(slice), _) => slice.curve(stroke).extrapolated_time_and_slope(at),
-            (None, Some(table)) => table.curve(stroke).extrapolated_time_and_slope(at),
+        let times = match (cut, self.tables[wear]) {
+            (Some(cut), _) => cut.times_and_slopes(at),
+            (None, Some(table)) => Stroke::ALL.map(|stroke| table.curve(stroke).extrapolated_time_and_slope(at)),
             (None, None) => unreachable!("wears are counted by their tables"),
         };
-        let times = [of(Stroke::Close), of(Stroke::Open)];
-        let [(close, by_close), (open, by_open)] = times;
-        [(close, by_close * limit), (open, by_open * limit)]
+        times.map(|(time, slope)| (time, slope * limit))
     }
 
     /// Time of the healthy valve in s.

@@ -110,10 +110,9 @@ pub(crate) fn parts(plant: &Plant, config: &BayesConfig, shape: f64, scale: f64)
                 }
             };
             let leak = wear < 2;
-            let together = [Part::merged(&none, shape)];
             if config.growth != GrowthLaw::Exponential {
                 add(Law::Linear, Mode::Steady, prior.steady, &none);
-                add(Law::Linear, Mode::Rough, prior.rough, &together);
+                add(Law::Linear, Mode::Rough, prior.rough, &none);
             }
             if config.growth == GrowthLaw::Exponential {
                 for law in [Law::Exponential, Law::SteepExponential, Law::SteepestExponential] {

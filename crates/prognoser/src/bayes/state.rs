@@ -85,6 +85,7 @@ impl ValveRecord {
 }
 
 impl StoredPart {
+    #[inline]
     #[expect(clippy::cast_possible_truncation, reason = "single precision is meant")]
     fn packed(part: &Part) -> Self {
         let mut cov = [0.0; HALF];
@@ -112,6 +113,7 @@ impl StoredPart {
         }
     }
 
+    #[inline]
     fn unpacked(&self) -> Part {
         let [medium, strong] = self.correlated.map(f64::from);
         let mut cov = [[0.0; SIZE]; SIZE];

@@ -91,15 +91,15 @@ fn merge_nearest(parts: &mut Vec<Part>, shape: f64) {
 }
 
 /// A story of both leaks, and the severity at which each stroke ends.
-pub(crate) struct TwoLeaks<'a> {
+pub(crate) struct TwoLeaks<'a, 't> {
     pub part: &'a Part,
-    pub plant: &'a Plant<'a>,
+    pub plant: &'a Plant<'t>,
     pub sigma2: f64,
     /// Of the leak that slows down closing, and opening, alone.
     pub ends: [f64; 2],
 }
 
-impl TwoLeaks<'_> {
+impl TwoLeaks<'_, '_> {
     /// The ways in which they may come to their end: for paces of the leak whose pace is known less.
     pub(crate) fn lines(&self, prior: &RatePrior, weight: f64, finely: bool, lines: &mut Vec<Line>) {
         let vague = |i: usize| self.part.cov[i][i] / self.part.mean[i].powi(2).max(1e-12);

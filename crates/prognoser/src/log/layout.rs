@@ -73,9 +73,14 @@ impl Layout {
         &self.unknown
     }
 
-    /// What a line is. A "#" begins a comment only where it cannot begin a row: a valve may be called "#12".
+    /// Whether a line is blank or a comment. A "#" begins one only where it cannot begin a row: a valve may be called "#12".
+    pub(super) fn is_nothing(&self, text: &str) -> bool {
+        text.trim_ascii().is_empty() || (text.starts_with('#') && !self.may_be_row(text))
+    }
+
+    /// What a line is.
     pub(super) fn line(&self, text: &str, line: u64, empty_is_stalled: bool) -> Line {
-        if text.trim_ascii().is_empty() || (text.starts_with('#') && !self.may_be_row(text)) {
+        if self.is_nothing(text) {
             return Line::Nothing;
         }
         match self.row(text, line, empty_is_stalled) {

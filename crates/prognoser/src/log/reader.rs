@@ -3,7 +3,7 @@
 use std::io::BufRead;
 
 use super::error::{LogError, LogErrorKind};
-use super::layout::{Layout, Line};
+use super::layout::Layout;
 use super::lines::Lines;
 use crate::reading::Reading;
 
@@ -71,22 +71,14 @@ impl<R: BufRead> TimingLog<R> {
         loop {
             let line = self.lines.number() + 1;
             let at = |line, kind| LogError { log: self.name.clone(), line, kind };
-            // Two looks, since the row borrows the line.
             match self.lines.next_line() {
                 Ok(false) => return Ok(None),
-                Ok(true) => {}
-                Err(kind) => return Err(at(line, kind)),
-            }
-            match self.layout.line(self.lines.text(), line, self.empty_is_stalled) {
-                Line::Nothing => {}
-                Line::Bad(kind) => return Err(at(line, kind)),
-                Line::Row => {
-                    return self
-                        .layout
-                        .row(self.lines.text(), line, self.empty_is_stalled)
-                        .map(Some)
-                        .map_err(|kind| at(line, kind));
+                Ok(true) if self.layout.is_nothing(self.lines.text()) => {}
+                Ok(true) => {
+                    let row = self.layout.row(self.lines.text(), line, self.empty_is_stalled);
+                    return row.map(Some).map_err(|kind| at(line, kind));
                 }
+                Err(kind) => return Err(at(line, kind)),
             }
         }
     }

@@ -32,6 +32,9 @@ pub(crate) struct Life {
     pub readings: Vec<Reading>,
     /// Largest severity of any wear at each reading.
     pub severity: Vec<f64>,
+    /// The first cycle in which a stroke really took longer than its limit, or did not arrive: under a supply pressure below
+    /// the reference that is before the end.
+    pub over_from: f64,
     pub end_cycle: f64,
     pub begins: f64,
     /// What is really there; empty for a healthy valve.
@@ -91,6 +94,7 @@ impl Life {
         let keep = (1.0 - scenario.correlation.powi(2)).sqrt();
         let mut error = [noise.normal(), noise.normal()];
         let mut readings = Vec::with_capacity(path.severity.len());
+        let mut over_from = f64::INFINITY;
         for (k, severity) in path.severity.iter().enumerate() {
             let cycle = k as f64;
             let mut state = course.state(*severity);
@@ -104,6 +108,9 @@ impl Life {
                 Weather::Season => state.warmer_k = SEASON_K * (TAU * cycle / SEASON_CYCLES + phase).sin(),
             }
             let truth = world.times_s(&state);
+            if (0..2).any(|i| truth[i].is_none_or(|time| time * offset[i] > world.limits_s()[i])) {
+                over_from = cycle.min(over_from);
+            }
             if k > 0 {
                 error = error.map(|e| scenario.correlation * e + keep * noise.normal());
             }
@@ -136,7 +143,15 @@ impl Life {
             let last = course.state(1.0).severity;
             wear.extend(Wear::ALL.into_iter().filter(|wear| last[*wear as usize] > 0.0));
         }
-        Self { readings, severity: path.severity, end_cycle: path.end_cycle, begins: path.begins, wear, later }
+        Self {
+            readings,
+            severity: path.severity,
+            over_from,
+            end_cycle: path.end_cycle,
+            begins: path.begins,
+            wear,
+            later,
+        }
     }
 }
 

@@ -21,7 +21,8 @@
 //! - **Named rightly**: share of the lives in which the right fault, or a group
 //!   with it, is named in the last row.
 //! - **Ended early**: share of the lives with an `eol-reached` more than one
-//!   cycle before the end.
+//!   cycle before the end, and before a stroke really takes longer than its limit,
+//!   as it may under a supply pressure below that of the reference.
 //! - **Failed in service**: share of the lives that end although the valve is
 //!   replaced as soon as `replace_by_cycle` says that the next cycle is too late.
 //! - **Life given away**: median share of the life that is left at that

@@ -72,7 +72,7 @@ impl LifeScore {
             let wear = if life.later.is_some_and(|(_, begins)| cycle < begins) { &before } else { &life.wear };
             score.named_wrongly |= wrong(one, wear, *severity);
             score.called_other |= one.fault == FaultCall::Other && !grouped_with(one, wear);
-            score.ended_early |= one.status == Status::EolReached && left > 1.0;
+            score.ended_early |= one.status == Status::EolReached && left > 1.0 && cycle < life.over_from;
             if replaced.is_none() && one.replace_by_cycle.is_some_and(|by| (by as f64) < cycle + 1.0) {
                 replaced = Some(cycle);
             }
@@ -149,4 +149,28 @@ fn median(values: impl Iterator<Item = f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     let middle = values.len() / 2;
     if values.len() % 2 == 1 { values[middle] } else { f64::midpoint(values[middle - 1], values[middle]) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::output::blank;
+
+    #[test]
+    fn an_end_is_told_too_early_only_before_a_stroke_is_over_its_limit() {
+        let life = |over_from| Life {
+            readings: Vec::new(),
+            severity: vec![0.5; 20],
+            over_from,
+            end_cycle: 20.0,
+            begins: 0.0,
+            wear: vec![Wear::Atmosphere],
+            later: None,
+        };
+        let told = |cycle| Prognosis { status: Status::EolReached, ..blank("V", cycle) };
+        let early = |over_from, cycle| LifeScore::of(&life(over_from), &[told(cycle)], 1.0).ended_early;
+        assert!(early(f64::INFINITY, 12) && early(13.0, 12));
+        assert!(!early(12.0, 12) && !early(10.0, 12), "it really did take too long");
+        assert!(!early(f64::INFINITY, 19), "a cycle is near enough");
+    }
 }
