@@ -101,12 +101,12 @@ fn text(answer: &Explanation, input: &CampaignInput) -> String {
     for twin in &answer.twins {
         twin_text(&mut text, twin);
     }
+    if let Some(outside) = &answer.outside {
+        text.push_str(&outside_text(outside));
+    }
     let nuisances = nuisance_lines(&answer.nuisances);
     if !nuisances.is_empty() {
         let _ = writeln!(text, "\nInstruments and conditions were found to be off by:\n{nuisances}");
-    }
-    if let Some(outside) = &answer.outside {
-        text.push_str(&outside_text(outside));
     }
     text.push('\n');
     text.push_str(&candidate_table(answer));

@@ -174,3 +174,18 @@ fn bad_campaigns_are_refused_or_warned_of() {
         assert!(stderr.contains(expected), "{name}: {stderr}");
     }
 }
+
+#[test]
+fn a_run_whose_conditions_were_not_all_stated_is_named() {
+    let sandbox = Sandbox::new();
+    let supplies_psig = vec![60.0, 65.0, 70.0, 75.0, 85.0, 90.0, 50.0, 97.0];
+    Recording { supplies_psig, ..Recording::default() }.write(&sandbox, VALVE);
+    let campaign = sandbox.read("campaign.toml");
+    // Of the last two nobody says that the regulator had been turned, once down and once up.
+    sandbox
+        .write("campaign.toml", &campaign.replace("\"50 psig\"", "\"72 psig\"").replace("\"97 psig\"", "\"72 psig\""));
+    let answer = compared(&sandbox, &[]);
+    let words = answer["words"].to_string();
+    assert!(words.contains("run-7.csv is off most, its closing time by +"), "{words}");
+    assert!(words.contains("are its conditions all stated"), "{words}");
+}

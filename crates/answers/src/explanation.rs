@@ -8,6 +8,7 @@ use model_lab::diagnosis::outside::Outside;
 use model_lab::diagnosis::{Explanation, FittedParameter, Verdict};
 use serde_json::{Map, Value, json};
 use valve_model::EffectKind;
+use valve_model::custom::CustomTarget;
 
 use crate::{SCHEMA, error, moved, steps};
 
@@ -49,10 +50,21 @@ pub fn headline_in(answer: &Explanation, length: &dyn Fn(f64) -> String) -> Stri
                 left(answer, length)
             )
         }
-        Verdict::OutsideCatalogue => format!(
-            "something is missing ({} are left), and no effect of the catalogue, nor a pair, explains it",
-            left(answer, length)
-        ),
+        Verdict::OutsideCatalogue => {
+            let missing = format!(
+                "something is missing ({} are left), and no effect of the catalogue, nor a pair, explains it",
+                left(answer, length)
+            );
+            match answer.outside.as_ref().and_then(|outside| Some((outside, outside.errors.rmse_m?))) {
+                Some((outside, rmse_m)) => format!(
+                    "{missing}; a formula for {} {} does, but for {}",
+                    acting(outside.axis.target),
+                    along(outside.axis.variable),
+                    length(rmse_m)
+                ),
+                None => missing,
+            }
+        }
         Verdict::NotEnoughData if answer.interrupted && answer.recommended.is_empty() => {
             "the search was cut short before it was known what is missing, if anything is".into()
         }
@@ -62,6 +74,26 @@ pub fn headline_in(answer: &Explanation, length: &dyn Fn(f64) -> String) -> Stri
         Verdict::NotEnoughData => {
             format!("something is missing; {} explains it, and so do too many others", ids(answer))
         }
+    }
+}
+
+/// What a formula adds, in words.
+fn acting(target: CustomTarget) -> &'static str {
+    match target {
+        CustomTarget::Force => "a force",
+        CustomTarget::Friction => "a friction",
+        CustomTarget::PipeFlow => "a flow into the pipe",
+        CustomTarget::ChamberFlow => "a flow into the chamber",
+    }
+}
+
+/// What a formula lies along, in words.
+fn along(variable: &str) -> &str {
+    match variable {
+        "x" => "along the stroke",
+        "v" => "over the speed",
+        "t_since_command" => "after each command",
+        other => other,
     }
 }
 

@@ -175,7 +175,7 @@ impl fmt::Display for Notice {
             ),
             Self::ConditionsNotCovered => write!(
                 f,
-                "supply pressure or temperature is outside the tables, and not or not fully corrected for; build them with --supply-range and --temperature-range"
+                "the tables do not cover this supply pressure or temperature, which is not or not fully corrected for; build them over what the log holds, such as with --supply-range \"70..80 psig\" --temperature-range \"0..40 degC\""
             ),
             Self::NoDate => {
                 write!(f, "the time is no date of RFC 3339 such as 2026-01-31T06:00:00Z; no dates are told")

@@ -252,6 +252,21 @@ fn place_in_travel(runs: &[RunComparison], direction: Direction, stroke_m: f64) 
     })
 }
 
+/// A run is off by itself if its worst stroke time is off by this many times the median of all.
+const FAR: f64 = 3.0;
+
+/// The run whose stroke time is off most, if by far: its file, the stroke's direction, and measured minus simulated time, s.
+fn farthest(comparison: &Comparison) -> Option<(&str, &'static str, f64)> {
+    let strokes = comparison.runs.iter().flat_map(|run| run.strokes.iter().map(move |stroke| (run, stroke)));
+    let mut errors: Vec<(&str, &'static str, f64)> = strokes
+        .filter_map(|(run, stroke)| Some((run.file.as_str(), stroke.window.direction.name(), stroke.time_error_s()?)))
+        .collect();
+    errors.sort_by(|a, b| a.2.abs().total_cmp(&b.2.abs()));
+    let worst = *errors.last()?;
+    let median = errors[errors.len() / 2].2.abs();
+    (worst.2.abs() > FAR * median).then_some(worst)
+}
+
 /// The findings as sentences.
 pub(super) fn words(comparison: &Comparison) -> Vec<String> {
     let mut words = Vec::new();
@@ -272,7 +287,15 @@ pub(super) fn words(comparison: &Comparison) -> Vec<String> {
         words.push(if size < 1.05 {
             format!("no phase of a stroke is off by more than the noise shows; the error is {size:.3} times the noise")
         } else {
-            format!("no phase of a stroke is off by more than noise and scatter show, but the error is {size:.2} times the noise")
+            let alike = "no phase is off alike in all strokes";
+            match farthest(comparison) {
+                Some((file, direction, error_s)) => format!(
+                    "{alike}, but the error is {size:.2} times the noise: {file} is off most, its {direction} time by {:+.1} ms; are its \
+                     conditions all stated, such as a leak that was opened on purpose?",
+                    1e3 * error_s
+                ),
+                None => format!("{alike}, but the error is {size:.2} times the noise"),
+            }
         });
     }
     words
