@@ -30,6 +30,10 @@ pub const LARGEST_MULTIPLIER: f64 = 2.0;
 /// part of it.
 const LARGEST_SHARE: f64 = 0.3;
 
+/// Effects that leave more than this share of the calibrated model's error on what was held out, noise aside, do not explain most
+/// of it, and are not named.
+const NAMED_SHARE: f64 = 0.5;
+
 /// A nuisance is told where it is this many of its prior standard deviations off.
 const TOLD: f64 = 1.0;
 
@@ -41,25 +45,45 @@ pub(super) fn assemble<'a>(
     options: &DiagnoseOptions,
     tell: &(dyn Fn(Progress) + Sync),
 ) -> Explanation {
-    let Some(best) = found.model(found.accepted()) else { unreachable!("the accepted set was fitted") };
-    let recommended = in_order(catalogue, found);
+    let Some(accepted) = found.model(found.accepted()) else { unreachable!("the accepted set was fitted") };
     let stop = catalogue.stop;
-    let certainty = Certainty::new(&best.problem, &best.fit);
     let fit_options = FitOptions::new(catalogue.subject.setup(Level::High).groups.clone());
-    let remainder = remainder(best, &fit_options);
+    let is_good_enough = |model: &Fitted<'_>| {
+        let left_out = || errors::left_out(model).and_then(|errors| errors.rmse_m);
+        options.good_enough_m.is_some_and(|enough| left_out().is_some_and(|rmse| rmse < enough))
+    };
     let mut notes = notes(catalogue);
+    let mut best = accepted;
+    let mut recommended = in_order(catalogue, found);
+    let mut left = remainder(best, &fit_options);
+    let mut is_unnamed = false;
+    if let (Some(share), Some(calibrated)) = (share_left(found, accepted), found.model(&[]))
+        && share > NAMED_SHARE
+        && left.nats > options.select.accept
+        && !is_good_enough(accepted)
+    {
+        // What does less than half stands in for something else more often than not.
+        let ids: Vec<&str> = recommended.iter().map(|kind| kind.id()).collect();
+        notes.push(format!(
+            "{} would take away {:.0} % of the error on what was held out, noise aside: too little to be named",
+            ids.join(" with "),
+            1e2 * (1.0 - share).max(0.0)
+        ));
+        (best, recommended, is_unnamed) = (calibrated, Vec::new(), true);
+        left = remainder(best, &fit_options);
+    }
+    let (remainder, is_good_enough) = (left, is_good_enough(best));
+    let certainty = Certainty::new(&best.problem, &best.fit);
     tell(Progress::Doing("what cannot be told apart"));
     let twins = twins(catalogue, found, best, &recommended, &certainty, options);
-    let is_good_enough = options.good_enough_m.is_some_and(|enough| {
-        errors::left_out(best).and_then(|errors| errors.rmse_m).is_some_and(|rmse| rmse < enough)
-    });
     let is_large = if noise_m(best).is_some() {
         remainder.discrepancy > options.select.large
     } else {
         best.fit.noise.groups[2].multiplier > LARGEST_MULTIPLIER
     };
     let is_half_way = share_left(found, best).is_some_and(|share| share > LARGEST_SHARE);
-    let something_is_left = (is_large || is_half_way) && remainder.nats > options.select.accept && !is_good_enough;
+    let something_is_left =
+        is_unnamed || (is_large || is_half_way) && remainder.nats > options.select.accept && !is_good_enough;
     let mut found_outside = None;
     if something_is_left && !stop.is_asked() {
         tell(Progress::Doing("forces and flows without a law"));
