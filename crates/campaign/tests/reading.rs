@@ -437,6 +437,24 @@ fn files_are_found_beside_the_campaign() {
     assert!(Campaign::read(&path, &VALVE).unwrap_err().to_string().contains("a.csv:2: is not text"));
 }
 
+#[test]
+fn a_recording_in_place_of_a_campaign_is_called_one() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, bytes, format) in
+        [("a.csv.gz", &b"\x1f\x8b\x08\0\xff"[..], "a gzip file"), ("a.csv", usual().as_bytes(), "a table of numbers")]
+    {
+        let path = folder.path().join(name);
+        std::fs::write(&path, bytes).unwrap();
+        let message = Campaign::read(&path, &VALVE).unwrap_err().to_string();
+        let said = format!("{name}: is a recording ({format}), no campaign file; expected a TOML file that names");
+        assert!(message.contains(&said) && message.contains("`valve init campaign "), "{message}");
+    }
+    let path = folder.path().join("c.toml");
+    std::fs::write(&path, RUN.replace("]]", "]")).unwrap();
+    let message = Campaign::read(&path, &VALVE).unwrap_err().to_string();
+    assert!(message.contains("not valid TOML"), "{message}");
+}
+
 proptest::proptest! {
     #![proptest_config(proptest::test_runner::Config::with_cases(64))]
     #[test]
