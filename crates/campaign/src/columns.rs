@@ -211,16 +211,14 @@ pub(crate) fn find(
 /// a column's unit, the name without it is that of all.
 pub(crate) fn named(headings: &[(&str, &str)], name: &str) -> Vec<usize> {
     let small = name.to_lowercase();
-    let ways: [&dyn Fn(&str, &str) -> bool; 4] = [
-        &|whole, _| whole == name,
-        &|_, bare| bare == name,
-        &|whole, bare| whole.to_lowercase() == small || bare.to_lowercase() == small,
-        &|_, bare| without_unit(bare).to_lowercase() == small,
-    ];
-    let all = |way: &dyn Fn(&str, &str) -> bool| {
-        (0..headings.len()).filter(|index| way(headings[*index].0, headings[*index].1)).collect::<Vec<_>>()
+    let fits = |way: usize, whole: &str, bare: &str| match way {
+        0 => whole == name,
+        1 => bare == name,
+        2 => whole.to_lowercase() == small || bare.to_lowercase() == small,
+        _ => without_unit(bare).to_lowercase() == small,
     };
-    ways.into_iter().map(all).find(|found| !found.is_empty()).unwrap_or_default()
+    let all = |way| (0..headings.len()).filter(|index| fits(way, headings[*index].0, headings[*index].1)).collect();
+    (0..4).map(all).find(|found: &Vec<usize>| !found.is_empty()).unwrap_or_default()
 }
 
 /// " (did you mean ...?)" for a name among names with and without their units, or nothing.

@@ -1,6 +1,7 @@
 //! `valve init`: a first valve file or campaign file.
 
 mod campaign;
+mod conditions;
 mod dialogue;
 mod facts;
 mod orifice;

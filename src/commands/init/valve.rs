@@ -31,12 +31,24 @@ const MOST_CYCLES_TRIED: usize = 6;
 const REPEATS: u32 = 3;
 /// A limit is typically so many times the healthy stroke time.
 const LIMIT_OVER_TIME: f64 = 3.0;
+/// What is taken where nobody says anything else.
+const AIR: (&str, f64) = ("air", 287.05);
+const USUAL_NAME: &str = "my valve";
+const USUAL_TEMPERATURE: &str = "20 degC";
+const USUAL_AMBIENT: &str = "101.325 kPa";
+const USUAL_AMBIENT_PA: f64 = 101_325.0;
 
 /// Collects the numbers, simulates once to find a cycle that fits, writes the file.
 pub fn run(args: &InitValveArgs) -> anyhow::Result<Answer> {
     let out = Outputs::new(args.force).file(&args.out)?;
-    let mut collector = Collector { args, missing: Vec::new() };
-    let draft = collector.draft()?;
+    let mut collector = Collector::new(args, false);
+    let mut draft = collector.draft()?;
+    dialogue::all_right(&collector.wrong)?;
+    if dialogue::is_possible() {
+        // Asked only once all options are known to be right.
+        collector = Collector::new(args, true);
+        draft = collector.draft()?;
+    }
     if !collector.missing.is_empty() {
         return Err(Hinted::error(
             format!("not known yet: {}", collector.missing.join("; ")),
@@ -47,13 +59,18 @@ pub fn run(args: &InitValveArgs) -> anyhow::Result<Answer> {
     let name = args.out.display().to_string();
     let probe =
         ValveFile::parse(&draft.text(Schedule { close_at_s: 0.0, open_at_s: 4.0, end_s: 12.0 }, [3.0, 6.0]), &name)?;
-    let (times, schedule, limits) = settled(&probe, &draft.limits_s);
+    let (mut times, mut schedule, mut limits) = settled(&probe, &draft.limits_s);
+    if collector.asks_all() && draft.limits_s.contains(&None) {
+        draft.limits_s = asked_limits(draft.limits_s, limits, times)?;
+        (times, schedule, limits) = settled(&probe, &draft.limits_s);
+    }
+    collector.assume_limits(draft.limits_s, limits);
     let file = ValveFile::parse(&draft.text(schedule, limits), &name)?;
     out.write_whole(file.text().as_bytes())?;
     for doubt in file.doubts() {
         output::note(&format!("warning: {doubt}"));
     }
-    output::print_text(&summary(&draft, times, &name))?;
+    output::print_text(&summary(&draft, &collector.assumed, times, &name))?;
     Ok(Answer::Fine)
 }
 
@@ -113,13 +130,16 @@ fn up(number: f64) -> f64 {
     (2.0 * number / decade).ceil() * 0.5 * decade
 }
 
-fn summary(draft: &Draft, times: [Option<f64>; 2], file: &str) -> String {
+fn summary(draft: &Draft, assumed: &[String], times: [Option<f64>; 2], file: &str) -> String {
     let mut text = format!("{file} written.\n");
     let typical: Vec<&str> =
         draft.entries.iter().filter(|entry| entry.comment.starts_with("typical")).map(|entry| entry.key).collect();
     // Writing to a string cannot fail.
     if !typical.is_empty() {
         let _ = writeln!(text, "Typical values with wide tolerances: {}.", typical.join(", "));
+    }
+    if !assumed.is_empty() {
+        let _ = writeln!(text, "Assumed: {}.", assumed.join(", "));
     }
     let words = |time: Option<f64>| time.map_or("does not get there".to_owned(), |time| format!("{time:.3} s"));
     let _ =
@@ -148,8 +168,7 @@ impl Draft {
             text,
             "# Quantities are a number and a unit; pressures are psig, psia, barg, bara, kPa, MPa or Pa."
         );
-        let name: String = self.name.chars().filter(|character| !character.is_control()).collect();
-        let _ = writeln!(text, "name = \"{}\"", name.replace('\\', "\\\\").replace('"', "\\\""));
+        let _ = writeln!(text, "name = {}", quoted(&self.name));
         for section in ["actuator", "spring", "stops", "gas", "pneumatics"] {
             let _ = writeln!(text, "\n[{section}]");
             if section == "gas" {
@@ -193,20 +212,37 @@ impl Draft {
     }
 }
 
+/// A text as a TOML string, on one line.
+fn quoted(text: &str) -> String {
+    let text: String = text.chars().filter(|character| !character.is_control()).collect();
+    format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\""))
+}
+
 /// Gets each number from its option, the terminal, or what is typical.
 struct Collector<'a> {
     args: &'a InitValveArgs,
+    /// Whether there is somebody who is to be asked.
+    asks: bool,
+    /// What nobody has said.
     missing: Vec<String>,
+    /// What is wrong with the options.
+    wrong: Vec<String>,
+    /// What was taken without being said.
+    assumed: Vec<String>,
 }
 
-impl Collector<'_> {
+impl<'a> Collector<'a> {
+    fn new(args: &'a InitValveArgs, asks: bool) -> Self {
+        Self { args, asks, missing: Vec::new(), wrong: Vec::new(), assumed: Vec::new() }
+    }
+
     fn draft(&mut self) -> anyhow::Result<Draft> {
         let args = self.args;
-        let ambient = args.ambient.clone().unwrap_or_else(|| "101.325 kPa".to_owned());
-        let ambient_pa =
-            named("--ambient", quantity::absolute_pressure_pa(&ambient).map_err(|error| error.to_string()))?;
-        let temperature = args.temperature.clone().unwrap_or_else(|| "20 degC".to_owned());
-        named("--temperature", plain(&temperature, Dimension::Temperature))?;
+        let ambient = args.ambient.clone().unwrap_or_else(|| USUAL_AMBIENT.to_owned());
+        let ambient_pa = quantity::absolute_pressure_pa(&ambient).map_err(|error| error.to_string());
+        let ambient_pa = self.named("--ambient", ambient_pa).unwrap_or(USUAL_AMBIENT_PA);
+        let temperature = args.temperature.clone().unwrap_or_else(|| USUAL_TEMPERATURE.to_owned());
+        self.named("--temperature", plain(&temperature, Dimension::Temperature));
         let (stroke, stroke_m) = self.needed(
             "--stroke",
             args.stroke.as_ref(),
@@ -227,7 +263,7 @@ impl Collector<'_> {
         let size = Size { stroke_m, area_m2, supply_gauge_pa: supply_pa - ambient_pa };
         let entry = |key, text: String, comment: &str| Entry {
             key,
-            text: format!("\"{text}\""),
+            text: quoted(&text),
             comment: comment.to_owned(),
             tolerance: None,
         };
@@ -256,22 +292,57 @@ impl Collector<'_> {
                 None => self.fact(fact, size)?,
             });
         }
-        let gas = match args.gas.as_deref() {
-            None | Some("air") => ("air", 287.05),
-            Some("nitrogen") => ("nitrogen", 296.8),
-            Some(other) => {
-                return Err(Hinted::error(
-                    format!("--gas: \"{other}\" is not known"),
-                    "air or nitrogen; edit the file for another",
-                ));
-            }
-        };
-        let limit = |option: &str, text: Option<&String>| {
-            text.map(|text| named(option, plain(text, Dimension::Time)).map(|(si, _)| si)).transpose()
-        };
+        let gas = self.gas()?;
         let limits_s =
-            [limit("--close-within", args.close_within.as_ref())?, limit("--open-within", args.open_within.as_ref())?];
-        Ok(Draft { name: args.name.clone().unwrap_or_else(|| "my valve".to_owned()), gas, entries, limits_s })
+            [("--close-within", &args.close_within), ("--open-within", &args.open_within)].map(|(option, text)| {
+                let (si, _) = self.named(option, plain(text.as_ref()?, Dimension::Time))?;
+                Some(si)
+            });
+        if args.temperature.is_none() {
+            self.assumed.push(USUAL_TEMPERATURE.to_owned());
+        }
+        if args.ambient.is_none() {
+            self.assumed.push(format!("an atmosphere of {USUAL_AMBIENT}"));
+        }
+        if args.name.is_none() {
+            self.assumed.push(format!("name {USUAL_NAME}"));
+        }
+        let name = args.name.clone().unwrap_or_else(|| USUAL_NAME.to_owned());
+        Ok(Draft { name, gas, entries, limits_s })
+    }
+
+    /// Whether what has a usual value is asked for.
+    fn asks_all(&self) -> bool {
+        self.asks && !self.args.typical
+    }
+
+    /// The gas: its option, the answer at a terminal, else air.
+    fn gas(&mut self) -> anyhow::Result<(&'static str, f64)> {
+        if let Some(text) = &self.args.gas {
+            return Ok(self.named("--gas", gas(text)).unwrap_or(AIR));
+        }
+        if self.asks_all() {
+            let question = "Gas: air or nitrogen (N2). Empty for air";
+            if let Some((_, gas)) = dialogue::ask(question, true, gas)? {
+                return Ok(gas);
+            }
+        }
+        self.assumed.push(AIR.0.to_owned());
+        Ok(AIR)
+    }
+
+    /// Notes limits that nobody has said, after the gas.
+    fn assume_limits(&mut self, given: [Option<f64>; 2], taken: [f64; 2]) {
+        let at = self.assumed.iter().position(|assumed| assumed != AIR.0).unwrap_or(self.assumed.len());
+        let words = ["closes", "opens"].into_iter().enumerate().filter(|(index, _)| given[*index].is_none());
+        let words: Vec<String> =
+            words.map(|(index, verb)| format!("{verb} within {} s", format_number(taken[index]))).collect();
+        self.assumed.splice(at..at, words);
+    }
+
+    /// What an option says; what is wrong with it is told with all the rest.
+    fn named<T>(&mut self, option: &str, read: Result<T, String>) -> Option<T> {
+        read.map_err(|reason| self.wrong.push(format!("{option}: {reason}"))).ok()
     }
 
     /// A number without which nothing can be said.
@@ -283,9 +354,9 @@ impl Collector<'_> {
         read: impl Fn(&str) -> Result<f64, String>,
     ) -> anyhow::Result<(String, f64)> {
         if let Some(text) = given {
-            return Ok((text.clone(), named(option, read(text))?));
+            return Ok((text.clone(), self.named(option, read(text)).unwrap_or(1.0)));
         }
-        if dialogue::is_possible()
+        if self.asks
             && let Some(answer) = dialogue::ask(question, false, read)?
         {
             return Ok(answer);
@@ -299,7 +370,7 @@ impl Collector<'_> {
         let of_bore = |bore_m: f64| 0.25 * PI * bore_m * bore_m;
         let shown = |area_m2: f64| rounded(area_m2, "cm2");
         if let Some(text) = &self.args.piston_area {
-            let (area_m2, _) = named("--piston-area", plain(text, Dimension::Area))?;
+            let (area_m2, _) = self.named("--piston-area", plain(text, Dimension::Area)).unwrap_or((1.0, false));
             return Ok((text.clone(), area_m2, "effective area of piston or diaphragm".to_owned()));
         }
         let question = "Bore of the cylinder. Datasheet: bore, piston diameter, Kolbendurchmesser, alésage. E.g. 63 mm";
@@ -310,12 +381,13 @@ impl Collector<'_> {
     }
 
     /// Stiffness in N/m and compression in m from a bench set, where one is given.
-    fn bench_set(&self, size: Size) -> anyhow::Result<Option<(f64, f64)>> {
+    fn bench_set(&mut self, size: Size) -> anyhow::Result<Option<(f64, f64)>> {
         let args = self.args;
         let by_itself = args.spring_stiffness.is_some() || args.spring_preload.is_some() || args.typical;
         let range_pa = match &args.bench_set {
-            Some(text) => Some(named("--bench-set", bench_set_pa(text))?),
-            None if !by_itself && dialogue::is_possible() => {
+            // A wrong one must not be asked for a second time by its parts.
+            Some(text) => Some(self.named("--bench-set", bench_set_pa(text)).unwrap_or((0.0, 1.0))),
+            None if !by_itself && self.asks => {
                 let question = "Bench set: pressures at which the stroke begins and ends. Nameplate: bench set, spring range, \
                                 Federbereich. E.g. 0.8..2.4 barg. Empty if there is none";
                 dialogue::ask(question, true, bench_set_pa)?.map(|(_, range_pa)| range_pa)
@@ -332,7 +404,7 @@ impl Collector<'_> {
             if as_it_is {
                 Entry {
                     key: fact.key,
-                    text: format!("\"{text}\""),
+                    text: quoted(text),
                     comment: fact.what.to_owned(),
                     tolerance: fact.tolerance[0].filter(|_| si > 0.0),
                 }
@@ -341,7 +413,8 @@ impl Collector<'_> {
             }
         };
         if let Some(text) = self.given(fact.key) {
-            let (si, as_it_is) = named(fact.option, (fact.read)(&text))?;
+            let option = fact.option.split(' ').next().unwrap_or(fact.option);
+            let (si, as_it_is) = self.named(option, (fact.read)(&text)).unwrap_or((0.0, false));
             return Ok(entry(&text, si, as_it_is));
         }
         let typical = (fact.typical)(size);
@@ -349,7 +422,7 @@ impl Collector<'_> {
         if self.args.typical {
             return Ok(usual(fact.tolerance[1]));
         }
-        if dialogue::is_possible() {
+        if self.asks {
             let question = format!(
                 "{}: {}.\n  Where: {}. E.g. {}. Empty if you do not know (then {}, and not sure)",
                 fact.option,
@@ -383,6 +456,31 @@ impl Collector<'_> {
     }
 }
 
+/// The limits that are asked for at a terminal, s; an empty answer leaves the one that is shown.
+fn asked_limits(
+    given: [Option<f64>; 2],
+    usual: [f64; 2],
+    times_s: [Option<f64>; 2],
+) -> anyhow::Result<[Option<f64>; 2]> {
+    let mut limits_s = given;
+    for (index, stroke) in ["closing", "opening"].into_iter().enumerate() {
+        if given[index].is_none() {
+            let why = match times_s[index] {
+                Some(_) => format!("{LIMIT_OVER_TIME} times the model's own"),
+                None => "the model does not get there".to_owned(),
+            };
+            let question = format!(
+                "Longest acceptable {stroke} time. Maintenance manual: maximum stroke time, Stellzeit. E.g. 3 s. \
+                 Empty for {} s ({why})",
+                format_number(usual[index])
+            );
+            let answer = dialogue::ask(&question, true, |text| plain(text, Dimension::Time))?;
+            limits_s[index] = answer.map(|(_, (si, _))| si);
+        }
+    }
+    Ok(limits_s)
+}
+
 /// A value in the fact's own unit.
 fn written(fact: &Fact, si: f64, comment: String, tolerance: Option<f64>) -> Entry {
     let tolerance = tolerance.filter(|_| si > 0.0);
@@ -396,7 +494,30 @@ fn rounded(si: f64, unit: &str) -> String {
     format_si(unit.to_si(number), &unit)
 }
 
-/// An error that names its option.
-fn named<T>(option: &str, result: Result<T, String>) -> anyhow::Result<T> {
-    result.map_err(|reason| anyhow::anyhow!("{option}: {reason}"))
+/// A gas by one of its names, with its specific gas constant, J/(kg K).
+fn gas(text: &str) -> Result<(&'static str, f64), String> {
+    match text.trim().to_lowercase().as_str() {
+        "air" => Ok(AIR),
+        "nitrogen" | "n2" | "n₂" => Ok(("nitrogen", 296.8)),
+        _ => Err(format!("\"{text}\" is not known; expected air or nitrogen (N2); edit the file for another")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gases_go_by_name_and_formula() {
+        for (text, name) in [("N2", "nitrogen"), ("Nitrogen", "nitrogen"), ("air", "air"), (" Air ", "air")] {
+            assert_eq!(gas(text).unwrap().0, name);
+        }
+        assert!(gas("argon").unwrap_err().contains("expected air or nitrogen (N2)"));
+    }
+
+    #[test]
+    fn an_inch_sign_does_not_end_a_text() {
+        assert_eq!(quoted("0.083\""), "\"0.083\\\"\"");
+        assert_eq!(quoted("a\\b\n"), "\"a\\\\b\"");
+    }
 }

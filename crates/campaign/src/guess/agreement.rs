@@ -56,24 +56,37 @@ fn name_for_all(recordings: &[Recording], column: &mut ColumnGuess, found: &mut 
         column.call.clone_from(name);
     }
     let unit = |(other, index): &(&Recording, usize)| other.unit(*index);
-    let text = |unit: &Option<Unit>| {
-        unit.as_ref().map_or("a unit that it does not say".to_owned(), |unit| unit.text().to_owned())
-    };
-    let of_first = own.first().and_then(unit);
-    let Some((other, of_other)) =
-        own.iter().map(|own| (own.0, unit(own))).find(|(_, unit)| text(unit) != text(&of_first))
-    else {
-        return;
-    };
-    let (files, units) = ([first.file.clone(), other.file.clone()], [text(&of_first), text(&of_other)]);
-    let told = own.iter().all(|own| unit(own).is_some_and(|unit| unit.reference() != Reference::Ambiguous));
+    // Files by unit; "bar(g)" and "barg" are one.
+    let mut groups: Vec<(Option<Unit>, Vec<&str>)> = Vec::new();
+    for own in &own {
+        let unit = unit(own);
+        match groups.iter_mut().find(|(other, _)| is_same(other.as_ref(), unit.as_ref())) {
+            Some((_, files)) => files.push(&own.0.file),
+            None => groups.push((unit, vec![&own.0.file])),
+        }
+    }
+    let [(one, in_one), (other, in_other), ..] = &groups[..] else { return };
+    let text = |unit: &Option<Unit>| unit.as_ref().map_or("a unit that it does not say", Unit::text).to_owned();
+    let told =
+        groups.iter().all(|(unit, _)| unit.as_ref().is_some_and(|unit| unit.reference() != Reference::Ambiguous));
     let by_level = column.channel == "command" && found.threshold.is_some();
     if column.unit.is_some() || by_level || !told {
-        found.conflicts.push(Conflict::Units { channel: column.channel.to_owned(), files, units });
+        found.conflicts.push(Conflict::Units {
+            channel: column.channel.to_owned(),
+            files: [in_one[0].to_owned(), in_other[0].to_owned()],
+            units: [text(one), text(other)],
+        });
         return;
     }
-    let said = own.iter().map(|own| format!("{} in {}", text(&unit(own)), own.0.file)).collect::<Vec<_>>().join(", ");
-    found.said.push(format!("{}: each recording's own unit counts: {said}", column.channel));
+    let said: Vec<String> =
+        groups.iter().map(|(unit, files)| format!("{} in {}", text(unit), files.join(", "))).collect();
+    found.said.push(format!("{}: each recording's own unit counts: {}", column.channel, said.join("; ")));
+}
+
+/// Whether numbers in both units mean the same.
+fn is_same(one: Option<&Unit>, other: Option<&Unit>) -> bool {
+    let meaning = |unit: &Unit| (unit.dimension(), unit.reference(), unit.to_si(0.0), unit.to_si(1.0));
+    one.map(meaning) == other.map(meaning)
 }
 
 fn no_column(recording: &Recording, channel: &str, name: &str) -> Conflict {

@@ -53,7 +53,8 @@ pub fn draft(name: &str, found: &Understanding, first: &Recording, runs: &[Draft
     for column in &found.columns {
         let threshold_on_it = found.threshold.is_some() && column.channel == "command";
         let same_for_all = column.call == column.name || column.channel.ends_with("pressure");
-        if !threshold_on_it && !(same_for_all && column.is_plain(found_by_itself(column, first))) {
+        let says_nothing = same_for_all && column.is_plain(found_by_itself(column, first));
+        if !threshold_on_it && !says_nothing {
             let _ = writeln!(lines, "{} = {}", column.channel, mapping(column));
         }
     }

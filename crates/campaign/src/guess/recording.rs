@@ -96,7 +96,9 @@ impl Recording {
             {
                 let above = |unit: &Unit| if unit.reference() == Reference::Gauge { ambient_pressure_pa } else { 0.0 };
                 let shift = above(&from) - above(&to);
-                values.iter_mut().for_each(|value| *value = to.from_si(from.to_si(*value) + shift));
+                for value in &mut values {
+                    *value = to.from_si(from.to_si(*value) + shift);
+                }
             }
             (values, self.timestamps[own])
         };
