@@ -130,7 +130,10 @@ pub struct InitCampaignArgs {
     /// Temperature of all recordings, or FILE=TEMPERATURE of one; may be repeated
     #[arg(long, value_name = "TEMPERATURE")]
     pub temperature: Vec<String>,
-    /// Which column is which: CHANNEL=NAME, such as position=LVDT; may be repeated
+    /// Leak that was opened on purpose, such as FILE=atmosphere:0.15mm2 or FILE=supply:0.05mm2; may be repeated
+    #[arg(long, value_name = "LEAK")]
+    pub leak: Vec<String>,
+    /// Which column is which: CHANNEL=NAME, such as position=LVDT, or supply_pressure=none to leave a channel out
     #[arg(long, value_name = "CHANNEL=NAME")]
     pub column: Vec<String>,
     /// What a command of 1 means: close or open

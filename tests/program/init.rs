@@ -27,6 +27,9 @@ fn a_datasheet_becomes_a_valve_file_that_runs() {
     assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
     let said = String::from_utf8(output.stdout).unwrap();
     assert!(said.contains("Typical values with wide tolerances: ") && said.contains("The model closes in "), "{said}");
+    let one_line = said.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(one_line.contains("Assumed: air, closes within 3"), "{said}");
+    assert!(one_line.contains(" s, 20 degC, an atmosphere of 101.325 kPa, name my valve."), "{said}");
     let text = sandbox.read("new.toml");
     for line in [
         "stroke = \"25.4 mm\"",
@@ -75,6 +78,70 @@ fn nothing_is_guessed_or_replaced_unasked() {
     assert!(wrong.contains("--supply: \"bar\" does not say from where it counts; expected barg"), "{wrong}");
     assert_eq!(sandbox.read("valve.toml"), before);
     assert_eq!(sandbox.names(), ["log.csv", "valve.toml"]);
+}
+
+#[test]
+fn units_of_american_datasheets_are_read_and_all_wrong_options_told_at_once() {
+    let sandbox = Sandbox::new();
+    let written = sandbox.valve(&[
+        "init",
+        "--typical",
+        "--out",
+        "new.toml",
+        "--stroke",
+        "1 inch",
+        "--piston-area",
+        "4.83 sq.in",
+        "--supply",
+        "75 PSIG",
+        "--bench-set",
+        "26.8 - 45.7 psig",
+        "--solenoid",
+        "0.083\"",
+        "--dead-volume",
+        "30 ccm",
+        "--moving-mass",
+        "3.3 lbs",
+        "--pipe",
+        "2.44 cu.in",
+        "--gas",
+        "N2",
+    ]);
+    assert_eq!(written.status.code(), Some(0), "{}", shown(&written));
+    let text = sandbox.read("new.toml");
+    for line in ["piston_area = \"4.83 sq.in\"", "supply_pressure = \"75 PSIG\"", "# nitrogen", "from 0.083\""] {
+        assert!(text.contains(line), "{line} in\n{text}");
+    }
+    let simulated = sandbox.valve(&["simulate", "new.toml"]);
+    assert_eq!(simulated.status.code(), Some(0), "{}", shown(&simulated));
+    let refused = shown(&sandbox.valve(&[
+        "init",
+        "--typical",
+        "--out",
+        "x.toml",
+        "--stroke",
+        "25,4 mm",
+        "--bore",
+        "63 m2",
+        "--supply",
+        "5 bar",
+        "--gas",
+        "argon",
+        "--spring-stiffness",
+        "91.4 lb/in",
+        "--close-within",
+        "3",
+    ]));
+    for said in [
+        "--stroke: \"25,4 mm\" has a decimal comma; write a decimal point",
+        "--bore: \"m2\" is a unit of an area",
+        "--supply: \"bar\" does not say from where it counts",
+        "--gas: \"argon\" is not known; expected air or nitrogen",
+        "--spring-stiffness: \"lb/in\" is a unit of another kind of quantity (did you mean \"lbf/in\"?)",
+        "--close-within: \"3\" has no unit",
+    ] {
+        assert!(refused.contains(said), "{said} in\n{refused}");
+    }
 }
 
 /// Recordings of the sandbox's valve at three pressures, in the handwriting of a German recorder.
@@ -133,6 +200,118 @@ fn raw_recordings_become_a_campaign_that_compares() {
     // A second time it would replace the file.
     let refused = shown(&sandbox.valve(&call));
     assert!(refused.contains("campaign.toml: exists already"), "{refused}");
+}
+
+/// A recording of a valve of 25.4 mm with its supply at 517 kPa above the atmosphere, in a gauge unit of so many Pa.
+fn with_supply(heading: &str, unit_pa: f64, late_s: f64) -> String {
+    let mut text = format!("Zeit [s],Magnetventil zu,Hub [mm],{heading}\n");
+    for step in 0..2000 {
+        let time_s = f64::from(step) * 2e-3;
+        let since_s = time_s - late_s;
+        let closed = ((since_s - 0.5) / 0.4).clamp(0.0, 1.0) - ((since_s - 2.3) / 0.6).clamp(0.0, 1.0);
+        let noise = 0.03 * ((f64::from(step) * 12.9898).sin() * 43_758.545_3).fract();
+        let supply = (517e3 + 100.0 * f64::from(step % 3)) / unit_pa;
+        let command = u8::from((0.3..2.0).contains(&since_s));
+        writeln!(text, "{time_s:.3},{command},{:.4},{supply:.5}", 25.4 * (1.0 - closed) + noise).unwrap();
+    }
+    text
+}
+
+#[test]
+fn recordings_with_pressures_in_two_units_become_a_campaign() {
+    let sandbox = Sandbox::new();
+    sandbox.write("a.csv", &with_supply("Versorgungsdruck [bar(g)]", 1e5, 0.0));
+    sandbox.write("b.csv", &with_supply("Versorgungsdruck [psig]", 6894.757, 0.1));
+    sandbox.write("c.csv", &with_supply("Versorgungsdruck_PSIG", 6894.757, 0.2));
+    let call = |more: &[&str]| {
+        let mut call = vec!["init", "campaign", "a.csv", "b.csv", "c.csv", "--valve", "valve.toml", "--force"];
+        call.extend(more);
+        sandbox.valve(&call)
+    };
+    for options in [&[][..], &["--column", "supply_pressure=Versorgungsdruck"]] {
+        let options = [options, &["--temperature", "20 degC", "--leak", "b.csv=atmosphere:0.15mm2"]].concat();
+        let done = call(&options);
+        assert_eq!(done.status.code(), Some(0), "{}", shown(&done));
+        assert_eq!(String::from_utf8(done.stderr.clone()).unwrap(), "", "what is understood is no warning");
+        let said = String::from_utf8(done.stdout).unwrap().split_whitespace().collect::<Vec<_>>().join(" ");
+        for expected in [
+            "as it says; 101.325 kPa of ambient pressure are added",
+            "each recording's own unit counts: bar(g) in a.csv; psig in b.csv, c.csv",
+            "c.csv: 618.4 kPa (from the median of the recorded supply pressure)",
+        ] {
+            assert!(said.contains(expected), "{expected} in\n{said}");
+        }
+        let text = sandbox.read("campaign.toml");
+        assert!(text.contains("supply_pressure = \"Versorgungsdruck\"\n"), "{text}");
+        assert_eq!(text.matches("leak_to_atmosphere = \"0.15mm2\"\n").count(), 1, "{text}");
+        assert_eq!(text.matches("# leak_to_atmosphere = ").count(), 2, "{text}");
+    }
+    let compared = sandbox.valve(&["compare", "valve.toml", "campaign.toml"]);
+    assert_eq!(compared.status.code(), Some(0), "{}", shown(&compared));
+    assert!(!shown(&compared).contains("ambient pressure were added"), "{}", shown(&compared));
+    let done = call(&["--column", "supply_pressure=none", "--supply", "75 psig", "--temperature", "20 degC"]);
+    assert_eq!(done.status.code(), Some(0), "{}", shown(&done));
+    assert!(sandbox.read("campaign.toml").contains("\nsupply_pressure = \"none\"\n"));
+    let before = sandbox.read("campaign.toml");
+    for (options, expected) in [
+        (
+            &["--column", "supply_pressure=Versorgungdruck"][..],
+            "a.csv has no column \"Versorgungdruck\" (did you mean \"Versorgungsdruck\"?)",
+        ),
+        (&["--column", "supply_pressure="], "--column supply_pressure=: no name behind the channel"),
+        (&["--column", "position=none"], "nothing can be read without the position"),
+        (&["--temperature", "d.csv=20 degC"], "--temperature d.csv=20 degC: there is no recording \"d.csv\""),
+        (&["--leak", "0.15mm2", "--supply", "5 bar"], "--supply: \"bar\" does not say from where it counts"),
+        (
+            &["--leak", "0.15mm2", "--supply", "5 bar"],
+            "--leak: \"0.15mm2\" has no place; a leak is such as atmosphere:0.15mm2",
+        ),
+    ] {
+        let refused = call(options);
+        assert_eq!(refused.status.code(), Some(2), "{}", shown(&refused));
+        assert!(shown(&refused).contains(expected), "{expected} in\n{}", shown(&refused));
+    }
+    assert_eq!(sandbox.read("campaign.toml"), before);
+    let refused = shown(&sandbox.valve(&["compare", "valve.toml", "a.csv"]));
+    assert!(refused.contains("a.csv: is a recording (a table of numbers), no campaign file; expected"), "{refused}");
+}
+
+/// Runs the program at a terminal of its own and gives these answers; `None` where there is no `script` to make one.
+#[cfg(target_os = "linux")]
+fn at_a_terminal(sandbox: &Sandbox, arguments: &str, answers: &str) -> Option<String> {
+    use std::io::Write as _;
+    use std::process::{Command, Stdio};
+
+    let mut child = Command::new("script")
+        .args(["-qec", &format!("{} {arguments}", env!("CARGO_BIN_EXE_valve")), "/dev/null"])
+        .current_dir(sandbox.path("."))
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .ok()?;
+    child.stdin.take().expect("a pipe").write_all(answers.as_bytes()).expect("the answers are taken");
+    let output = child.wait_with_output().expect("the program ends");
+    Some(String::from_utf8_lossy(&output.stdout).split_whitespace().collect::<Vec<_>>().join(" "))
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn at_a_terminal_each_question_is_asked_once() {
+    let sandbox = Sandbox::new();
+    for (name, late_s) in [("a.csv", 0.0), ("b.csv", 0.1), ("c.csv", 0.2)] {
+        sandbox.write(name, &with_supply("Versorgungsdruck [psig]", 6894.757, late_s));
+    }
+    let arguments = "init campaign a.csv b.csv c.csv --valve valve.toml";
+    let Some(said) = at_a_terminal(&sandbox, arguments, "30 degC\n") else { return };
+    assert_eq!(said.matches("Temperature of the recordings, such as 20 degC").count(), 1, "{said}");
+    assert_eq!(sandbox.read("campaign.toml").matches("\ntemperature = \"30 degC\"").count(), 3);
+    let arguments = "init --out new.toml --stroke '25.4 mm' --bore '63 mm' --supply '5.2 barg'";
+    // Bench set, mass, volume, friction, solenoid, port and pipe; gas; limits.
+    let Some(said) = at_a_terminal(&sandbox, arguments, "1.8..3.1 barg\n\n\n\n\n\n\nN2\n\n9 s\n") else { return };
+    assert!(said.contains("Gas: air or nitrogen (N2). Empty for air") && said.contains("Longest acceptable"), "{said}");
+    assert!(said.contains("Assumed: closes within ") && !said.contains("opens within "), "{said}");
+    let text = sandbox.read("new.toml");
+    assert!(text.contains("# nitrogen") && text.contains("open_within = \"9 s\""), "{text}");
 }
 
 #[test]

@@ -7,6 +7,11 @@ use quantity::{Dimension, Reference, Unit, suggest};
 use crate::error::{DataError, DataProblem};
 use crate::warning::Doubt;
 
+/// What `[columns]` says of a channel that is not to be read although a recording has it.
+pub(crate) const LEFT_OUT: &str = "none";
+/// Channels without which nothing can be read.
+const NEEDED: [&str; 4] = ["time", "position", "close_time", "open_time"];
+
 /// A channel's name and what it measures.
 pub(crate) type Channel = (&'static str, Dimension);
 
@@ -38,6 +43,7 @@ pub(crate) struct Mapping {
     unit: Option<Unit>,
     scale: Option<f64>,
     offset: Option<f64>,
+    pub left_out: bool,
 }
 
 impl Mapping {
@@ -75,7 +81,12 @@ pub(crate) fn read_mappings(parent: &Section<'_>, channels: &[Channel]) -> Resul
         if columns.value_span(channel).is_some()
             && let Ok(Some(name)) = columns.text(channel, expected)
         {
+            mapping.left_out = name == LEFT_OUT;
             mapping.name = Some(name.to_owned());
+            if mapping.left_out && NEEDED.contains(&channel) {
+                let found = format!("\"{LEFT_OUT}\", which leaves the channel out");
+                return Err(columns.wrong(channel, found, format!("a column: nothing is read without the {channel}")));
+            }
         } else if let Some(table) = columns.section(channel)? {
             table.allow_only(&["name", "unit", "scale", "offset"])?;
             mapping.name = table.text("name", "the column's name")?.map(str::to_owned);
@@ -111,14 +122,28 @@ fn unit(table: &Section<'_>, text: &str, dimension: Dimension) -> Result<Unit, T
     }
 }
 
-/// The unit behind the last underscore of a name, in any case: "position_mm", "T_DEGC".
-fn unit_at_end(name: &str, dimension: Dimension) -> Option<Unit> {
+/// The unit behind the last underscore of a name, in any case: "position_mm", "T_DEGC", "Supply_PSIG".
+pub(crate) fn unit_at_end(name: &str, dimension: Dimension) -> Option<Unit> {
     let (_, end) = name.rsplit_once('_')?;
     let known = dimension.unit_ignoring_case(end);
     // Bare psi and bar are none of the usual units, and must not be overlooked either.
     let bare =
         ["psi", "bar"].into_iter().find(|unit| dimension == Dimension::Pressure && unit.eq_ignore_ascii_case(end));
     Unit::parse(known.or(bare)?).ok()
+}
+
+/// The unit behind the last underscore of a name, of whatever a recorder writes down.
+pub(crate) fn any_unit_at_end(name: &str) -> Option<Unit> {
+    let all = [Dimension::Time, Dimension::Length, Dimension::Pressure, Dimension::Temperature, Dimension::Area];
+    all.into_iter().find_map(|dimension| unit_at_end(name, dimension))
+}
+
+/// A name without the unit behind its last underscore.
+pub(crate) fn without_unit(bare: &str) -> &str {
+    match (any_unit_at_end(bare), bare.rsplit_once('_')) {
+        (Some(_), Some((stem, _))) => stem,
+        _ => bare,
+    }
 }
 
 /// Whether a heading is a channel's own name, with its unit behind it: "position_mm", "Chamber pressure (kPa)".
@@ -138,13 +163,16 @@ pub(crate) fn find(
     (channel, dimension): Channel,
     mapping: Option<&Mapping>,
     ambient_pressure_pa: f64,
-) -> Result<Option<(Column, Option<Doubt>)>, DataError> {
+) -> Result<Option<Column>, DataError> {
     let empty = Mapping::default();
     let mapping = mapping.unwrap_or(&empty);
+    if mapping.left_out {
+        return Ok(None);
+    }
     let headings = source.headings();
     let found: Vec<usize> = match &mapping.name {
         None => (0..headings.len()).filter(|index| is_channel(&headings[*index], channel, dimension)).collect(),
-        Some(name) => named(headings, name),
+        Some(name) => named(&headings.iter().map(|it| (it.name.as_str(), it.bare())).collect::<Vec<_>>(), name),
     };
     let error = |problem| DataError::new(source.file(), source.header_line(), problem);
     let index = match (found[..].first(), found.get(1)) {
@@ -175,19 +203,27 @@ pub(crate) fn find(
     let scale = mapping.scale.unwrap_or(1.0);
     let zero = unit.to_si(0.0) + if gauge { ambient_pressure_pa } else { 0.0 };
     let offset = zero + mapping.offset.unwrap_or(0.0);
-    let doubt = gauge.then_some(Doubt::GaugeColumn { column, unit: written, ambient_kpa: ambient_pressure_pa / 1e3 });
-    Ok(Some((Column { index, factor: scale * unit.difference_to_si(1.0), offset }, doubt)))
+    Ok(Some(Column { index, factor: scale * unit.difference_to_si(1.0), offset }))
 }
 
-/// The columns of this name: as it is written, else without the unit behind it, else in any case.
-fn named(headings: &[Heading], name: &str) -> Vec<usize> {
-    let ways: [&dyn Fn(&Heading) -> bool; 3] =
-        [&|heading| heading.name == name, &|heading| heading.bare() == name, &|heading| {
-            heading.name.to_lowercase() == name.to_lowercase() || heading.bare().to_lowercase() == name.to_lowercase()
-        }];
-    let all =
-        |way: &dyn Fn(&Heading) -> bool| (0..headings.len()).filter(|index| way(&headings[*index])).collect::<Vec<_>>();
-    ways.into_iter().map(all).find(|found| !found.is_empty()).unwrap_or_default()
+/// The columns of this name among names with and without their units: as it is written, else without the unit in
+/// brackets, else in any case, else without the unit behind an underscore. Where recordings of one campaign differ in
+/// a column's unit, the name without it is that of all.
+pub(crate) fn named(headings: &[(&str, &str)], name: &str) -> Vec<usize> {
+    let small = name.to_lowercase();
+    let fits = |way: usize, whole: &str, bare: &str| match way {
+        0 => whole == name,
+        1 => bare == name,
+        2 => whole.to_lowercase() == small || bare.to_lowercase() == small,
+        _ => without_unit(bare).to_lowercase() == small,
+    };
+    let all = |way| (0..headings.len()).filter(|index| fits(way, headings[*index].0, headings[*index].1)).collect();
+    (0..4).map(all).find(|found: &Vec<usize>| !found.is_empty()).unwrap_or_default()
+}
+
+/// " (did you mean ...?)" for a name among names with and without their units, or nothing.
+pub(crate) fn did_you_mean<'a>(headings: impl Iterator<Item = (&'a str, &'a str)>, name: &str) -> String {
+    suggest::did_you_mean(name, headings.flat_map(|(whole, bare)| [whole, bare, without_unit(bare)]))
 }
 
 fn usual_unit(dimension: Dimension) -> &'static str {
@@ -200,7 +236,7 @@ fn usual_unit(dimension: Dimension) -> &'static str {
 
 /// The refusal of a file that lacks a column.
 pub(crate) fn missing(source: &dyn ColumnSource, column: &str, expected: &str) -> DataError {
-    let hint = suggest::did_you_mean(column, source.headings().iter().map(|heading| heading.name.as_str()));
+    let hint = did_you_mean(source.headings().iter().map(|heading| (heading.name.as_str(), heading.bare())), column);
     let problem = DataProblem::MissingColumn {
         column: format!("\"{column}\"{hint}"),
         expected: expected.to_owned(),

@@ -12,6 +12,17 @@ pub enum CampaignError {
     /// One of the CSV files.
     #[error(transparent)]
     Data(#[from] DataError),
+    /// A recording in place of the campaign file that names it.
+    #[error(
+        "{file}: is a recording ({format}), no campaign file; expected a TOML file that names recordings and their \
+         conditions, which `valve init campaign {file}` writes"
+    )]
+    Recording {
+        /// The file.
+        file: String,
+        /// What it is, such as "a gzip file".
+        format: &'static str,
+    },
 }
 
 /// A refusal of a CSV file with its place.

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use checked_toml::{Document, QuantityKind, Refusals, Section, TomlFileError};
+use checked_toml::{Document, Problem, QuantityKind, Refusals, Section, TomlFileError};
 use column_source::NoticeKind;
 
 use crate::columns::{self, CHANNELS, Mapping, TIMING_CHANNELS};
@@ -19,9 +19,12 @@ type Load<'a> = &'a dyn Fn(&str) -> std::io::Result<Vec<u8>>;
 impl Campaign {
     /// Reads a campaign file and the CSV files that it names, relative to its folder.
     pub fn read(path: &Path, valve: &ValveFacts) -> Result<Self, CampaignError> {
-        let text = checked_toml::read_text(path)?;
         let folder = path.parent().unwrap_or(Path::new(""));
-        Self::parse(&text, &path.display().to_string(), valve, &|file| std::fs::read(folder.join(file)))
+        let parse = |text: &str| {
+            Self::parse(text, &path.display().to_string(), valve, &|file| std::fs::read(folder.join(file)))
+        };
+        let read = checked_toml::read_text(path).map_err(CampaignError::from).and_then(|text| parse(&text));
+        read.map_err(|error| recording_instead(path, &error).unwrap_or(error))
     }
 
     /// Reads a campaign's text; `load` gives the bytes of each file that it names. `file_name` is
@@ -82,6 +85,16 @@ impl Campaign {
         }
         Ok(campaign)
     }
+}
+
+/// The refusal of a recording where the campaign that names it should be; `None` of any other file.
+fn recording_instead(path: &Path, error: &CampaignError) -> Option<CampaignError> {
+    let CampaignError::Text(error) = error else { return None };
+    if !matches!(*error.problem, Problem::NotText | Problem::Syntax { .. } | Problem::LongLine { .. }) {
+        return None;
+    }
+    let format = column_source::recognised(&std::fs::read(path).ok()?)?;
+    Some(CampaignError::Recording { file: path.display().to_string(), format })
 }
 
 /// What a recording was refused for; refusals of the campaign's own text are gathered.

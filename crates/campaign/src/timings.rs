@@ -29,8 +29,7 @@ pub(crate) fn read(
     let mut found = [None; TIMING_CHANNELS.len()];
     for (channel, slot) in TIMING_CHANNELS.into_iter().zip(&mut found) {
         let mapping = mappings.iter().find(|mapping| mapping.channel == channel.0);
-        // A gauge supply pressure is the usual one here and needs no warning.
-        *slot = columns::find(source.as_ref(), channel, mapping, valve.ambient_pressure_pa)?.map(|(column, _)| column);
+        *slot = columns::find(source.as_ref(), channel, mapping, valve.ambient_pressure_pa)?;
     }
     let [close, open, supply, temperature, to_atmosphere, from_supply] = found;
     let needed = |column: Option<Column>, channel: &str| {

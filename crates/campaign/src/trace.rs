@@ -4,7 +4,7 @@ use checked_toml::{QuantityKind, Section, TomlFileError};
 use column_source::{Clock, ColumnSource, Comments};
 use quantity::Dimension;
 
-use crate::columns::{self, CHANNELS, Column, Mapping};
+use crate::columns::{self, CHANNELS, Column, Mapping, without_unit};
 use crate::error::{DataError, DataProblem};
 use crate::outliers;
 use crate::types::{CommandEdge, Outlier, Trace, ValveFacts};
@@ -101,16 +101,11 @@ struct Columns {
 }
 
 fn find_columns(source: &dyn ColumnSource, format: &TraceFormat<'_>) -> Result<(Columns, Vec<Doubt>), DataError> {
-    let mut doubts = Vec::new();
-    let mut find = |channel: &'static str| {
+    let find = |channel: &'static str| {
         let dimension = CHANNELS.iter().find(|(name, _)| *name == channel).map_or(Dimension::Pure, |(_, found)| *found);
         let mapping = format.mappings.iter().find(|mapping| mapping.channel == channel);
         let ambient_pa = format.valve.ambient_pressure_pa;
-        let found = columns::find(source, (channel, dimension), mapping, ambient_pa)?;
-        Ok::<_, DataError>(found.map(|(column, doubt)| {
-            doubts.extend(doubt);
-            column
-        }))
+        columns::find(source, (channel, dimension), mapping, ambient_pa)
     };
     let hint = "or its name in [columns]";
     let time = find("time")?.ok_or_else(|| columns::missing(source, "time_s", &format!("time_s, time_ms, {hint}")))?;
@@ -128,7 +123,7 @@ fn find_columns(source: &dyn ColumnSource, format: &TraceFormat<'_>) -> Result<(
                 find(channel)?
             } else {
                 let mapping = Mapping::raw(&from.channel);
-                columns::find(source, ("command", Dimension::Pure), Some(&mapping), 0.0)?.map(|(column, _)| column)
+                columns::find(source, ("command", Dimension::Pure), Some(&mapping), 0.0)?
             };
             found.ok_or_else(|| columns::missing(source, &from.channel, "the channel of command_from"))?
         }
@@ -137,7 +132,9 @@ fn find_columns(source: &dyn ColumnSource, format: &TraceFormat<'_>) -> Result<(
     let mut read = vec![time.index, position.index, command.index];
     read.extend(pressures.iter().flatten().map(|column| column.index));
     let known = ["chamber_pressure_kpa", "pipe_pressure_kpa", "supply_pressure_kpa"];
-    doubts.extend(columns::look_alikes(source, &read, &known));
+    let left_out = |channel: &str| format.mappings.iter().any(|mapping| mapping.left_out && mapping.channel == channel);
+    let known = known.into_iter().filter(|name| !left_out(without_unit(name))).collect::<Vec<_>>();
+    let doubts = columns::look_alikes(source, &read, &known);
     Ok((Columns { time, command, position, pressures }, doubts))
 }
 

@@ -123,19 +123,6 @@ pub enum Doubt {
         /// How many readings there are.
         of: usize,
     },
-    /// A pressure column in a gauge unit.
-    #[error(
-        "column \"{column}\" is in {unit}, a gauge unit, where traces usually hold absolute pressures: \
-         {ambient_kpa} kPa of ambient pressure were added"
-    )]
-    GaugeColumn {
-        /// The column.
-        column: String,
-        /// Its unit.
-        unit: String,
-        /// What was added, kPa.
-        ambient_kpa: f64,
-    },
     /// Absolute pressures that lie too low for it.
     #[error(
         "the {channel} falls to {lowest_kpa:.1} kPa, far below the ambient pressure of {ambient_kpa:.1} kPa: \

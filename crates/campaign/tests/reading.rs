@@ -109,7 +109,8 @@ fn units_at_the_end_of_a_name_are_understood() {
     let trace = &campaign.runs[0].trace;
     assert!((trace.position_m[0] - 0.02).abs() < 1e-4);
     assert!((trace.pipe_pressure_pa.as_ref().unwrap()[0] - 350e3).abs() < 1e-6);
-    assert!(matches!(doubts(&campaign)[..], [Doubt::GaugeColumn { .. }]));
+    // A heading that says gauge leaves nothing to doubt.
+    assert!(campaign.warnings.is_empty(), "{:?}", campaign.warnings);
 }
 
 #[test]
@@ -434,6 +435,24 @@ fn files_are_found_beside_the_campaign() {
     assert_eq!(Campaign::read(&path, &VALVE).unwrap().runs.len(), 1);
     std::fs::write(folder.path().join("a.csv"), b"time_s,command,position_mm\n0,1,\x02\n").unwrap();
     assert!(Campaign::read(&path, &VALVE).unwrap_err().to_string().contains("a.csv:2: is not text"));
+}
+
+#[test]
+fn a_recording_in_place_of_a_campaign_is_called_one() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, bytes, format) in
+        [("a.csv.gz", &b"\x1f\x8b\x08\0\xff"[..], "a gzip file"), ("a.csv", usual().as_bytes(), "a table of numbers")]
+    {
+        let path = folder.path().join(name);
+        std::fs::write(&path, bytes).unwrap();
+        let message = Campaign::read(&path, &VALVE).unwrap_err().to_string();
+        let said = format!("{name}: is a recording ({format}), no campaign file; expected a TOML file that names");
+        assert!(message.contains(&said) && message.contains("`valve init campaign "), "{message}");
+    }
+    let path = folder.path().join("c.toml");
+    std::fs::write(&path, RUN.replace("]]", "]")).unwrap();
+    let message = Campaign::read(&path, &VALVE).unwrap_err().to_string();
+    assert!(message.contains("not valid TOML"), "{message}");
 }
 
 proptest::proptest! {

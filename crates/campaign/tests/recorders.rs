@@ -69,9 +69,8 @@ fn a_german_recorder_is_read_and_every_guess_is_said() {
     holds_the_strokes(&campaign);
     assert!((campaign.runs[0].trace.chamber_pressure_pa.as_ref().unwrap()[0] - 350e3).abs() < 1e-6);
     let said = words(&campaign);
-    assert!(said[0].starts_with("a.csv:1: column \"Kammerdruck\" is in bar(g), a gauge unit"), "{said:?}");
     assert_eq!(
-        said[1..],
+        said[..],
         [
             "a.csv:2: the row under the header was taken as units: Zeit in ms, Weg in cm, Kammerdruck in bar(g)",
             "a.csv:3: numbers such as \"0,0\" were read with a decimal comma",

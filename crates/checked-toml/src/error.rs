@@ -1,5 +1,7 @@
 //! What can be wrong with a TOML file.
 
+use std::fmt::Write;
+
 use quantity::QuantityError;
 
 /// A refusal with its place, and what else is wrong with the file.
@@ -20,9 +22,13 @@ pub struct TomlFileError {
 const MOST_OTHERS: usize = 7;
 
 fn lines(others: &[TomlFileError]) -> String {
-    let mut told: String = others.iter().take(MOST_OTHERS).map(|other| format!("\n{other}")).collect();
+    let mut told = String::new();
+    // Writing to a string cannot fail.
+    for other in others.iter().take(MOST_OTHERS) {
+        let _ = write!(told, "\n{other}");
+    }
     if let more @ 1.. = others.len().saturating_sub(MOST_OTHERS) {
-        told.push_str(&format!("\nand {more} more"));
+        let _ = write!(told, "\nand {more} more");
     }
     told
 }

@@ -28,7 +28,7 @@ mod timestamp;
 pub use error::{RecordError, RecordProblem};
 pub use heading::Heading;
 pub use notice::{Notice, NoticeKind};
-pub use open::open;
+pub use open::{open, recognised};
 pub use source::ColumnSource;
 pub use text::{Comments, TextSource};
 pub use timestamp::Clock;

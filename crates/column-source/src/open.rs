@@ -33,3 +33,48 @@ pub fn open(bytes: &[u8], file: &str, comments: Comments) -> Result<Box<dyn Colu
     }
     Ok(Box::new(TextSource::new(bytes, file, comments)?))
 }
+
+/// What a file is, where it is a recording: "a gzip file", "a table of numbers"; `None` where it is something else.
+#[must_use]
+pub fn recognised(bytes: &[u8]) -> Option<&'static str> {
+    if bytes.starts_with(b"\x1f\x8b") {
+        return Some("a gzip file");
+    }
+    let mut source = match open(bytes, "", Comments::WhereNoNames) {
+        Ok(source) => source,
+        Err(error) => {
+            return match error.problem {
+                RecordProblem::NotBuilt { format: "Parquet", .. } => Some("a Parquet file"),
+                RecordProblem::NotBuilt { .. } => Some("a MATLAB file"),
+                RecordProblem::NotRead { format, .. } => Some(format),
+                _ => None,
+            };
+        }
+    };
+    let columns = source.headings().len();
+    let row = source.next_row();
+    let numbers = (0..columns).filter(|column| source.number(*column).is_ok_and(f64::is_finite)).count();
+    (matches!(row, Ok(Some(_))) && numbers > 1 && numbers + 1 >= columns)
+        .then(|| if bytes.starts_with(b"PAR1") { "a Parquet file" } else { "a table of numbers" })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::recognised;
+
+    #[test]
+    fn recordings_are_told_from_other_files() {
+        for (bytes, expected) in [
+            (&b"\x1f\x8b\x08\0"[..], Some("a gzip file")),
+            (b"TDSm....", Some("a TDMS file")),
+            (b"time_s,command,position_mm\n0.0,1,25.4\n0.1,1,25.3\n", Some("a table of numbers")),
+            (b"Zeit;Weg\n0,0;25,4\n0,1;25,3\n", Some("a table of numbers")),
+            (b"name = \"a, b, c\"\n[[run]\nfile = \"a.csv\"\n", None),
+            (b"just words\nand more of them\n", None),
+            (b"", None),
+            (b"\xff\xd8\xff\xe0 a picture", None),
+        ] {
+            assert_eq!(recognised(bytes), expected, "{}", String::from_utf8_lossy(bytes));
+        }
+    }
+}

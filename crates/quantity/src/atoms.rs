@@ -63,6 +63,8 @@ pub(crate) const ATOMS: &[Atom] = &[
     plain("l", 1.0, 1e3, VOLUME),
     plain("L", 1.0, 1e3, VOLUME),
     plain("ml", 1.0, 1e6, VOLUME),
+    plain("cc", 1.0, 1e6, VOLUME),
+    plain("ccm", 1.0, 1e6, VOLUME),
     plain("N", 1.0, 1.0, FORCE),
     plain("mN", 1.0, 1e3, FORCE),
     plain("kN", 1e3, 1.0, FORCE),
@@ -88,6 +90,17 @@ pub(crate) const ATOMS: &[Atom] = &[
     plain("kW", 1e3, 1.0, POWER),
 ];
 
+/// What datasheets call some of them; each can mean nothing else.
+const OTHER_NAMES: [(&str, &str); 4] = [("inch", "in"), ("inches", "in"), ("lbs", "lb"), ("lbm", "lb")];
+
+/// A unit by its name. Pressures are read in capitals too ("PSIG", "KPA"), as displays and recorders write them.
 pub(crate) fn atom(name: &str) -> Option<&'static Atom> {
-    ATOMS.iter().find(|atom| atom.name == name)
+    let usual = OTHER_NAMES.iter().find(|(other, _)| *other == name).map_or(name, |(_, usual)| usual);
+    let exact = ATOMS.iter().find(|atom| atom.name == usual);
+    exact.or_else(|| ATOMS.iter().find(|atom| atom.exponents == PRESSURE && is_same_in_any_case(atom.name, usual)))
+}
+
+/// Whether two names differ in nothing but case; a leading m or M, milli or mega, has to stay as it is.
+fn is_same_in_any_case(name: &str, written: &str) -> bool {
+    name.eq_ignore_ascii_case(written) && (!name.starts_with(['m', 'M']) || name.as_bytes()[0] == written.as_bytes()[0])
 }

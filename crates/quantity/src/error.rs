@@ -46,12 +46,14 @@ pub enum QuantityError {
         expected: String,
     },
     /// A known unit of another kind of quantity.
-    #[error("\"{unit}\" is a unit of {found}; expected {expected}")]
+    #[error("\"{unit}\" is a unit of {found}{suggestion}; expected {expected}")]
     WrongDimension {
         /// The unit as written.
         unit: String,
         /// What kind of quantity it measures.
         found: String,
+        /// " (did you mean ...?)", or empty.
+        suggestion: String,
         /// What would be right.
         expected: String,
     },

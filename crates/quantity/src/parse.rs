@@ -4,7 +4,7 @@ use crate::{Dimension, QuantityError, Reference, Unit, suggest};
 
 /// What people write for a unit, in small letters without points, signs and spaces: the nearest word in letters would
 /// be another unit.
-const OTHER_SPELLINGS: [(Dimension, &str, &str); 24] = [
+const OTHER_SPELLINGS: [(Dimension, &str, &str); 16] = [
     (Dimension::Temperature, "c", "degC"),
     (Dimension::Temperature, "celsius", "degC"),
     (Dimension::Temperature, "centigrade", "degC"),
@@ -14,18 +14,10 @@ const OTHER_SPELLINGS: [(Dimension, &str, &str); 24] = [
     (Dimension::Temperature, "f", "degF"),
     (Dimension::Temperature, "fahrenheit", "degF"),
     (Dimension::Temperature, "kelvin", "K"),
-    (Dimension::Pressure, "barü", "barg"),
-    (Dimension::Pressure, "barue", "barg"),
     (Dimension::Pressure, "atü", "barg"),
-    (Dimension::Pressure, "barabs", "bara"),
-    (Dimension::Length, "inch", "in"),
-    (Dimension::Length, "inches", "in"),
-    (Dimension::Length, "\"", "in"),
     (Dimension::Length, "micron", "um"),
     (Dimension::Time, "sec", "s"),
     (Dimension::Time, "msec", "ms"),
-    (Dimension::Volume, "cc", "cm3"),
-    (Dimension::Volume, "ccm", "cm3"),
     (Dimension::Volume, "litre", "l"),
     (Dimension::Volume, "liter", "l"),
     (Dimension::Area, "sqin", "in2"),
@@ -51,7 +43,13 @@ impl Quantity {
             QuantityError::MissingUnit { found: text.trim().to_owned(), expected }
         } else {
             let found = unit.dimension().map_or("another kind of quantity", Dimension::name);
-            QuantityError::WrongDimension { unit: unit.text().to_owned(), found: found.to_owned(), expected }
+            let suggestion = pounds_of_force(rest, dimension);
+            QuantityError::WrongDimension {
+                unit: unit.text().to_owned(),
+                found: found.to_owned(),
+                suggestion,
+                expected,
+            }
         })
     }
 
@@ -176,6 +174,13 @@ fn unknown_unit(unit: &str, dimension: Dimension) -> QuantityError {
     }
 }
 
+/// " (did you mean ...?)" where pounds of mass were written for those of force, as in "lb/in", or nothing.
+fn pounds_of_force(unit: &str, dimension: Dimension) -> String {
+    let meant = unit.trim().replacen("lbs", "lb", 1).replacen("lb", "lbf", 1);
+    let measures = Unit::parse(&meant).is_ok_and(|unit| unit.measures(dimension));
+    if measures { format!(" (did you mean \"{meant}\"?)") } else { String::new() }
+}
+
 /// " (did you mean ...?)" for a unit that is not known, or nothing.
 pub(crate) fn suggestion(unit: &str, dimension: Dimension) -> String {
     let word: String =
@@ -243,10 +248,11 @@ mod tests {
             ("20 C", "K", "degC"),
             ("20 Celsius", "K", "degC"),
             ("68 F", "K", "degF"),
-            ("5 barü", "Pa", "barg"),
-            ("1 inch", "m", "in"),
+            ("5 atü", "Pa", "barg"),
             ("250 msec", "s", "ms"),
-            ("40 cc", "m3", "cm3"),
+            ("2 litre", "m3", "l"),
+            ("91.4 lb/in", "N/m", "lbf/in"),
+            ("20 lbs", "N", "lbf"),
         ] {
             let message = si_value(text, unit).unwrap_err().to_string();
             assert!(message.contains(&format!("(did you mean \"{meant}\"?)")), "{text}: {message}");

@@ -125,17 +125,34 @@ fn normalised(text: &str) -> String {
             _ => plain.push(character),
         }
     }
-    // Datasheets say "bar(g)" and "psi a"; as products these make no sense.
-    for name in ["psi", "bar", "kPa", "MPa"] {
-        if let Some(mark) = plain.strip_prefix(name)
-            && let "(g)" | " g" | " (g)" | "(a)" | " a" | " (a)" = mark
-        {
-            let letter = mark.trim_matches([' ', '(', ')']);
-            // kPa and MPa are absolute by themselves.
-            return if letter == "a" && name.ends_with("Pa") { name.to_owned() } else { format!("{name}{letter}") };
-        }
+    let plain = plain.trim();
+    if matches!(plain, "\"" | "\u{2033}" | "''") {
+        return "in".to_owned();
     }
-    plain
+    referred(plain).or_else(|| squared(plain)).unwrap_or_else(|| plain.to_owned())
+}
+
+/// Datasheets say "bar(g)", "psi a", "psi gauge" and "barü"; as products these make no sense.
+fn referred(plain: &str) -> Option<String> {
+    ["psi", "bar", "kPa", "MPa"].into_iter().find_map(|name| {
+        let (front, mark) = plain.split_at_checked(name.len())?;
+        let _ = atom(front).filter(|atom| atom.name == name)?;
+        match mark.trim_matches([' ', '(', ')', '.']).to_lowercase().as_str() {
+            "g" | "gauge" | "ü" | "ue" => Some(format!("{name}g")),
+            // kPa and MPa are absolute by themselves.
+            "a" | "abs" | "absolute" => Some(if name.ends_with("Pa") { name.to_owned() } else { format!("{name}a") }),
+            _ => None,
+        }
+    })
+}
+
+/// "sq.in", "sq in" and "cu. in." as powers.
+fn squared(plain: &str) -> Option<String> {
+    [("sq", 2), ("cu", 3)].into_iter().find_map(|(word, power)| {
+        let length = plain.strip_prefix(word)?.trim_matches(['.', ' ']);
+        let is_length = atom(length).is_some_and(|atom| atom.exponents == Dimension::Length.exponents());
+        is_length.then(|| format!("{length}{power}"))
+    })
 }
 
 /// The factors of a unit with their powers; `None` where the text is no unit at all.
@@ -212,6 +229,48 @@ mod tests {
         assert_eq!(si(20.0, "°C"), 293.15);
         assert!((si(68.0, "degF") - 293.15).abs() < 1e-9);
         assert!((si(1.0, "lbf/in") - 175.126_835).abs() < 1e-6);
+    }
+
+    #[test]
+    fn datasheets_and_displays_write_units_their_own_way() {
+        for (written, usual) in [
+            ("PSIG", "psig"),
+            ("PSI", "psi"),
+            ("Psia", "psia"),
+            ("BARG", "barg"),
+            ("Bar(G)", "barg"),
+            ("KPA", "kPa"),
+            ("kpa", "kPa"),
+            ("MPA", "MPa"),
+            ("mBAR", "mbar"),
+            ("psi gauge", "psig"),
+            ("psi abs.", "psia"),
+            ("barü", "barg"),
+            ("bar ü", "barg"),
+            ("sq.in", "in2"),
+            ("sq in", "in2"),
+            ("sq. inches", "in2"),
+            ("sq cm", "cm2"),
+            ("cu.in", "in3"),
+            ("cu in", "in3"),
+            ("cc", "cm3"),
+            ("ccm", "cm3"),
+            ("inch", "in"),
+            ("inches", "in"),
+            ("\"", "in"),
+            ("lbs", "lb"),
+            ("lbm", "lb"),
+            ("lbf/inch", "lbf/in"),
+        ] {
+            let (unit, usual) = (Unit::parse(written).unwrap(), Unit::parse(usual).unwrap());
+            assert_eq!(unit.to_si(7.0), usual.to_si(7.0), "{written}");
+            assert_eq!((unit.exponents, unit.reference()), (usual.exponents, usual.reference()), "{written}");
+            assert_eq!(unit.text(), written);
+        }
+        // Milli and mega, and all that is no pressure, stay apart by their case.
+        for written in ["mpa", "mPa", "MBAR", "MM", "KG", "MW", "mpag", "n", "sq", "sq psi", "cu.", "psi gauges"] {
+            assert!(Unit::parse(written).is_err(), "{written}");
+        }
     }
 
     #[test]

@@ -4,11 +4,12 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
-use campaign::guess::{DraftRun, Hints, Recording, Understanding, Unknown, draft, understand};
+use campaign::guess::{Conflict, DraftRun, Hints, Recording, Understanding, Unknown, draft, understand};
 use campaign::{Campaign, ValveFacts};
 use model_lab::data::valve_facts;
 use quantity::{Dimension, Quantity, pressure_pa};
 
+use super::conditions::Stated;
 use super::dialogue;
 use crate::cli::InitCampaignArgs;
 use crate::commands::valve_input;
@@ -17,26 +18,50 @@ use crate::output::{self, Outputs};
 
 /// The atmosphere where no valve file says another one, Pa.
 const USUAL_AMBIENT_PA: f64 = 101_325.0;
+/// The channels that `--column` knows.
+const CHANNELS: [&str; 6] = ["time", "command", "position", "chamber_pressure", "pipe_pressure", "supply_pressure"];
+/// What `--column` says of a channel that is to be left out.
+const LEFT_OUT: &str = "none";
+/// Stands for a supply pressure that nobody has said yet, where only the recordings are looked at.
+const ANY_SUPPLY: &str = "1 MPa";
 
 /// Looks, asks or refuses, checks and writes.
 pub fn run(args: &InitCampaignArgs) -> anyhow::Result<Answer> {
     let out = Outputs::new(args.force).reads(&args.files).reads(&args.valve).file(&args.out)?;
     let valve = args.valve.as_deref().map(valve_input::read).transpose()?;
     let facts = valve.as_ref().map(|file| valve_facts(file.valve()));
-    let recordings = recordings(&args.files)?;
     let mut hints = hints(args, facts.as_ref())?;
+    let stated = Stated::read(args, hints.ambient_pressure_pa)?;
+    let recordings = recordings(&args.files)?;
     let found = settled(&recordings, &mut hints)?;
-    let runs = runs(args, &recordings, &found, facts.as_ref())?;
-    let name = args.name.clone().unwrap_or_else(|| name_of_folder(&args.out));
-    let text = draft(&name, &found, &recordings[0], &runs);
-    let facts = facts.unwrap_or_else(|| assumed_facts(&hints, &runs));
-    // What cannot be read back is not written.
     let folder = folder_of(&args.out);
-    let read =
-        Campaign::parse(&text, &args.out.display().to_string(), &facts, &|file| std::fs::read(folder.join(file)))
-            .with_context(|| {
-                "the recordings cannot be used as they were understood, and nothing was written".to_owned()
-            })?;
+    let mut runs: Vec<DraftRun> = recordings
+        .iter()
+        .zip(&found.supply)
+        .map(|(recording, shown)| {
+            stated.run(&recording.file, shown.as_ref(), relative(Path::new(&recording.file), folder))
+        })
+        .collect();
+    let name = args.name.clone().unwrap_or_else(|| name_of_folder(&args.out));
+    let written = |runs: &[DraftRun]| {
+        let text = draft(&name, &found, &recordings[0], runs);
+        let facts = facts.unwrap_or_else(|| assumed_facts(&hints, runs));
+        // What cannot be read back is not written.
+        let shown = args.out.display().to_string();
+        let read = Campaign::parse(&text, &shown, &facts, &|file| std::fs::read(folder.join(file)))
+            .context("the recordings cannot be used as they were understood, and nothing was written")?;
+        Ok::<_, anyhow::Error>((text, read))
+    };
+    if dialogue::is_possible() && runs.iter().any(|run| run.supply_pressure.is_empty()) {
+        // Nobody is to answer questions about recordings that cannot be used.
+        let mut tried = runs.clone();
+        for run in &mut tried {
+            ANY_SUPPLY.clone_into(&mut run.supply_pressure);
+        }
+        written(&tried)?;
+    }
+    stated.ask(&mut runs)?;
+    let (text, read) = written(&runs)?;
     out.write_whole(text.as_bytes())?;
     for warning in &read.warnings {
         output::note(&format!("warning: {warning}"));
@@ -54,37 +79,54 @@ fn recordings(files: &[PathBuf]) -> anyhow::Result<Vec<Recording>> {
     files.iter().map(read).collect()
 }
 
+/// What the options say of the columns; all that is wrong with them at once.
 fn hints(args: &InitCampaignArgs, facts: Option<&ValveFacts>) -> anyhow::Result<Hints> {
-    let mut columns = Vec::new();
+    let (mut columns, mut left_out, mut wrong) = (Vec::new(), Vec::new(), Vec::new());
     for column in &args.column {
-        let (channel, name) = column.split_once('=').ok_or_else(|| {
-            Hinted::error(format!("--column {column}: no channel and name"), "such as --column position=LVDT")
-        })?;
-        let known = ["time", "command", "position", "chamber_pressure", "pipe_pressure", "supply_pressure"];
-        if !known.contains(&channel) {
-            let hint = format!("one of {}{}", known.join(", "), quantity::suggest::did_you_mean(channel, known));
-            return Err(Hinted::error(format!("--column {column}: there is no channel \"{channel}\""), hint));
+        match named_column(column) {
+            Ok((channel, LEFT_OUT)) => left_out.push(channel.to_owned()),
+            Ok((channel, name)) => columns.push((channel.to_owned(), name.to_owned())),
+            Err(reason) => wrong.push(format!("--column {column}: {reason}")),
         }
-        columns.push((channel.to_owned(), name.to_owned()));
     }
-    let stroke = args.stroke.as_ref().map(|text| {
-        Quantity::parse(text, Dimension::Length)
-            .map(|quantity| quantity.si())
-            .map_err(|error| anyhow::anyhow!("--stroke: {error}"))
+    let stroke = args.stroke.as_ref().and_then(|text| {
+        let stroke = Quantity::parse(text, Dimension::Length).map(|quantity| quantity.si());
+        stroke.map_err(|error| wrong.push(format!("--stroke: {error}"))).ok()
     });
+    dialogue::all_right(&wrong)?;
     Ok(Hints {
-        stroke_m: facts.map(|facts| facts.stroke_m).or(stroke.transpose()?),
+        stroke_m: facts.map(|facts| facts.stroke_m).or(stroke),
         ambient_pressure_pa: facts.map_or(USUAL_AMBIENT_PA, |facts| facts.ambient_pressure_pa),
         columns,
+        left_out,
         one_closes: args.one_means.as_deref().map(|word| word == "close"),
         grows_to_open: args.position_grows.as_deref().map(|word| word == "open"),
     })
+}
+
+/// Channel and name of a `--column`.
+fn named_column(column: &str) -> Result<(&str, &str), String> {
+    let example = "such as --column position=LVDT, or --column supply_pressure=none to leave a channel out";
+    let (channel, name) = column.split_once('=').ok_or_else(|| format!("no channel and name; {example}"))?;
+    let (channel, name) = (channel.trim(), name.trim());
+    if !CHANNELS.contains(&channel) {
+        let meant = quantity::suggest::did_you_mean(channel, CHANNELS);
+        return Err(format!("there is no channel \"{channel}\"; expected one of {}{meant}", CHANNELS.join(", ")));
+    }
+    if name.is_empty() {
+        return Err(format!("no name behind the channel; {example}"));
+    }
+    if name == LEFT_OUT && ["time", "position"].contains(&channel) {
+        return Err(format!("nothing can be read without the {channel}; expected the name of its column"));
+    }
+    Ok((channel, name))
 }
 
 /// What the recordings hold, with questions at a terminal about what they do not tell.
 fn settled(recordings: &[Recording], hints: &mut Hints) -> anyhow::Result<Understanding> {
     loop {
         let found = understand(recordings, hints);
+        agreed(&found.conflicts)?;
         let Some(unknown) = found.unknown.first().copied() else { return Ok(found) };
         let names = recordings[0].names.iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
         let (what, option) = described(unknown);
@@ -100,6 +142,18 @@ fn settled(recordings: &[Recording], hints: &mut Hints) -> anyhow::Result<Unders
         }
         ask(unknown, what, &names, recordings, hints)?;
     }
+}
+
+/// Refuses recordings that cannot be one campaign.
+fn agreed(conflicts: &[Conflict]) -> anyhow::Result<()> {
+    let Some(first) = conflicts.first() else { return Ok(()) };
+    let (Conflict::NoColumn { channel, .. } | Conflict::Units { channel, .. }) = first;
+    let mut hint = format!("--column {channel}=NAME names the column; its unit may be left out of the name");
+    if channel.ends_with("pressure") {
+        // Writing to a string cannot fail.
+        let _ = write!(hint, ", and --column {channel}={LEFT_OUT} does without the channel");
+    }
+    Err(Hinted::error(conflicts.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"), hint))
 }
 
 fn described(unknown: Unknown) -> (&'static str, &'static str) {
@@ -144,65 +198,6 @@ fn ask(unknown: Unknown, what: &str, names: &str, recordings: &[Recording], hint
             dialogue::ask("What does a command of 1 mean, close or open?", false, word)?.map(|(_, closes)| closes);
     }
     Ok(())
-}
-
-/// What an option says of a file: `FILE=VALUE`, or a value of all.
-fn stated(given: &[String], file: &str) -> Option<String> {
-    let of_file = given.iter().find_map(|text| {
-        let (name, value) = text.split_once('=')?;
-        let ends = file == name || Path::new(file).ends_with(name);
-        ends.then(|| value.trim().to_owned())
-    });
-    of_file.or_else(|| given.iter().find(|text| !text.contains('=')).cloned())
-}
-
-fn runs(
-    args: &InitCampaignArgs,
-    recordings: &[Recording],
-    found: &Understanding,
-    facts: Option<&ValveFacts>,
-) -> anyhow::Result<Vec<DraftRun>> {
-    let ambient_pa = facts.map_or(USUAL_AMBIENT_PA, |facts| facts.ambient_pressure_pa);
-    let pressure = |text: &str| match pressure_pa(text, ambient_pa) {
-        Ok(pascal) if pascal > ambient_pa => Ok(()),
-        Ok(_) => Err(format!("\"{text}\" is not above the atmosphere")),
-        Err(error) => Err(error.to_string()),
-    };
-    let temperature =
-        |text: &str| Quantity::parse(text, Dimension::Temperature).map(|_| ()).map_err(|error| error.to_string());
-    let (mut runs, mut missing) = (Vec::new(), Vec::new());
-    for (recording, supply) in recordings.iter().zip(&found.supply) {
-        let file = &recording.file;
-        let mut run = DraftRun { file: relative(Path::new(file), folder_of(&args.out)), ..DraftRun::default() };
-        if let Some(text) = stated(&args.supply, file) {
-            pressure(&text).map_err(|reason| anyhow::anyhow!("--supply: {reason}"))?;
-            (run.supply_pressure, run.supply_from) = (text, "as you said".to_owned());
-        } else if let Some(supply) = supply {
-            (run.supply_pressure, run.supply_from) = (supply.text.clone(), format!("from {}", supply.from));
-        } else if dialogue::is_possible() {
-            let question = format!("Supply pressure of {file}, such as 75 psig or 5.2 barg");
-            let answer = dialogue::ask(&question, false, pressure)?;
-            (run.supply_pressure, run.supply_from) =
-                (answer.map(|(text, ())| text).unwrap_or_default(), "as you said".to_owned());
-        } else {
-            missing.push(file.clone());
-        }
-        if let Some(text) = stated(&args.temperature, file) {
-            temperature(&text).map_err(|reason| anyhow::anyhow!("--temperature: {reason}"))?;
-            run.temperature = Some(text);
-        } else if dialogue::is_possible() && args.temperature.is_empty() {
-            let question = format!("Temperature of {file}, such as 20 degC; empty for that of the valve file");
-            run.temperature = dialogue::ask(&question, true, temperature)?.map(|(text, ())| text);
-        }
-        runs.push(run);
-    }
-    if missing.is_empty() {
-        return Ok(runs);
-    }
-    Err(Hinted::error(
-        format!("the supply pressure is not known of {}", missing.join(", ")),
-        "say it with --supply \"75 psig\" (all recordings), --supply \"run-01.csv=75 psig\" (one), or in the files' names",
-    ))
 }
 
 /// What a valve file would say, where there is none: taken from the recordings themselves.
@@ -254,7 +249,9 @@ fn summary(args: &InitCampaignArgs, found: &Understanding, runs: &[DraftRun], re
             .take(6)
             .map(|edge| format!("{} at {:.3} s", if edge.close { "close" } else { "open" }, edge.time_s))
             .collect();
-        let _ = writeln!(text, "- {}: {} ({}), {}", run.file, run.supply_pressure, run.supply_from, edges.join(", "));
+        let leak = run.leak.as_ref().map_or_else(String::new, |(key, area)| format!(", {key} {area}"));
+        let (supply, from) = (&run.supply_pressure, &run.supply_from);
+        let _ = writeln!(text, "- {}: {supply} ({from}){leak}, {}", run.file, edges.join(", "));
     }
     if runs.iter().any(|run| run.temperature.is_none()) {
         let _ = writeln!(

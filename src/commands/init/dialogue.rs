@@ -32,3 +32,9 @@ pub fn ask<T>(
         }
     }
 }
+
+/// Refuses wrong options: all of them at once, a line each.
+pub fn all_right(wrong: &[String]) -> anyhow::Result<()> {
+    anyhow::ensure!(wrong.is_empty(), "{}", wrong.join("\n"));
+    Ok(())
+}

@@ -147,15 +147,16 @@ fn pipe(text: &str) -> Result<(f64, bool), String> {
 
 /// The two ends of a bench set, Pa above the atmosphere.
 pub fn bench_set_pa(text: &str) -> Result<(f64, f64), String> {
-    let expected = "a bench set is a range such as \"0.8..2.4 barg\" or \"3..15 psig\"";
-    let (low, high) = text.split_once("..").or_else(|| text.split_once(" to ")).ok_or(expected)?;
+    let expected = "a bench set is a range such as \"0.8..2.4 barg\" or \"3-15 psig\"";
+    let (low, high) =
+        ["..", " to ", "-", "–"].into_iter().find_map(|mark| text.trim().split_once(mark)).ok_or(expected)?;
     let unit =
         high.trim().trim_start_matches(|character: char| character.is_ascii_digit() || ".+ ".contains(character));
     // A bench set is always gauge, however it is written.
     let gauge = |number: &str| {
         let unit = unit.trim();
-        let text =
-            if unit == "bar" || unit == "psi" { format!("{number} {unit}g") } else { format!("{number} {unit}") };
+        let bare = ["bar", "psi"].into_iter().any(|bare| unit.eq_ignore_ascii_case(bare));
+        let text = if bare { format!("{number} {unit}g") } else { format!("{number} {unit}") };
         pressure_pa(&text, 0.0).map_err(|error| format!("{error}; {expected}"))
     };
     let high_number = high.trim().strip_suffix(unit.trim()).unwrap_or(high).trim();
@@ -191,6 +192,11 @@ mod tests {
         assert!((pipe("6 mm x 1.4 m").unwrap().0 - 39.6e-6).abs() < 0.1e-6);
         assert_eq!(bench_set_pa("0.8..2.4 bar").unwrap(), (0.8e5, 2.4e5));
         assert!((bench_set_pa("3 psig to 15 psig").unwrap().1 - 15.0 * 6894.757).abs() < 1e-6);
+        for text in ["3-15 psig", "3 - 15 psig", "3–15 PSI", "3 psig - 15 psig", "3..15 psi gauge"] {
+            assert_eq!(bench_set_pa(text).unwrap(), bench_set_pa("3..15 psig").unwrap(), "{text}");
+        }
+        assert!((bench_set_pa("26.8 - 45.7 psig").unwrap().0 - 26.8 * 6894.757).abs() < 1e-6);
+        assert!(bench_set_pa("-3 psig").is_err() && bench_set_pa("15-3 psig").is_err());
         assert!(bench_set_pa("2.4..0.8 barg").is_err() && bench_set_pa("0.8 barg").is_err());
     }
 }

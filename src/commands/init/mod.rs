@@ -1,9 +1,12 @@
 //! `valve init`: a first valve file or campaign file.
 
 mod campaign;
+mod collector;
+mod conditions;
 mod dialogue;
 mod facts;
 mod orifice;
+mod sheet;
 mod typical;
 mod valve;
 

@@ -19,19 +19,22 @@ fn dimension(channel: &str) -> Dimension {
 }
 
 /// Gives columns to channels.
-pub(super) fn assign(recordings: &[Recording], hints: &Hints, found: &mut Understanding) {
-    let first = &recordings[0];
+pub(super) fn assign(recordings: &[&Recording], hints: &Hints, found: &mut Understanding) {
+    let first = recordings[0];
     let mut free: Vec<usize> = (0..first.names.len()).filter(|index| is_used(first, *index)).collect();
     for (channel, name) in &hints.columns {
         let Some(words) = CHANNELS.iter().find(|words| words.channel == channel) else { continue };
-        let named = (0..first.names.len()).find(|index| first.names[*index] == *name || first.bare[*index] == *name);
-        if let Some(index) = named {
+        if let Some(index) = first.columns_named(name).first().copied() {
             free.retain(|other| *other != index);
             take(recordings, hints, index, words.channel, "as you said", found);
         }
     }
+    for channel in &hints.left_out {
+        found.said.push(format!("{channel}: left out, as you said"));
+    }
     for words in &CHANNELS {
-        if found.columns.iter().any(|column| column.channel == words.channel) {
+        let taken = found.columns.iter().any(|column| column.channel == words.channel);
+        if taken || hints.left_out.iter().any(|channel| channel == words.channel) {
             continue;
         }
         let fits = |index: &usize| (*index, fit(recordings, *index, words));
@@ -81,11 +84,11 @@ fn is_used(recording: &Recording, index: usize) -> bool {
 }
 
 /// How well a column fits a channel, 0 for not at all.
-fn fit(recordings: &[Recording], index: usize, words: &words::Words) -> u32 {
-    let first = &recordings[0];
+fn fit(recordings: &[&Recording], index: usize, words: &words::Words) -> u32 {
+    let first = recordings[0];
     let (name, values) = (&first.bare[index], &first.columns[index]);
     let kind = dimension(words.channel);
-    let unit = unit_of(first, index);
+    let unit = first.unit(index);
     let fitting = unit.as_ref().map(|unit| unit.measures(kind) && !unit.text().is_empty());
     let by_name = words::fit(name, words);
     match words.channel {
@@ -122,38 +125,32 @@ fn fit(recordings: &[Recording], index: usize, words: &words::Words) -> u32 {
     }
 }
 
-/// A column's unit: in brackets, in the row of units, or at the end of its name.
-fn unit_of(recording: &Recording, index: usize) -> Option<Unit> {
-    if let Some(unit) = &recording.units[index] {
-        return Some(unit.clone());
-    }
-    let (_, end) = recording.names[index].rsplit_once('_')?;
-    let all = [Dimension::Time, Dimension::Length, Dimension::Pressure, Dimension::Temperature];
-    let known = all.iter().find_map(|dimension| dimension.unit_ignoring_case(end));
-    let bare = ["psi", "bar"].into_iter().find(|unit| unit.eq_ignore_ascii_case(end));
-    Unit::parse(known.or(bare)?).ok()
-}
-
 /// Whether the reader takes the column's unit from its heading by itself.
 fn reader_knows(recording: &Recording, index: usize, unit: &Unit, kind: Dimension) -> bool {
-    unit.measures(kind)
-        && unit.reference() != Reference::Ambiguous
-        && (recording.units[index].is_some() || unit_of(recording, index).is_some())
+    unit.measures(kind) && unit.reference() != Reference::Ambiguous && recording.unit(index).is_some()
 }
 
 fn take(
-    recordings: &[Recording],
+    recordings: &[&Recording],
     hints: &Hints,
     index: usize,
     channel: &'static str,
     why: &str,
     found: &mut Understanding,
 ) {
-    let first = &recordings[0];
+    let first = recordings[0];
     let name = first.names[index].clone();
-    let written = unit_of(first, index).filter(|unit| unit.measures(dimension(channel)) && !unit.text().is_empty());
-    let mut column =
-        ColumnGuess { channel, index, name: name.clone(), unit: None, scale: 1.0, offset: 0.0, factor: 1.0 };
+    let written = first.unit(index).filter(|unit| unit.measures(dimension(channel)) && !unit.text().is_empty());
+    let mut column = ColumnGuess {
+        channel,
+        index,
+        name: name.clone(),
+        call: name.clone(),
+        unit: None,
+        scale: 1.0,
+        offset: 0.0,
+        factor: 1.0,
+    };
     let said = match channel {
         "time" if first.timestamps[index] => "timestamps".to_owned(),
         "command" => {
@@ -164,7 +161,9 @@ fn take(
             Some(unit) if reader_knows(first, index, &unit, dimension(channel)) => {
                 column.factor = unit.difference_to_si(1.0);
                 column.offset = 0.0;
-                format!("in {}, as it says", unit.text())
+                let added = format!("; {} kPa of ambient pressure are added", hints.ambient_pressure_pa / 1e3);
+                let gauge = unit.reference() == Reference::Gauge;
+                format!("in {}, as it says{}", unit.text(), if gauge { added.as_str() } else { "" })
             }
             written => match guessed_unit(recordings, hints, index, channel, written.as_ref()) {
                 Some((unit, reason)) => {
@@ -210,7 +209,7 @@ fn rounded(number: f64) -> f64 {
 
 /// The unit that the numbers themselves suggest, with the reason.
 fn guessed_unit(
-    recordings: &[Recording],
+    recordings: &[&Recording],
     hints: &Hints,
     index: usize,
     channel: &str,
@@ -243,7 +242,7 @@ fn guessed_unit(
 
 /// Gauge or absolute, and in which unit: a vented chamber or pipe is at the atmosphere.
 fn pressure_unit(
-    recordings: &[Recording],
+    recordings: &[&Recording],
     hints: &Hints,
     index: usize,
     channel: &str,
@@ -255,11 +254,11 @@ fn pressure_unit(
     }
     let lows = recordings.iter().filter_map(|recording| recording.columns.get(index)).map(|values| plateaus(values).0);
     let low = lows.fold(f64::INFINITY, f64::min);
-    let candidates: &[&str] = match written.map(Unit::text) {
+    let candidates: &[&str] = match written.map(|unit| unit.text().to_ascii_lowercase()).as_deref() {
         Some("bar") => &["barg", "bara"],
         Some("psi") => &["psig", "psia"],
-        Some("kPa") => &["kPa", "kPag"],
-        Some("MPa") => &["MPa", "MPag"],
+        Some("kpa") => &["kPa", "kPag"],
+        Some("mpa") => &["MPa", "MPag"],
         _ => &["bara", "psia", "kPa"],
     };
     let high = recordings[0].columns[index].iter().copied().filter(|value| value.is_finite()).fold(0.0, f64::max);
@@ -275,7 +274,12 @@ fn pressure_unit(
 }
 
 /// A position in volts, percent or counts: its plateaus are the stops.
-fn scaled_to_stroke(recordings: &[Recording], hints: &Hints, index: usize, column: &mut ColumnGuess) -> Option<String> {
+fn scaled_to_stroke(
+    recordings: &[&Recording],
+    hints: &Hints,
+    index: usize,
+    column: &mut ColumnGuess,
+) -> Option<String> {
     let stroke_m = hints.stroke_m?;
     let (low, high) = plateaus(&recordings[0].columns[index]);
     if high <= low {
@@ -289,10 +293,9 @@ fn scaled_to_stroke(recordings: &[Recording], hints: &Hints, index: usize, colum
 }
 
 /// A pipe pressure tells the command where no column does.
-fn command_from_pressure(recordings: &[Recording], found: &mut Understanding) {
+fn command_from_pressure(recordings: &[&Recording], found: &mut Understanding) {
     let Some(pipe) = found.columns.iter().find(|column| column.channel == "pipe_pressure") else { return };
-    let unit =
-        pipe.unit.clone().and_then(|text| Unit::parse(&text).ok()).or_else(|| unit_of(&recordings[0], pipe.index));
+    let unit = pipe.unit.clone().and_then(|text| Unit::parse(&text).ok()).or_else(|| recordings[0].unit(pipe.index));
     let Some(unit) = unit else { return };
     let (low, high) = plateaus(&recordings[0].columns[pipe.index]);
     // Low, so that the edge is near the command: pipes fill from the start.

@@ -14,7 +14,7 @@ const ZERO_IS_RIGHT: f64 = 0.08;
 const SHORT: f64 = 0.85;
 
 /// Settles both; an [`Unknown::Direction`] where nothing tells.
-pub(super) fn settle(recordings: &[Recording], hints: &Hints, found: &mut Understanding) {
+pub(super) fn settle(recordings: &[&Recording], hints: &Hints, found: &mut Understanding) {
     let column = |channel: &str| found.columns.iter().find(|column| column.channel == channel).cloned();
     let Some(position) = column("position") else { return };
     let pressure = column("chamber_pressure").or_else(|| column("pipe_pressure"));
@@ -97,7 +97,7 @@ fn turn_command(one_closes: bool, found: &mut Understanding) {
 }
 
 /// Turns the position so that it counts from the closed stop, and puts its zero there.
-fn turn_position(recordings: &[Recording], hints: &Hints, grows_to_open: bool, found: &mut Understanding) {
+fn turn_position(recordings: &[&Recording], hints: &Hints, grows_to_open: bool, found: &mut Understanding) {
     let Some(position) = found.columns.iter_mut().find(|column| column.channel == "position") else { return };
     let ends = recordings.iter().map(|recording| plateaus(&recording.columns[position.index]));
     let (low, high) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |all, one| (all.0.min(one.0), all.1.max(one.1)));

@@ -5,6 +5,7 @@ use std::fmt::Write;
 use quantity::format_number;
 
 use super::{ColumnGuess, Recording, Understanding};
+use crate::columns::LEFT_OUT;
 
 /// The conditions of one recording, as the campaign file is to state them.
 #[derive(Debug, Clone, Default)]
@@ -17,6 +18,8 @@ pub struct DraftRun {
     pub supply_from: String,
     /// Its temperature as a quantity, where it is known.
     pub temperature: Option<String>,
+    /// The leak that was opened on purpose, where one was: its key, such as `leak_to_atmosphere`, and its area.
+    pub leak: Option<(&'static str, String)>,
 }
 
 /// A text as a TOML string.
@@ -49,9 +52,15 @@ pub fn draft(name: &str, found: &Understanding, first: &Recording, runs: &[Draft
     let mut lines = String::new();
     for column in &found.columns {
         let threshold_on_it = found.threshold.is_some() && column.channel == "command";
-        if !threshold_on_it && !column.is_plain(found_by_itself(column, first)) {
+        let same_for_all = column.call == column.name || column.channel.ends_with("pressure");
+        let says_nothing = same_for_all && column.is_plain(found_by_itself(column, first));
+        if !threshold_on_it && !says_nothing {
             let _ = writeln!(lines, "{} = {}", column.channel, mapping(column));
         }
+    }
+    // A command that is left out is told by a threshold, which leaves its columns alone.
+    for channel in found.left_out.iter().filter(|channel| channel.ends_with("pressure")) {
+        let _ = writeln!(lines, "{channel} = {}", quoted(LEFT_OUT));
     }
     if !lines.is_empty() {
         let _ = writeln!(
@@ -69,7 +78,9 @@ pub fn draft(name: &str, found: &Understanding, first: &Recording, runs: &[Draft
             "# The command is told by a signal: above the threshold the valve is told to {}.",
             word(threshold.above_closes)
         );
-        let _ = writeln!(text, "[command_from]\nchannel = {}", quoted(&threshold.channel));
+        let command = found.columns.iter().find(|column| column.channel == "command" && !threshold.is_pressure);
+        let channel = command.map_or(&threshold.channel, |command| &command.call);
+        let _ = writeln!(text, "[command_from]\nchannel = {}", quoted(channel));
         let _ =
             writeln!(text, "threshold = {}\nhysteresis = {}", level(threshold.threshold), level(threshold.hysteresis));
         let _ = writeln!(text, "above = \"{}\"\n", word(threshold.above_closes));
@@ -80,15 +91,16 @@ pub fn draft(name: &str, found: &Understanding, first: &Recording, runs: &[Draft
     let _ = writeln!(text, "# How far instruments and conditions may be off apart from noise, one standard deviation.");
     let _ =
         writeln!(text, "# [uncertainty]\n# position_zero = \"0.1 mm\"\n# position_gain = 0.01\n# supply_gauge = 0.02");
-    for (index, run) in runs.iter().enumerate() {
+    for run in runs {
         let _ = writeln!(text, "\n[[run]]\nfile = {}", quoted(&run.file));
         let _ = writeln!(text, "supply_pressure = {}    # {}", quoted(&run.supply_pressure), run.supply_from);
-        if index == 0 {
-            let _ = writeln!(
+        let _ = match &run.leak {
+            Some((key, area)) => writeln!(text, "{key} = {}", quoted(area)),
+            None => writeln!(
                 text,
                 "# leak_to_atmosphere = \"0.15 mm2\"    # where one was opened on purpose; or leak_from_supply"
-            );
-        }
+            ),
+        };
         if let Some(temperature) = &run.temperature {
             let _ = writeln!(text, "temperature = {}", quoted(temperature));
         }
@@ -101,7 +113,7 @@ fn word(closes: bool) -> &'static str {
 }
 
 /// Whether the reader finds the column without being told.
-fn found_by_itself(column: &ColumnGuess, first: &Recording) -> bool {
+pub(super) fn found_by_itself(column: &ColumnGuess, first: &Recording) -> bool {
     let bare = first.bare[column.index].to_ascii_lowercase().replace(' ', "_");
     let by_unit = first.units[column.index].is_some() && bare == column.channel;
     let usual = match column.channel {
@@ -115,7 +127,7 @@ fn found_by_itself(column: &ColumnGuess, first: &Recording) -> bool {
 }
 
 fn mapping(column: &ColumnGuess) -> String {
-    let mut parts = vec![format!("name = {}", quoted(&column.name))];
+    let mut parts = vec![format!("name = {}", quoted(&column.call))];
     if let Some(unit) = &column.unit {
         parts.push(format!("unit = {}", quoted(unit)));
     }
@@ -129,6 +141,8 @@ fn mapping(column: &ColumnGuess) -> String {
         });
     }
     match &parts[..] {
+        // A column that is called as what leaves a channel out.
+        [only] if column.call == LEFT_OUT => format!("{{ {only} }}"),
         [only] => only.trim_start_matches("name = ").to_owned(),
         _ => format!("{{ {} }}", parts.join(", ")),
     }

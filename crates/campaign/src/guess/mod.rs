@@ -4,6 +4,7 @@
 //! with its reason; what the recordings cannot tell is an [`Unknown`] with the hint that would settle it. Nothing
 //! here is used when a campaign is read: a campaign file states what was found out once.
 
+mod agreement;
 mod columns;
 mod direction;
 mod draft;
@@ -24,6 +25,8 @@ pub struct Hints {
     pub ambient_pressure_pa: f64,
     /// Columns that are named: channel and name.
     pub columns: Vec<(String, String)>,
+    /// Channels that are not to be read although there are columns for them.
+    pub left_out: Vec<String>,
     /// Whether a command of 1 (or the higher level) tells the valve to close.
     pub one_closes: Option<bool>,
     /// Whether the position grows towards the open stop.
@@ -43,6 +46,10 @@ pub struct Understanding {
     pub said: Vec<String>,
     /// What the recordings cannot tell.
     pub unknown: Vec<Unknown>,
+    /// What keeps them from being read as one campaign.
+    pub conflicts: Vec<Conflict>,
+    /// Channels that `[columns]` is to leave out.
+    pub left_out: Vec<String>,
 }
 
 /// The column of a channel.
@@ -52,8 +59,10 @@ pub struct ColumnGuess {
     pub channel: &'static str,
     /// Its index.
     pub index: usize,
-    /// Its name in the file.
+    /// Its name in the first file.
     pub name: String,
+    /// What `[columns]` calls it: its name, without its unit where recordings have it in different ones.
+    pub call: String,
     /// Its unit, where `[columns]` has to say it.
     pub unit: Option<String>,
     /// What its numbers are multiplied with, 1 for nothing.
@@ -111,25 +120,52 @@ pub enum Unknown {
     Direction,
 }
 
+/// Why recordings cannot be read as one campaign.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum Conflict {
+    /// A recording lacks a column.
+    #[error("{file} has no column \"{name}\"{suggestion} for the {channel}; its columns are {found}")]
+    NoColumn {
+        /// The channel.
+        channel: String,
+        /// The name that was looked for.
+        name: String,
+        /// " (did you mean ...?)", or empty.
+        suggestion: String,
+        /// The recording.
+        file: String,
+        /// The columns that it has.
+        found: String,
+    },
+    /// A unit that the reader is told cannot be that of all recordings.
+    #[error(
+        "the {channel} is in {} in {} and in {} in {}, and one of them does not tell its unit to the end; expected \
+         units such as psig, psia or mm in the headings, or a campaign file for each unit", units[0], files[0], units[1], files[1]
+    )]
+    Units {
+        /// The channel.
+        channel: String,
+        /// Two recordings.
+        files: [String; 2],
+        /// What each says.
+        units: [String; 2],
+    },
+}
+
 /// Looks at recordings of one recorder.
 #[must_use]
 pub fn understand(recordings: &[Recording], hints: &Hints) -> Understanding {
-    let mut found = Understanding::default();
+    let mut found = Understanding { left_out: hints.left_out.clone(), ..Understanding::default() };
     let Some(first) = recordings.first() else { return found };
-    columns::assign(recordings, hints, &mut found);
+    // From here on all have the columns and the units of the first.
+    let alike: Vec<_> = recordings.iter().map(|recording| recording.like(first, hints.ambient_pressure_pa)).collect();
+    let alike: Vec<&Recording> = alike.iter().map(AsRef::as_ref).collect();
+    columns::assign(&alike, hints, &mut found);
     if found.unknown.is_empty() {
-        direction::settle(recordings, hints, &mut found);
+        direction::settle(&alike, hints, &mut found);
     }
-    found.supply = recordings.iter().map(|recording| supply::find(recording, &found, hints)).collect();
-    for recording in recordings {
-        let names = |recording: &Recording| recording.names.clone();
-        if names(recording) != names(first) {
-            let file = &recording.file;
-            found
-                .said
-                .push(format!("{file} has other columns than {}; they are looked for by the same names", first.file));
-        }
-    }
+    found.supply = alike.iter().map(|recording| supply::find(recording, &found, hints)).collect();
+    agreement::find(recordings, hints, &mut found);
     found
 }
 

@@ -1,9 +1,12 @@
 //! All columns of a file as numbers.
 
+use std::borrow::Cow;
+
 use column_source::{Clock, Comments, Notice};
-use quantity::Unit;
+use quantity::{Reference, Unit};
 
 use crate::DataError;
+use crate::columns::{any_unit_at_end, named, without_unit};
 
 /// A file with all its columns.
 #[derive(Debug, Clone)]
@@ -51,6 +54,63 @@ impl Recording {
             notices: notices.cloned().collect(),
             columns,
             timestamps: clocks.iter().map(|clock| clock.notice().is_some()).collect(),
+        })
+    }
+
+    /// A column's unit: in brackets, in the row of units, or at the end of its name.
+    pub(super) fn unit(&self, index: usize) -> Option<Unit> {
+        self.units[index].clone().or_else(|| any_unit_at_end(&self.bare[index]))
+    }
+
+    /// The columns of this name, looked for as the reader of campaigns does.
+    pub(super) fn columns_named(&self, name: &str) -> Vec<usize> {
+        named(&self.headings().collect::<Vec<_>>(), name)
+    }
+
+    /// The names with and without the unit in brackets.
+    pub(super) fn headings(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.names.iter().map(String::as_str).zip(self.bare.iter().map(String::as_str))
+    }
+
+    /// The column that another recording has at an index: of the same name, else of the same name without a unit.
+    pub(super) fn same_as(&self, other: &Self, index: usize) -> Option<usize> {
+        let (whole, bare) = (&other.names[index], &other.bare[index]);
+        [whole, bare, without_unit(bare)].into_iter().find_map(|name| match self.columns_named(name)[..] {
+            [only] => Some(only),
+            _ => None,
+        })
+    }
+
+    /// This recording with the columns of another one, in its order and in its units; what it lacks is NaN.
+    pub(super) fn like<'a>(&'a self, other: &Self, ambient_pressure_pa: f64) -> Cow<'a, Self> {
+        if self.names == other.names && self.units == other.units {
+            return Cow::Borrowed(self);
+        }
+        let rows = self.columns.first().map_or(0, Vec::len);
+        let column = |index: usize| {
+            let Some(own) = self.same_as(other, index) else { return (vec![f64::NAN; rows], false) };
+            let mut values = self.columns[own].clone();
+            if let (Some(from), Some(to)) = (self.unit(own), other.unit(index))
+                && from.text() != to.text()
+                && from.dimension() == to.dimension()
+            {
+                let above = |unit: &Unit| if unit.reference() == Reference::Gauge { ambient_pressure_pa } else { 0.0 };
+                let shift = above(&from) - above(&to);
+                for value in &mut values {
+                    *value = to.from_si(from.to_si(*value) + shift);
+                }
+            }
+            (values, self.timestamps[own])
+        };
+        let (columns, timestamps) = (0..other.names.len()).map(column).unzip();
+        Cow::Owned(Self {
+            file: self.file.clone(),
+            names: other.names.clone(),
+            bare: other.bare.clone(),
+            units: other.units.clone(),
+            columns,
+            timestamps,
+            notices: self.notices.clone(),
         })
     }
 }

@@ -14,19 +14,21 @@ pub(super) fn find(recording: &Recording, found: &Understanding, hints: &Hints) 
     }
     let of = |channel: &str| found.columns.iter().find(|column| column.channel == channel);
     let pressure = |index: usize, unit: Option<&String>, number: f64| {
-        let unit = unit.and_then(|text| Unit::parse(text).ok()).or_else(|| recording.units[index].clone());
-        let unit = unit.or_else(|| Unit::parse(recording.names[index].rsplit_once('_')?.1).ok())?;
+        let unit = unit.and_then(|text| Unit::parse(text).ok()).or_else(|| recording.unit(index))?;
         let absolute = match unit.reference() {
             Reference::Ambiguous => return None,
             Reference::Gauge => unit.to_si(number) + hints.ambient_pressure_pa,
             _ => unit.to_si(number),
         };
-        Some(format!("{:.1} kPa", absolute / 1e3))
+        absolute.is_finite().then(|| format!("{:.1} kPa", absolute / 1e3))
     };
-    if let Some(supply) = of("supply_pressure") {
+    let recorded = of("supply_pressure").and_then(|supply| {
         let median = quantile(&recording.columns[supply.index], 0.5);
         let text = pressure(supply.index, supply.unit.as_ref(), median)?;
-        return Some(SupplyGuess { text, from: "the median of the recorded supply pressure" });
+        Some(SupplyGuess { text, from: "the median of the recorded supply pressure" })
+    });
+    if recorded.is_some() {
+        return recorded;
     }
     let chamber = of("chamber_pressure")?;
     let values = &recording.columns[chamber.index];

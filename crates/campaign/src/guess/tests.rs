@@ -66,6 +66,7 @@ fn read_back(recorder: &Recorder) -> Campaign {
         supply_pressure: supply.text,
         supply_from: supply.from.into(),
         temperature: Some("20 degC".into()),
+        leak: None,
     };
     let text = draft("a \"valve\"", &found, &recording, &[run]);
     let facts = ValveFacts {
@@ -204,4 +205,117 @@ fn what_cannot_be_known_is_not_guessed() {
     let no_time: fn(f64, bool, f64, f64) -> String = |_, c, x, _| format!("1,{},{x:.4}", u8::from(c));
     assert_eq!(unknown("time_s,command,position_mm", no_time, |_| ()), [Unknown::Time]);
     assert!(understand(&[], &hints()).columns.is_empty());
+}
+
+/// Recordings of the same strokes: their texts, named "75psig.csv" and "2.csv".
+fn understood_together(texts: [&str; 2], change: fn(&mut Hints)) -> (Understanding, Vec<Recording>) {
+    let files = ["75psig.csv", "2.csv"];
+    let recordings: Vec<Recording> =
+        texts.into_iter().zip(files).map(|(text, file)| Recording::read(text.as_bytes(), file).unwrap()).collect();
+    let mut hints = hints();
+    change(&mut hints);
+    (understand(&recordings, &hints), recordings)
+}
+
+/// A recording with the supply pressure, 517 kPa above the atmosphere, in a unit of Pa behind a heading.
+fn with_supply(header: &'static str, columns: fn(String, String) -> String, zero_pa: f64, unit_pa: f64) -> String {
+    let mut text = format!("{header}\n");
+    for step in 0..2000 {
+        let time_s = f64::from(step) * 2e-3;
+        let (close, position_mm, _) = valve(time_s);
+        let supply = (zero_pa + 517e3 + 100.0 * f64::from(step % 3)) / unit_pa;
+        let front = format!("{time_s:.3},{},{position_mm:.4}", u8::from(close));
+        writeln!(text, "{}", columns(front, format!("{supply:.4}"))).unwrap();
+    }
+    text
+}
+
+#[test]
+fn recordings_in_different_units_become_one_campaign() {
+    let front: fn(String, String) -> String = |front, supply| format!("{front},{supply}");
+    let back: fn(String, String) -> String = |front, supply| format!("{supply},{front}");
+    let (psi, bar) = (6894.757, 1e5);
+    for (texts, named) in [
+        (
+            [
+                with_supply("time_s,command,position_mm,Versorgungsdruck [bar(g)]", front, 0.0, bar),
+                // In another order, too.
+                with_supply("Versorgungsdruck [psig],time_s,command,position_mm", back, 0.0, psi),
+            ],
+            "supply_pressure = \"Versorgungsdruck\"\n",
+        ),
+        (
+            [
+                with_supply("time_s,command,position_mm,Supply_PSIG", front, 0.0, psi),
+                with_supply("time_s,command,position_mm,Supply_kPa", front, 101_325.0, 1e3),
+            ],
+            "supply_pressure = \"Supply\"\n",
+        ),
+    ] {
+        let (found, recordings) = understood_together([&texts[0], &texts[1]], |hints| hints.one_closes = Some(true));
+        assert!(found.unknown.is_empty() && found.conflicts.is_empty(), "{found:?}");
+        assert!(found.said.iter().any(|said| said.contains("each recording's own unit counts")), "{found:?}");
+        let runs = ["75psig.csv", "2.csv"].map(|file| DraftRun {
+            file: file.into(),
+            supply_pressure: "5.17 barg".into(),
+            temperature: Some("20 degC".into()),
+            ..DraftRun::default()
+        });
+        let text = draft("both", &found, &recordings[0], &runs);
+        assert!(text.contains(named), "{named}{text}");
+        let facts = ValveFacts {
+            ambient_pressure_pa: 101_325.0,
+            supply_pressure_pa: 618e3,
+            temperature_k: 293.15,
+            stroke_m: STROKE_M,
+        };
+        let load = |file: &str| Ok(texts[usize::from(file == "2.csv")].clone().into_bytes());
+        let campaign = Campaign::parse(&text, "c.toml", &facts, &load).unwrap();
+        let alike = |warning: &crate::Warning| matches!(warning.doubt, crate::Doubt::SameRecording { .. });
+        assert!(campaign.warnings.iter().all(alike), "{:?}", campaign.warnings);
+        for run in &campaign.runs {
+            let supply_pa = run.trace.supply_pressure_pa.as_ref().unwrap();
+            assert!(supply_pa.iter().all(|pa| (pa - 618_425.0).abs() < 120.0), "{}: {:?}", run.file, &supply_pa[..3]);
+        }
+        assert_eq!(found.supply[1].as_ref().unwrap().text, "618.4 kPa");
+    }
+}
+
+#[test]
+fn what_is_named_is_taken_left_out_or_refused_by_name() {
+    let front: fn(String, String) -> String = |front, supply| format!("{front},{supply}");
+    let texts = ["barg", "bar"].map(|unit| {
+        let header = format!("time_s,command,position_mm,Supply_Pressure_{unit}");
+        with_supply("", front, 0.0, 1e5).replacen('\n', &format!("{header}\n"), 1)
+    });
+    let conflicts = |texts: [&str; 2], change: fn(&mut Hints)| understood_together(texts, change).0.conflicts;
+    // One of them does not say from where it counts: no name of both can be right.
+    let found = conflicts([&texts[0], &texts[1]], |hints| hints.one_closes = Some(true));
+    assert!(matches!(&found[..], [Conflict::Units { channel, .. }] if channel == "supply_pressure"), "{found:?}");
+    assert!(found[0].to_string().contains("is in barg in 75psig.csv and in bar in 2.csv"), "{}", found[0]);
+    let found = conflicts([&texts[0], &texts[0]], |hints| {
+        hints.one_closes = Some(true);
+        hints.columns = vec![("supply_pressure".into(), "Suply_Pressure".into())];
+    });
+    let said = found.iter().map(ToString::to_string).collect::<String>();
+    assert!(said.starts_with("75psig.csv has no column \"Suply_Pressure\" (did you mean"), "{said}");
+    let (found, recordings) = understood_together([&texts[0], &texts[1]], |hints| {
+        hints.one_closes = Some(true);
+        hints.left_out = vec!["supply_pressure".into()];
+    });
+    assert!(found.conflicts.is_empty() && found.unknown.is_empty(), "{found:?}");
+    let run = DraftRun { file: "2.csv".into(), supply_pressure: "5.17 barg".into(), ..DraftRun::default() };
+    let text = draft("both", &found, &recordings[1], &[run]);
+    assert!(text.contains("supply_pressure = \"none\"\n"), "{text}");
+    let facts = ValveFacts {
+        ambient_pressure_pa: 101_325.0,
+        supply_pressure_pa: 618e3,
+        temperature_k: 293.15,
+        stroke_m: STROKE_M,
+    };
+    let campaign = Campaign::parse(&text, "c.toml", &facts, &|_| Ok(texts[1].clone().into_bytes())).unwrap();
+    assert!(campaign.runs[0].trace.supply_pressure_pa.is_none());
+    let needed = text.replace("[columns]\n", "[columns]\nposition = \"none\"\n");
+    let refused = Campaign::parse(&needed, "c.toml", &facts, &|_| Ok(Vec::new())).unwrap_err().to_string();
+    assert!(refused.contains("nothing is read without the position"), "{refused}");
 }
