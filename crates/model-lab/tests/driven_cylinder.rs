@@ -168,7 +168,7 @@ fn a_cycle_begins_before_the_pressure_that_tells_of_its_command_rises() {
     let runs = vec![run_through_pipe(file.valve(), rise_s, 0.06, 0.0, &mut noise)];
     let mut campaign = campaign(runs);
     // Each command is written down when half of the rise is over.
-    for edge in campaign.runs[0].commands.iter_mut().filter(|edge| edge.closes()) {
+    for edge in campaign.runs[0].commands.iter_mut().filter(|edge| edge.close) {
         edge.time_s += 0.3 * rise_s;
     }
     campaign.inputs.pipe_pressure = true;
@@ -176,6 +176,23 @@ fn a_cycle_begins_before_the_pressure_that_tells_of_its_command_rises() {
     for (unit, pulse_s) in subject.setup(Level::High).units.iter().zip(PULSES_S) {
         assert!(unit.origin_s < pulse_s, "{}: begins {} s after the rise", unit.name, unit.origin_s - pulse_s);
     }
+}
+
+#[test]
+fn a_cycle_begins_where_the_piston_rests_though_its_command_comes_in_mid_fall() {
+    let file = ValveFile::parse(CYLINDER, "cylinder.toml").expect("a valid valve");
+    let mut noise = Noise(9);
+    let mut campaign = campaign(vec![run_through_pipe(file.valve(), SHORT_PIPE_S, 0.06, 0.0, &mut noise)]);
+    // Each command is written down when the pressure has long been up, and stands still.
+    for edge in campaign.runs[0].commands.iter_mut().filter(|edge| edge.close) {
+        edge.time_s += 0.6 * PULSE_S;
+    }
+    campaign.inputs.pipe_pressure = true;
+    let subject = Subject::new(&file, &campaign, &NuisanceSizes::default());
+    // By the third pulse the piston has reached its open stop.
+    let last = subject.setup(Level::High).units.last().expect("three cycles").clone();
+    assert!(last.origin_s < PULSES_S[2], "begins {} s after the rise", last.origin_s - PULSES_S[2]);
+    assert!(last.origin_s > PULSES_S[1] + PULSE_S, "begins at {} s", last.origin_s);
 }
 
 #[test]

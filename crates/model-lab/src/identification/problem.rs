@@ -7,7 +7,9 @@ use rayon::prelude::*;
 use valve_model::cycle::{CycleTimes, cycles};
 use valve_model::driven::Driven;
 use valve_model::real::LANES;
-use valve_model::{ChamberStart, Fidelity, ParameterId, Prepared, Run, Start, Trajectory, Valve, simulate};
+use valve_model::{
+    ChamberStart, CommandEdge, Fidelity, ParameterId, Prepared, Run, Start, Trajectory, Valve, simulate,
+};
 
 use super::nuisance::{Entry, Nuisance};
 use super::setup::{Kind, Setup, Trace, Unit};
@@ -371,7 +373,7 @@ impl<'a> ValveProblem<'a> {
                     Nuisance::PressureZero(which) if which == channel.channel => 1.0,
                     Nuisance::PressureGain(which) if which == channel.channel => at - base,
                     Nuisance::Clock => by_time,
-                    Nuisance::CloseDelay(_) if last.is_some_and(|edge| edge.closes()) => by_time,
+                    Nuisance::CloseDelay(_) if last.is_some_and(CommandEdge::closes) => by_time,
                     Nuisance::OpenDelay(_) if last.is_some_and(|edge| !edge.closes()) => by_time,
                     _ => 0.0,
                 });

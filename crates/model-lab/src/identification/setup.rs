@@ -496,7 +496,7 @@ impl<'a> Recorded<'a> {
             seen().sum::<f64>() / seen().count() as f64
         };
         let change = mean(place(1.0)..place(0.0)) - mean(place(2.0)..place(1.0));
-        !(change.abs() > self.least)
+        change.is_nan() || change.abs() <= self.least
     }
 }
 

@@ -103,8 +103,8 @@ fn driven_above_pa(files: &[File]) -> (f64, f64) {
         let mut sorted: Vec<f64> = file.pressures_pa[0].1.clone();
         sorted.sort_by(f64::total_cmp);
         // Without the few rows that a spike may be.
-        let at = |share: f64| sorted[(share * (sorted.len() - 1) as f64) as usize];
-        (at(0.02), at(0.98))
+        let few = sorted.len() / 50;
+        (sorted[few], sorted[sorted.len() - 1 - few])
     };
     let common = |(low, high): (f64, f64), (from, to): (f64, f64)| (low.max(from), high.min(to));
     let (low, high) = files.iter().map(span).fold((0.0, f64::INFINITY), common);
