@@ -1,8 +1,9 @@
-//! Measured pressures that drive the model, as coarse as their noise allows.
+//! A measured supply that drives the model, as coarse as its noise allows.
 //!
 //! A recorder writes a thousand rows a second of a supply that hardly moves. To follow every one of them costs as much as the
 //! simulation, and feeds it the sensor's noise. Straight lines through the means of equally many rows say the same where no
-//! stretch of rows departs from them by more than noise does.
+//! stretch of rows departs from them by more than noise does. The pressure of a pipe or a chamber rises within a few rows, each
+//! of which counts: such a record stays as it is.
 
 use valve_model::driven::Driven;
 
@@ -13,22 +14,17 @@ const MOST_ROWS: usize = 64;
 /// noise alone hardly one stretch does.
 const DEPARTS: f64 = 5.0;
 
-/// The record through means of as many rows as noise allows; `noise_pa` tells that of a channel's samples.
+/// A record of the supply alone through means of as many rows as noise allows; `noise_pa` tells that of its samples.
 pub fn thinned(driven: Driven, noise_pa: impl Fn(&[f64]) -> f64) -> Driven {
-    let channels = [&driven.pipe_pressure_pa, &driven.chamber_pressure_pa, &driven.supply_pressure_pa];
-    let noisy: Vec<(&[f64], f64)> =
-        channels.into_iter().flatten().map(|values| (&**values, noise_pa(values))).collect();
-    let suffices =
-        |rows: &usize| noisy.iter().all(|(values, noise_pa)| is_straight(&driven.time_s, values, *noise_pa, *rows));
-    let halves = std::iter::successors(Some(MOST_ROWS), |rows| Some(rows / 2)).take_while(|rows| *rows > 1);
-    let Some(rows) = halves.into_iter().find(suffices) else { return driven };
-    let of = |channel: &Option<Vec<f64>>| channel.as_ref().map(|values| means(values, rows));
-    Driven {
-        time_s: means(&driven.time_s, rows),
-        pipe_pressure_pa: of(&driven.pipe_pressure_pa),
-        chamber_pressure_pa: of(&driven.chamber_pressure_pa),
-        supply_pressure_pa: of(&driven.supply_pressure_pa),
-    }
+    let Driven { time_s, pipe_pressure_pa: None, chamber_pressure_pa: None, supply_pressure_pa: Some(supply_pa) } =
+        &driven
+    else {
+        return driven;
+    };
+    let noise_pa = noise_pa(supply_pa);
+    let mut halves = std::iter::successors(Some(MOST_ROWS), |rows| Some(rows / 2)).take_while(|rows| *rows > 1);
+    let Some(rows) = halves.find(|rows| is_straight(time_s, supply_pa, noise_pa, *rows)) else { return driven };
+    Driven { time_s: means(time_s, rows), supply_pressure_pa: Some(means(supply_pa, rows)), ..Driven::default() }
 }
 
 fn means(values: &[f64], rows: usize) -> Vec<f64> {

@@ -445,7 +445,7 @@ fn driven_parts(
     let closings = recorded.commands.iter().filter(|edge| edge.close).map(|edge| edge.time_s);
     let mut parts = vec![Part { from_s: f64::NEG_INFINITY, until_s: f64::INFINITY, origin_s: 0.0, beginning: start }];
     for closing_s in closings.skip(1).take(MOST_PARTS) {
-        let rest_s = steady_before(data, &recorded.commands, closing_s, window_s, travel_s);
+        let rest_s = steady_before(data, closing_s, window_s, travel_s);
         let first = data.times_s.partition_point(|time| *time < rest_s - AHEAD * window_s);
         let Some(&from_s) = data.times_s.get(first).filter(|from| **from < closing_s) else { continue };
         if parts.last().is_some_and(|before| from_s < before.origin_s + travel_s) {
@@ -500,22 +500,21 @@ impl<'a> Recorded<'a> {
     }
 }
 
-/// The last time before a command at which a piston and the pressures that drive it were steady, s. A command that was read
-/// off a pressure comes when that has risen halfway, and a pressure that stands still may do so because the piston gives way.
-/// A piston that never rests begins where the pressures were steady within a stroke's travel, or else with the command.
-fn steady_before(data: &RunData, edges: &[campaign::CommandEdge], closing_s: f64, window_s: f64, travel_s: f64) -> f64 {
+/// The last time before a command, within a stroke's travel, at which a piston and the pressures that drive it were steady, s. A
+/// command that was read off a pressure comes when that has risen halfway, and a pressure that stands still may do so because
+/// the piston gives way. A piston that does not rest begins where the pressures were steady, or else with the command.
+fn steady_before(data: &RunData, closing_s: f64, window_s: f64, travel_s: f64) -> f64 {
     let Some(driven) = data.run.driven.as_deref() else { return closing_s };
     let measured = [&driven.pipe_pressure_pa, &driven.chamber_pressure_pa].into_iter().flatten();
     let pressures: Vec<Recorded<'_>> = measured.map(|samples| Recorded::new(&driven.time_s, samples)).collect();
     let position = Recorded::new(&data.times_s, &data.channels[0].samples);
     let is_steady = |until_s: f64| pressures.iter().all(|pressure| pressure.is_steady(until_s, window_s));
-    let back_to = |bound_s: f64| {
-        let times = std::iter::successors(Some(closing_s), move |time| Some(time - window_s));
-        times.take_while(move |time| *time > bound_s)
+    let moments = || {
+        let times = std::iter::successors(Some(closing_s), |time| Some(time - window_s));
+        times.take_while(|time| *time > closing_s - travel_s)
     };
-    let before_s = edges.iter().rev().map(|edge| edge.time_s).find(|time| *time < closing_s).unwrap_or(0.0);
     let rests = |until_s: &f64| position.is_steady(*until_s, window_s) && is_steady(*until_s);
-    let found = back_to(before_s).find(rests).or_else(|| back_to(closing_s - travel_s).find(|time| is_steady(*time)));
+    let found = moments().find(rests).or_else(|| moments().find(|time| is_steady(*time)));
     found.unwrap_or(closing_s)
 }
 
