@@ -500,7 +500,7 @@ impl<'a> Recorded<'a> {
     }
 }
 
-/// The last time before a command, within a stroke's travel, at which a piston and the pressures that drive it were steady, s. A
+/// The last time before a command, within twice a stroke's travel, at which a piston and the pressures that drive it were steady, s. A
 /// command that was read off a pressure comes when that has risen halfway, and a pressure that stands still may do so because
 /// the piston gives way. A piston that does not rest begins where the pressures were steady, or else with the command.
 fn steady_before(data: &RunData, closing_s: f64, window_s: f64, travel_s: f64) -> f64 {
@@ -511,7 +511,8 @@ fn steady_before(data: &RunData, closing_s: f64, window_s: f64, travel_s: f64) -
     let is_steady = |until_s: f64| pressures.iter().all(|pressure| pressure.is_steady(until_s, window_s));
     let moments = || {
         let times = std::iter::successors(Some(closing_s), |time| Some(time - window_s));
-        times.take_while(|time| *time > closing_s - travel_s)
+        // The pressure rises for some time before the piston gives way, and the command may come in the midst of its travel.
+        times.take_while(|time| *time > closing_s - 2.0 * travel_s)
     };
     let rests = |until_s: &f64| position.is_steady(*until_s, window_s) && is_steady(*until_s);
     let found = moments().find(rests).or_else(|| moments().find(|time| is_steady(*time)));
