@@ -1,9 +1,11 @@
 //! The valve as a problem of system identification.
 
 pub mod catalogue;
+mod cycles;
 pub mod force_balance;
 pub mod nuisance;
 pub mod problem;
+mod rows;
 mod scattered;
 pub mod setup;
 pub mod start;

@@ -1,0 +1,216 @@
+//! The cycles of a record, and where the simulation of each begins.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use campaign::Run as RecordedRun;
+use valve_model::{CommandEdge, Run, Start};
+
+use super::start::{Beginning, beginning, window_s};
+use crate::data::RunData;
+
+/// How much a simulation begins before a record that begins at rest, so that a command may come early, s.
+pub(super) const LEAD_S: f64 = 0.1;
+
+/// The same in rows of a slow recorder, which writes a command down up to one of them too late.
+const LEAD_ROWS: f64 = 2.0;
+
+/// How much a simulation begins before this record.
+pub(super) fn lead_s(data: &RunData) -> f64 {
+    LEAD_S.max(rows_s(data, LEAD_ROWS))
+}
+
+/// The time of so many rows, s.
+fn rows_s(data: &RunData, count: f64) -> f64 {
+    let mut rows: Vec<f64> = data.times_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    rows.sort_by(f64::total_cmp);
+    rows.get(rows.len() / 2).map_or(0.0, |row| count * row)
+}
+
+/// How long before each command of a run the row before it was written: the longest time of commands to close, and of those
+/// to open, s.
+pub(super) fn unseen_s(data: &RunData, commands: &[CommandEdge]) -> [f64; 2] {
+    let mut longest = [0.0_f64; 2];
+    for edge in commands {
+        let row = data.times_s.partition_point(|time| *time < edge.time_s);
+        if row > 0 && row < data.times_s.len() {
+            let of_kind = &mut longest[usize::from(!edge.closes())];
+            *of_kind = of_kind.max(data.times_s[row] - data.times_s[row - 1]);
+        }
+    }
+    longest
+}
+
+/// A stretch of a record that counts as a record of its own, and where its simulation begins.
+pub(super) struct Part {
+    /// From when on its rows are taken, s of the record.
+    pub from_s: f64,
+    /// The end of that, s of the record.
+    pub until_s: f64,
+    /// When its simulation begins, s of the record.
+    pub origin_s: f64,
+    /// In which state it begins.
+    pub beginning: Beginning,
+}
+
+impl Part {
+    /// How long nobody saw each kind of command, s.
+    pub fn unseen_s(&self, data: &RunData) -> [f64; 2] {
+        let inside = |edge: &&CommandEdge| edge.time_s >= self.from_s && edge.time_s < self.until_s;
+        let commands: Vec<CommandEdge> = data.run.commands.iter().filter(inside).copied().collect();
+        unseen_s(data, &commands)
+    }
+
+    /// Its run, in its own time.
+    pub fn run(&self, data: &RunData) -> Run {
+        let mut run = data.run.clone();
+        run.end_s = self.until_s.min(data.run.end_s) - self.origin_s;
+        run.commands.retain(|edge| edge.time_s >= self.origin_s && edge.time_s < self.until_s);
+        for edge in &mut run.commands {
+            edge.time_s -= self.origin_s;
+        }
+        if self.beginning == Beginning::Closed {
+            run.start = Start::ClosedRest;
+            run.commands.retain(|edge| !edge.closes() || edge.time_s > -self.origin_s);
+        }
+        if let Some(driven) = &run.driven
+            && (self.origin_s != 0.0 || self.until_s < data.run.end_s)
+        {
+            // A recorder's clock may see what comes a little later.
+            run.driven = Some(Arc::new(driven.between(self.origin_s, self.until_s + LEAD_S)));
+        }
+        run
+    }
+}
+
+/// The cycles of a record whose recorded pressure drives the model: each from shortly before a command to close. Such a
+/// cylinder may never rest on a stop, and a simulation of many cycles at a stretch adds up what the model is off by; the
+/// position and the speed at the beginning of each are in the record.
+pub(super) fn driven_parts(
+    recorded: &RecordedRun,
+    data: &RunData,
+    start: Beginning,
+    (stroke_m, travel_s): (f64, f64),
+) -> Vec<Part> {
+    let window_s = window_s(travel_s).max(rows_s(data, LEAD_ROWS));
+    let closings = recorded.commands.iter().filter(|edge| edge.close).map(|edge| edge.time_s);
+    let mut parts = vec![Part { from_s: f64::NEG_INFINITY, until_s: f64::INFINITY, origin_s: 0.0, beginning: start }];
+    for closing_s in closings.skip(1).take(MOST_PARTS) {
+        let rest_s = steady_before(data, closing_s, window_s, travel_s);
+        let first = data.times_s.partition_point(|time| *time < rest_s - AHEAD * window_s);
+        let Some(&from_s) = data.times_s.get(first).filter(|from| **from < closing_s) else { continue };
+        if parts.last().is_some_and(|before| from_s < before.origin_s + travel_s) {
+            continue;
+        }
+        let times: Vec<f64> = data.times_s[first..].iter().map(|time| time - from_s).collect();
+        let mut edges = recorded.commands.clone();
+        edges.retain(|edge| edge.time_s >= from_s);
+        for edge in &mut edges {
+            edge.time_s -= from_s;
+        }
+        let position = &data.channels[0];
+        let begins = beginning(&times, &position.samples[first..], position.noise, &edges, stroke_m, travel_s);
+        if let Some(before) = parts.last_mut() {
+            before.until_s = from_s;
+        }
+        parts.push(Part { from_s, until_s: f64::INFINITY, origin_s: from_s, beginning: begins });
+    }
+    parts
+}
+
+/// So many times the window from which a beginning is judged a cycle begins before its pressures move.
+const AHEAD: f64 = 2.0;
+
+/// What changes by less than this share of its range from one window to the next is steady: of a pressure as much as the zero of
+/// its sensor may be off by.
+const STEADY: f64 = 0.01;
+
+/// A recorded channel, with the least change of it that counts as one.
+struct Recorded<'a> {
+    time_s: &'a [f64],
+    samples: &'a [f64],
+    least: f64,
+}
+
+impl<'a> Recorded<'a> {
+    fn new(time_s: &'a [f64], samples: &'a [f64]) -> Self {
+        let range = |(low, high): (f64, f64), x: &f64| (low.min(*x), high.max(*x));
+        let (low, high) = samples.iter().fold((f64::INFINITY, f64::NEG_INFINITY), range);
+        Self { time_s, samples, least: STEADY * (high - low) }
+    }
+
+    /// Whether its mean stays from the window before the last one to the last one before a time. Without rows it does.
+    fn is_steady(&self, until_s: f64, window_s: f64) -> bool {
+        let place = |windows: f64| self.time_s.partition_point(|time| *time < until_s - windows * window_s);
+        let mean = |rows: Range<usize>| {
+            let seen = || self.samples[rows.clone()].iter().filter(|sample| sample.is_finite());
+            seen().sum::<f64>() / seen().count() as f64
+        };
+        let change = mean(place(1.0)..place(0.0)) - mean(place(2.0)..place(1.0));
+        change.is_nan() || change.abs() <= self.least
+    }
+}
+
+/// The last time before a command, within twice a stroke's travel, at which a piston and the pressures that drive it were steady, s. A
+/// command that was read off a pressure comes when that has risen halfway, and a pressure that stands still may do so because
+/// the piston gives way. A piston that does not rest begins where the pressures were steady, or else with the command.
+fn steady_before(data: &RunData, closing_s: f64, window_s: f64, travel_s: f64) -> f64 {
+    let Some(driven) = data.run.driven.as_deref() else { return closing_s };
+    let measured = [&driven.pipe_pressure_pa, &driven.chamber_pressure_pa].into_iter().flatten();
+    let pressures: Vec<Recorded<'_>> = measured.map(|samples| Recorded::new(&driven.time_s, samples)).collect();
+    let position = Recorded::new(&data.times_s, &data.channels[0].samples);
+    let is_steady = |until_s: f64| pressures.iter().all(|pressure| pressure.is_steady(until_s, window_s));
+    let moments = || {
+        let times = std::iter::successors(Some(closing_s), |time| Some(time - window_s));
+        // The pressure rises for some time before the piston gives way, and the command may come in the midst of its travel.
+        times.take_while(|time| *time > closing_s - 2.0 * travel_s)
+    };
+    let rests = |until_s: &f64| position.is_steady(*until_s, window_s) && is_steady(*until_s);
+    let found = moments().find(rests).or_else(|| moments().find(|time| is_steady(*time)));
+    found.unwrap_or(closing_s)
+}
+
+/// The cycles of a record: each from a command to close that finds the valve open and at rest to the next such. The
+/// simulation of a later one begins with the cycle before it, which leaves some gas behind.
+pub(super) fn parts(data: &RunData, start: Beginning, stroke_m: f64, travel_s: f64) -> Vec<Part> {
+    let lead_s = lead_s(data);
+    let origin_s = match start {
+        Beginning::Open | Beginning::Closed | Beginning::Filling => -lead_s,
+        Beginning::Moving { .. } => 0.0,
+    };
+    let rests = |time: f64| {
+        let channel = &data.channels[0];
+        let about: Vec<f64> = data
+            .times_s
+            .iter()
+            .zip(&channel.samples)
+            .filter(|(at, sample)| **at >= time - 0.1 * travel_s && **at <= time && sample.is_finite())
+            .map(|(_, sample)| *sample)
+            .collect();
+        let (low, high) = about.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(*x), b.max(*x)));
+        !about.is_empty() && low > (1.0 - AT_TOP) * stroke_m && high - low < AT_TOP * stroke_m
+    };
+    let closings: Vec<f64> = data.run.commands.iter().filter(|edge| edge.closes()).map(|edge| edge.time_s).collect();
+    let mut cuts: Vec<f64> = closings.iter().copied().skip(1).filter(|time| rests(*time)).collect();
+    cuts.truncate(MOST_PARTS);
+    let mut parts = Vec::with_capacity(cuts.len() + 1);
+    let mut before = (f64::NEG_INFINITY, origin_s, start);
+    for cut in cuts.iter().copied().chain([f64::INFINITY]) {
+        parts.push(Part { from_s: before.0, until_s: cut, origin_s: before.1, beginning: before.2 });
+        // The next one is simulated from the beginning of this one, if that was at rest.
+        let first = parts.len() == 1;
+        before = if first && origin_s == 0.0 {
+            (cut, before.1, before.2)
+        } else {
+            let from = if first { origin_s } else { cuts[parts.len() - 2] - lead_s };
+            (cut, from, if first { start } else { Beginning::Open })
+        };
+    }
+    parts
+}
+
+/// A valve this close to its open stop rests there, as a share of the stroke; recorders have zeros of their own.
+const AT_TOP: f64 = 0.04;
+
+/// Cycles of one record that are looked at one by one.
+const MOST_PARTS: usize = 63;
