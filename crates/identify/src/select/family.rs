@@ -8,7 +8,7 @@ use crate::stop::Stop;
 pub type Set = Vec<usize>;
 
 /// How exactly a set is computed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Level {
     /// A few of the records, cheaply: for a first look at many sets.
     Screen,

@@ -11,7 +11,7 @@ mod foreseen;
 mod options;
 mod race;
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
@@ -45,7 +45,7 @@ pub struct Model<P> {
 pub struct Selection<P> {
     /// From the empty set to the accepted one, step by step.
     pub steps: Vec<Set>,
-    /// All sets that were fitted.
+    /// All sets that were fitted, in the order of the sets.
     pub models: Vec<Model<P>>,
     /// Whether it was cut short.
     pub interrupted: bool,
@@ -146,9 +146,9 @@ pub fn select<F: Family>(family: &F, options: &SelectOptions) -> Option<Selectio
     let mut search = Search {
         family,
         options,
-        models: HashMap::new(),
+        models: BTreeMap::new(),
         looked_at: Vec::new(),
-        screened: HashMap::new(),
+        screened: BTreeMap::new(),
         reduced: Vec::new(),
     };
     for model in base(family)? {
@@ -199,11 +199,11 @@ enum Companion {
 struct Search<'a, F: Family> {
     family: &'a F,
     options: &'a SelectOptions,
-    models: HashMap<(Set, Level), Model<F::Member>>,
+    models: BTreeMap<(Set, Level), Model<F::Member>>,
     /// Sets that were fitted to a few of the records, for larger ones to begin from.
     looked_at: Vec<Set>,
     /// The best evidence of sets that went on from a first look, on the few records of it.
-    screened: HashMap<Set, f64>,
+    screened: BTreeMap<Set, f64>,
     /// Sets whose smaller ones were fitted from their optimum.
     reduced: Vec<Set>,
 }
