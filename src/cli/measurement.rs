@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::Format;
+use super::{Format, LogColumnArgs};
 
 /// Options of `compare`.
 #[derive(Debug, Args)]
@@ -159,6 +159,9 @@ pub struct AdoptArgs {
     /// with each effect
     #[arg(long, value_name = "CSV")]
     pub log: Option<PathBuf>,
+    /// How the log's columns are to be read.
+    #[command(flatten)]
+    pub columns: LogColumnArgs,
     /// Draw the error after each step to an .svg or .png file
     #[arg(long, value_name = "FILE")]
     pub plot: Option<PathBuf>,

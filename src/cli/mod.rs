@@ -20,7 +20,8 @@ pub use lab::{LabArgs, PageArgs, WatchArgs};
 pub use measurement::{AdoptArgs, CalibrateArgs, CompareArgs, ExplainArgs};
 pub use model::{EffectsArgs, ReportArgs, RevertArgs, SimulateArgs};
 pub use prognosis::{
-    BrokerArgs, DemoArgs, EvaluateArgs, GrowthName, LearnArgs, MethodName, PrognoseArgs, StartName, StreamFormat,
+    BrokerArgs, DemoArgs, EvaluateArgs, GrowthName, LearnArgs, LogColumnArgs, MethodName, PrognoseArgs, StartName,
+    StreamFormat,
 };
 pub use tables::{BuildTablesArgs, QuantityRange};
 

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use clap::Args;
 use quantity::Quantity;
 
-use super::Format;
 use super::quantities::{area_m2, duration_s, pressure, temperature_k};
+use super::{Format, LogColumnArgs};
 
 /// Options of `simulate`.
 #[derive(Debug, Args)]
@@ -94,6 +94,9 @@ pub struct ReportArgs {
     /// A timing log of this kind of valve
     #[arg(long, value_name = "FILE")]
     pub log: Option<PathBuf>,
+    /// How the log's columns are to be read.
+    #[command(flatten)]
+    pub columns: LogColumnArgs,
     /// Recorded strokes of this valve
     #[arg(long, value_name = "FILE")]
     pub campaign: Option<PathBuf>,

@@ -4,6 +4,7 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use log_columns::NamedColumn;
 
 use super::Format;
 use super::quantities::duration_s;
@@ -80,6 +81,9 @@ pub struct PrognoseArgs {
     /// An empty time means that the valve did not get there, as in logs made for version 0.1
     #[arg(long, hide_short_help = true)]
     pub empty_is_stalled: bool,
+    /// How the log's columns are to be read.
+    #[command(flatten)]
+    pub columns: LogColumnArgs,
     /// Print every row as text, not only how the valves stand at the end
     #[arg(long)]
     pub all_rows: bool,
@@ -208,6 +212,9 @@ pub struct EvaluateArgs {
     /// A log of valves that ran to their end of life: scores the method on it
     #[arg(long, value_name = "FILE", conflicts_with_all = ["scenarios", "plot"])]
     pub log: Option<PathBuf>,
+    /// How the log's columns are to be read.
+    #[command(flatten)]
+    pub columns: LogColumnArgs,
     /// Half width of the cone around the true remaining life, a fraction
     #[arg(long, value_name = "FRACTION", value_parser = positive, default_value = "0.1")]
     pub alpha: f64,
@@ -235,6 +242,9 @@ pub struct LearnArgs {
     /// Timing logs
     #[arg(required = true)]
     pub logs: Vec<PathBuf>,
+    /// How the logs' columns are to be read.
+    #[command(flatten)]
+    pub columns: LogColumnArgs,
     /// Directory of the tables, as `valve build-tables` writes them
     #[arg(long, value_name = "DIR")]
     pub tables: PathBuf,
@@ -247,6 +257,31 @@ pub struct LearnArgs {
     /// How the result is printed
     #[arg(long, value_enum, default_value_t = Format::Text)]
     pub format: Format,
+}
+
+/// Which column of a timing log is which.
+#[derive(Debug, Clone, Default, Args)]
+pub struct LogColumnArgs {
+    /// Which column of the log is which: COLUMN=NAME, such as close_time_ms="Laufzeit ZU"; may be repeated
+    #[arg(long, value_name = "COLUMN=NAME", hide_short_help = true)]
+    pub column: Vec<NamedColumn>,
+    /// The valve of all rows, where no column of the log tells it
+    #[arg(long, value_name = "NAME", hide_short_help = true)]
+    pub valve_name: Option<String>,
+}
+
+impl LogColumnArgs {
+    /// Whether nothing was said.
+    pub fn is_empty(&self) -> bool {
+        self.column.is_empty() && self.valve_name.is_none()
+    }
+
+    /// The same as words of a command.
+    pub fn words(&self) -> Vec<String> {
+        let columns = self.column.iter().flat_map(|column| ["--column".to_owned(), column.to_string()]);
+        let valve = self.valve_name.iter().flat_map(|name| ["--valve-name".to_owned(), name.clone()]);
+        columns.chain(valve).collect()
+    }
 }
 
 /// Methods by name.

@@ -9,6 +9,7 @@ use model_lab::diagnosis::{DiagnoseOptions, FittedParameter};
 use quantity::Dimension;
 
 use super::adopt_life::Lives;
+use super::log_input::LogInput;
 use super::{campaign_input, explain, ladder};
 use crate::cli::{AdoptArgs, Format};
 use crate::failure::{Answer, Hinted};
@@ -20,11 +21,18 @@ pub fn run(args: &AdoptArgs) -> anyhow::Result<Answer> {
     let mut outputs = Outputs::new(args.force).reads(input.files()).reads(&args.log);
     let out = outputs.file(&args.out)?;
     let plot = PlotFile::create(&mut outputs, args.plot.as_deref())?;
+    // Whether the log can be read is known before the long work begins.
+    args.log
+        .as_deref()
+        .map(|log| LogInput::open(log, &args.columns, false))
+        .transpose()?
+        .iter()
+        .for_each(LogInput::announce);
     let line = ProgressLine::new("refitting everything");
     let adoption = adoption(&input, &args.effects)?;
     drop(line);
     let (steps, best) = (adoption.steps(), adoption.best());
-    let lives = args.log.as_deref().map(|log| Lives::read(log, &adoption.models)).transpose()?;
+    let lives = args.log.as_deref().map(|log| Lives::read(log, &args.columns, &adoption.models)).transpose()?;
     let action = &adoption.action;
     out.write_whole(adoption.file.text().as_bytes())?;
     match args.format {

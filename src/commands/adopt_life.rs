@@ -2,17 +2,16 @@
 //! calibrated, and with the effects added.
 
 use std::fmt::Write as _;
-use std::fs::File;
-use std::io::BufReader;
 use std::path::Path;
 use std::sync::Arc;
 
-use anyhow::Context;
-use prognoser::{Method, Prognoser, Prognosis, Status, TimingLog};
+use prognoser::{Method, Prognoser, Prognosis, Status};
 use serde_json::{Value, json};
 use valve_file::ValveFile;
 
+use super::log_input::LogInput;
 use super::tables;
+use crate::cli::LogColumnArgs;
 use crate::output::{Align, TextTable};
 
 /// Shares of the log at which the end of life is told.
@@ -40,7 +39,7 @@ struct Model {
 
 impl Lives {
     /// Builds the tables of every model and reads the log with them.
-    pub fn read(path: &Path, models: &[(String, ValveFile)]) -> anyhow::Result<Self> {
+    pub fn read(path: &Path, columns: &LogColumnArgs, models: &[(String, ValveFile)]) -> anyhow::Result<Self> {
         let mut lives =
             Self { log: path.display().to_string(), valve: String::new(), cycles: Vec::new(), models: Vec::new() };
         for (name, file) in models {
@@ -53,7 +52,7 @@ impl Lives {
                     continue;
                 }
             };
-            let states = states(path, Prognoser::new(Arc::new(built.bundle), Method::default()))?;
+            let states = states(path, columns, Prognoser::new(Arc::new(built.bundle), Method::default()))?;
             let chosen = SHARES.map(|share| {
                 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a place in the log")]
                 let place = (share * (states.len() - 1) as f64).round() as usize;
@@ -104,9 +103,8 @@ impl Lives {
 }
 
 /// The state of the first valve of a log after each of its rows.
-fn states(path: &Path, mut prognoser: Prognoser) -> anyhow::Result<Vec<Prognosis>> {
-    let file = File::open(path).with_context(|| path.display().to_string())?;
-    let mut log = TimingLog::new(path.display().to_string(), BufReader::new(file))?;
+fn states(path: &Path, columns: &LogColumnArgs, mut prognoser: Prognoser) -> anyhow::Result<Vec<Prognosis>> {
+    let mut log = LogInput::open(path, columns, false)?;
     let mut states: Vec<Prognosis> = Vec::new();
     while let Some(row) = log.next_row()? {
         let state = prognoser.push(&row);

@@ -1,13 +1,11 @@
 //! `valve learn`: what the logs of sister valves teach of the next one.
 
-use std::fs::File;
-use std::io::BufReader;
 use std::sync::Arc;
 
-use anyhow::Context;
 use leak_table::TableBundle;
-use prognoser::{Learned, Learner, TimingLog};
+use prognoser::{Learned, Learner};
 
+use super::log_input::LogInput;
 use crate::cli::{Format, LearnArgs};
 use crate::failure::Answer;
 use crate::output::{self, Outputs, ProgressLine, next_step};
@@ -18,8 +16,8 @@ pub fn run(args: &LearnArgs) -> anyhow::Result<Answer> {
     let out = Outputs::new(args.force).reads(&args.logs).reads([&args.tables]).file(&args.out)?;
     let mut learner = Learner::new(tables);
     for (index, path) in args.logs.iter().enumerate() {
-        let file = File::open(path).with_context(|| format!("{}: cannot be read", path.display()))?;
-        let mut log = TimingLog::new(path.display().to_string(), BufReader::with_capacity(1 << 16, file))?;
+        let mut log = LogInput::open(path, &args.columns, false)?;
+        log.announce();
         while let Some(row) = log.next_row()? {
             learner.push(index, &row);
         }

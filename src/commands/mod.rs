@@ -14,6 +14,7 @@ mod init;
 mod lab;
 mod ladder;
 mod learn;
+mod log_input;
 mod manual;
 mod prognose;
 mod report;

@@ -15,6 +15,7 @@ mod fleet;
 mod init;
 mod kills;
 mod lab;
+mod logs;
 mod manners;
 mod mosquitto;
 mod next;

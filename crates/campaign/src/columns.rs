@@ -1,7 +1,7 @@
 //! Which column holds which channel, and how its numbers become SI.
 
 use checked_toml::{QuantityKind, Section, TomlFileError};
-use column_source::{ColumnSource, Heading};
+use column_source::{ColumnSource, Heading, did_you_mean, named, unit_at_end};
 use quantity::{Dimension, Reference, Unit, suggest};
 
 use crate::error::{DataError, DataProblem};
@@ -122,30 +122,6 @@ fn unit(table: &Section<'_>, text: &str, dimension: Dimension) -> Result<Unit, T
     }
 }
 
-/// The unit behind the last underscore of a name, in any case: "position_mm", "T_DEGC", "Supply_PSIG".
-pub(crate) fn unit_at_end(name: &str, dimension: Dimension) -> Option<Unit> {
-    let (_, end) = name.rsplit_once('_')?;
-    let known = dimension.unit_ignoring_case(end);
-    // Bare psi and bar are none of the usual units, and must not be overlooked either.
-    let bare =
-        ["psi", "bar"].into_iter().find(|unit| dimension == Dimension::Pressure && unit.eq_ignore_ascii_case(end));
-    Unit::parse(known.or(bare)?).ok()
-}
-
-/// The unit behind the last underscore of a name, of whatever a recorder writes down.
-pub(crate) fn any_unit_at_end(name: &str) -> Option<Unit> {
-    let all = [Dimension::Time, Dimension::Length, Dimension::Pressure, Dimension::Temperature, Dimension::Area];
-    all.into_iter().find_map(|dimension| unit_at_end(name, dimension))
-}
-
-/// A name without the unit behind its last underscore.
-pub(crate) fn without_unit(bare: &str) -> &str {
-    match (any_unit_at_end(bare), bare.rsplit_once('_')) {
-        (Some(_), Some((stem, _))) => stem,
-        _ => bare,
-    }
-}
-
 /// Whether a heading is a channel's own name, with its unit behind it: "position_mm", "Chamber pressure (kPa)".
 fn is_channel(heading: &Heading, channel: &str, dimension: Dimension) -> bool {
     let name = heading.bare().to_ascii_lowercase().replace(' ', "_");
@@ -204,26 +180,6 @@ pub(crate) fn find(
     let zero = unit.to_si(0.0) + if gauge { ambient_pressure_pa } else { 0.0 };
     let offset = zero + mapping.offset.unwrap_or(0.0);
     Ok(Some(Column { index, factor: scale * unit.difference_to_si(1.0), offset }))
-}
-
-/// The columns of this name among names with and without their units: as it is written, else without the unit in
-/// brackets, else in any case, else without the unit behind an underscore. Where recordings of one campaign differ in
-/// a column's unit, the name without it is that of all.
-pub(crate) fn named(headings: &[(&str, &str)], name: &str) -> Vec<usize> {
-    let small = name.to_lowercase();
-    let fits = |way: usize, whole: &str, bare: &str| match way {
-        0 => whole == name,
-        1 => bare == name,
-        2 => whole.to_lowercase() == small || bare.to_lowercase() == small,
-        _ => without_unit(bare).to_lowercase() == small,
-    };
-    let all = |way| (0..headings.len()).filter(|index| fits(way, headings[*index].0, headings[*index].1)).collect();
-    (0..4).map(all).find(|found: &Vec<usize>| !found.is_empty()).unwrap_or_default()
-}
-
-/// " (did you mean ...?)" for a name among names with and without their units, or nothing.
-pub(crate) fn did_you_mean<'a>(headings: impl Iterator<Item = (&'a str, &'a str)>, name: &str) -> String {
-    suggest::did_you_mean(name, headings.flat_map(|(whole, bare)| [whole, bare, without_unit(bare)]))
 }
 
 fn usual_unit(dimension: Dimension) -> &'static str {

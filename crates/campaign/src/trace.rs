@@ -1,10 +1,10 @@
 //! From a CSV text to a trace and its command edges.
 
 use checked_toml::{QuantityKind, Section, TomlFileError};
-use column_source::{Clock, ColumnSource, Comments};
+use column_source::{Clock, ColumnSource, Comments, without_unit};
 use quantity::Dimension;
 
-use crate::columns::{self, CHANNELS, Column, Mapping, without_unit};
+use crate::columns::{self, CHANNELS, Column, Mapping};
 use crate::error::{DataError, DataProblem};
 use crate::outliers;
 use crate::types::{CommandEdge, Outlier, Trace, ValveFacts};

@@ -14,6 +14,7 @@ mod heading;
 mod layout;
 #[cfg(feature = "mat")]
 mod mat;
+mod naming;
 mod notice;
 mod number;
 mod open;
@@ -27,8 +28,9 @@ mod timestamp;
 
 pub use error::{RecordError, RecordProblem};
 pub use heading::Heading;
+pub use naming::{any_unit_at_end, did_you_mean, named, unit_at_end, without_unit};
 pub use notice::{Notice, NoticeKind};
 pub use open::{open, recognised};
 pub use source::ColumnSource;
 pub use text::{Comments, TextSource};
-pub use timestamp::Clock;
+pub use timestamp::{Clock, Dates};

@@ -60,7 +60,8 @@ impl NumberStyle {
                         all_grouped &= grouped(body, ',', &[]) && !body.starts_with('0');
                     }
                 }
-                (None, Some(_)) => point_seen = true,
+                // A date has more than one, or more than digits.
+                (None, Some(_)) => point_seen |= body.parse::<f64>().is_ok(),
                 _ => {}
             }
         }
@@ -192,5 +193,7 @@ mod tests {
         assert_eq!(read(&["1.5", "2,000"], false), all(&[1.5, 2000.0]));
         assert_eq!(read(&["1.5", "2,00"], false), [Some(1.5), None]);
         assert_eq!(read(&["1,2,3"], false), [None]);
+        // Dates are no numbers with points.
+        assert_eq!(read(&["1.3.2026", "01.03.2026 06:30", "2016,3"], false), [None, None, Some(2016.3)]);
     }
 }

@@ -1,6 +1,6 @@
 //! Times written as timestamps.
 
-use jiff::civil::{DateTime, Time};
+use jiff::civil::{Date, DateTime, Time};
 use jiff::{Timestamp, tz::TimeZone};
 
 use crate::{Notice, NoticeKind};
@@ -19,12 +19,21 @@ pub struct Clock {
     notice: Option<Notice>,
 }
 
+/// Turns timestamps and dates of one column into moments: a date alone is its midnight, and without a zone it is UTC.
+///
+/// The first field decides how all are written.
+#[derive(Debug, Clone, Default)]
+pub struct Dates {
+    format: Option<Format>,
+}
+
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Format {
     Zoned,
     Iso,
     Civil(&'static str, &'static str),
     Clock(&'static str),
+    Date(&'static str, &'static str),
 }
 
 const DAY_NS: i128 = 86_400_000_000_000;
@@ -39,6 +48,22 @@ const CIVIL: [(&str, &str); 8] = [
     ("%d-%m-%Y %H:%M:%S%.f", "day-month-year, without a zone"),
     ("%d.%m.%y %H:%M:%S%.f", "day.month.year, without a zone"),
     ("%d-%b-%Y %H:%M:%S%.f", "day-month-year, without a zone"),
+];
+/// The same to the minute, as spreadsheets show them.
+const MINUTES: [(&str, &str); 4] = [
+    ("%Y-%m-%d %H:%M", "year-month-day, without a zone"),
+    ("%d.%m.%Y %H:%M", "day.month.year, without a zone"),
+    ("%m/%d/%Y %H:%M", "month/day/year, without a zone"),
+    ("%d/%m/%Y %H:%M", "day/month/year, without a zone"),
+];
+/// Dates alone.
+const DATES: [(&str, &str); 6] = [
+    ("%Y-%m-%d", "year-month-day"),
+    ("%Y/%m/%d", "year/month/day"),
+    ("%d.%m.%Y", "day.month.year"),
+    ("%m/%d/%Y", "month/day/year"),
+    ("%d/%m/%Y", "day/month/year"),
+    ("%d-%b-%Y", "day-month-year"),
 ];
 const CLOCK: [&str; 2] = ["%H:%M:%S%.f", "%I:%M:%S%.f %p"];
 
@@ -78,12 +103,36 @@ impl Clock {
     }
 }
 
+impl Dates {
+    /// The moment in RFC 3339, UTC, or `None` where the field is none (or written unlike the first).
+    pub fn rfc3339(&mut self, field: &str) -> Option<String> {
+        let text = field.trim().replace(',', ".");
+        let format = self.format.or_else(|| Self::recognised(&text))?;
+        let moment = Timestamp::from_nanosecond(format.read(&text)?).ok()?;
+        self.format = Some(format);
+        Some(moment.to_string())
+    }
+
+    /// How the fields are written; `None` before the first one.
+    #[must_use]
+    pub fn written(&self) -> Option<&'static str> {
+        self.format.map(Format::name)
+    }
+
+    fn recognised(text: &str) -> Option<Format> {
+        let civil = CIVIL.into_iter().chain(MINUTES).map(|(format, name)| Format::Civil(format, name));
+        let dates = DATES.into_iter().map(|(format, name)| Format::Date(format, name));
+        let mut all = [Format::Zoned, Format::Iso].into_iter().chain(civil).chain(dates);
+        all.find(|format| format.read(text).is_some())
+    }
+}
+
 impl Format {
     fn name(self) -> &'static str {
         match self {
             Self::Zoned => "a time with its zone",
             Self::Iso => "year-month-day, without a zone",
-            Self::Civil(_, name) => name,
+            Self::Civil(_, name) | Self::Date(_, name) => name,
             Self::Clock(_) => "a time of the day",
         }
     }
@@ -100,6 +149,7 @@ impl Format {
                 let at = Time::strptime(format, text).ok()?;
                 civil(DateTime::from_parts(jiff::civil::date(2000, 1, 1), at))
             }
+            Self::Date(format, _) => civil(Date::strptime(format, text).ok()?.to_datetime(Time::midnight())),
         }
     }
 }
@@ -128,6 +178,27 @@ mod tests {
         }
         // Over the night in which clocks are put back, the zone counts.
         assert_eq!(seconds(&["2026-10-25T02:59:59+02:00", "2026-10-25T02:00:00+01:00"]), [Some(0.0), Some(1.0)]);
+    }
+
+    #[test]
+    fn dates_are_moments_in_utc() {
+        for (field, moment) in [
+            ("2026-03-01T13:00:01.5+01:00", "2026-03-01T12:00:01.5Z"),
+            ("2026-03-01 12:00:00", "2026-03-01T12:00:00Z"),
+            ("01.03.2026 12:00", "2026-03-01T12:00:00Z"),
+            ("01.03.2026", "2026-03-01T00:00:00Z"),
+            ("2026-03-01", "2026-03-01T00:00:00Z"),
+            ("3/1/2026 2:00:00 PM", "2026-03-01T14:00:00Z"),
+            ("01-Mar-2026", "2026-03-01T00:00:00Z"),
+        ] {
+            assert_eq!(Dates::default().rfc3339(field).as_deref(), Some(moment), "{field}");
+        }
+        let mut dates = Dates::default();
+        assert!(dates.rfc3339("3/1/2026").is_some());
+        assert_eq!((dates.rfc3339("13/1/2026"), dates.written()), (None, Some("month/day/year")));
+        for field in ["", "12:00:00", "7", "yesterday", "45000.5"] {
+            assert_eq!(Dates::default().rfc3339(field), None, "{field}");
+        }
     }
 
     #[test]

@@ -1,19 +1,17 @@
 //! `valve evaluate --log`: how the prognosis did on valves that ran to their end.
 
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::BufReader;
 use std::path::Path;
 use std::sync::Arc;
 
-use anyhow::Context;
 use leak_table::{Condition, ConditionRange};
 use lut_builder::{Request, Wear};
-use prognoser::{Method, Prognoser, Prognosis, TimingLog};
+use prognoser::{Method, Prognoser, Prognosis};
 use serde_json::json;
 use valve_file::ValveFile;
 
 use crate::cli::{EvaluateArgs, Format};
+use crate::commands::log_input::LogInput;
 use crate::commands::tables;
 use crate::failure::{Answer, Hinted};
 use crate::output::{self, Align, TextTable};
@@ -46,10 +44,11 @@ struct Score {
 
 /// Reads the log, scores every valve that reached its end.
 pub fn run(args: &EvaluateArgs, file: &ValveFile, path: &Path) -> anyhow::Result<Answer> {
-    let request = Request { wears: Wear::catalogue(), conditions: conditions(path, file)?, both_leaks: true };
+    let request = Request { wears: Wear::catalogue(), conditions: conditions(args, path, file)?, both_leaks: true };
     let bundle = Arc::new(tables::build_what(file, &request)?.bundle);
     let limits = bundle.manifest().limits;
-    let mut log = open(path)?;
+    let mut log = LogInput::open(path, &args.columns, false)?;
+    log.announce();
     for column in log.unknown_columns() {
         output::note(&format!("{}: column {column:?} is not understood and not used", path.display()));
     }
@@ -90,14 +89,9 @@ pub fn run(args: &EvaluateArgs, file: &ValveFile, path: &Path) -> anyhow::Result
     Ok(Answer::Fine)
 }
 
-fn open(path: &Path) -> anyhow::Result<TimingLog<BufReader<File>>> {
-    let source = File::open(path).with_context(|| format!("{}: cannot be read", path.display()))?;
-    Ok(TimingLog::new(path.display().to_string(), BufReader::with_capacity(1 << 16, source))?)
-}
-
 /// The conditions that the rows of a log and the valve file state, from end to
 /// end; none where the rows state none.
-fn conditions(path: &Path, file: &ValveFile) -> anyhow::Result<Option<ConditionRange>> {
+fn conditions(args: &EvaluateArgs, path: &Path, file: &ValveFile) -> anyhow::Result<Option<ConditionRange>> {
     let parameters = file.valve().parameters();
     let own = |value: f64| (value, value);
     let mut range = ConditionRange {
@@ -105,7 +99,7 @@ fn conditions(path: &Path, file: &ValveFile) -> anyhow::Result<Option<ConditionR
         temperature_k: own(parameters.temperature_k),
     };
     let reach = |ends: &mut (f64, f64), value: f64| *ends = (ends.0.min(value), ends.1.max(value));
-    let mut log = open(path)?;
+    let mut log = LogInput::open(path, &args.columns, false)?;
     while let Some(row) = log.next_row()? {
         if let Some(pa) = row.reading.supply_pressure_pa {
             reach(&mut range.supply_pressure_pa, pa);

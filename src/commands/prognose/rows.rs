@@ -1,6 +1,5 @@
 //! Where rows come from: a log as it is, one that grows, another program, or a broker.
 
-use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::Path;
 use std::sync::Arc;
@@ -9,14 +8,15 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::thread;
 use std::time::Duration;
 
-use anyhow::Context;
 use broker_link::BrokerAddress;
-use prognoser::{FollowOptions, Followed, FollowedLog, LogPosition, LogRow, TimingLog};
+use prognoser::{FollowOptions, Followed, FollowedLog, LogError, LogErrorKind, LogPosition, LogRow, TimingLog};
 use state_store::Store;
 
 use super::subscribed::Subscribed;
 use super::vital::Vital;
 use crate::cli::PrognoseArgs;
+use crate::commands::log_input::LogInput;
+use crate::failure::Hinted;
 
 /// How often a growing log is looked at.
 const POLL: Duration = Duration::from_millis(100);
@@ -27,9 +27,9 @@ const WAITING: usize = 4;
 /// A source of rows.
 pub enum Rows {
     /// A file that is read to its end; with what is no row, it ends at once.
-    Whole(TimingLog<BufReader<File>>),
+    Whole(LogInput),
     /// What another program writes.
-    Piped(TimingLog<BufReader<Pipe>>, Arc<AtomicBool>),
+    Piped(Box<TimingLog<BufReader<Pipe>>>, Arc<AtomicBool>),
     /// A file that is followed.
     Followed(Box<FollowedLog>),
     /// Messages of a broker.
@@ -66,16 +66,17 @@ impl Rows {
         let empty_is_stalled = args.empty_is_stalled;
         if args.log == Path::new("-") {
             let source = BufReader::new(Pipe::stdin(Arc::clone(stop)));
-            let log = TimingLog::new(name, source)?.with_empty_as_stalled(empty_is_stalled);
-            return Ok(Self::Piped(log, Arc::clone(stop)));
+            let log = TimingLog::new(name, source).map_err(only_plain)?.with_empty_as_stalled(empty_is_stalled);
+            return Ok(Self::Piped(Box::new(log), Arc::clone(stop)));
         }
         if args.follow || args.state.is_some() {
             let options = FollowOptions { forever: args.follow, poll: POLL, stop: Arc::clone(stop), empty_is_stalled };
-            return Ok(Self::Followed(Box::new(FollowedLog::open(&args.log, from, options)?)));
+            let log = FollowedLog::open(&args.log, from, options).map_err(only_plain)?;
+            return Ok(Self::Followed(Box::new(log)));
         }
-        let file = File::open(&args.log).with_context(|| format!("{name}: cannot be read"))?;
-        let log = TimingLog::new(name, BufReader::with_capacity(PIECE, file))?;
-        Ok(Self::Whole(log.with_empty_as_stalled(empty_is_stalled)))
+        let log = LogInput::open(&args.log, &args.columns, empty_is_stalled)?;
+        log.announce();
+        Ok(Self::Whole(log))
     }
 
     /// Whether rows go out as soon as they come in.
@@ -128,6 +129,17 @@ impl Rows {
             Self::Subscribed(messages) => Some(messages),
             Self::Whole(_) | Self::Piped(..) | Self::Followed(_) => None,
         }
+    }
+}
+
+/// A log that grows must be plain, and what is not may be read once.
+fn only_plain(error: LogError) -> anyhow::Error {
+    match error.kind {
+        LogErrorKind::MissingColumn { .. } | LogErrorKind::NotText => Hinted::error(
+            error.to_string(),
+            "a log with other columns, units or separators is read as a whole: give it as a file, without --follow and --state",
+        ),
+        _ => error.into(),
     }
 }
 

@@ -26,6 +26,13 @@ pub fn check_source(args: &PrognoseArgs) -> anyhow::Result<()> {
             "add --follow, or give the address of a broker",
         ));
     }
+    let goes_on = args.follow || args.state.is_some() || args.log == Path::new("-") || from_broker(args);
+    if goes_on && !args.columns.is_empty() {
+        return Err(Hinted::error(
+            "--column and --valve-name: found a source that goes on, expected a log that is read once as a whole",
+            "write a log that grows with the columns valve,cycle,close_time_s,open_time_s",
+        ));
+    }
     if !from_broker(args) {
         return match &args.broker.topic {
             None => Ok(()),

@@ -1,15 +1,14 @@
 //! The section about a timing log.
 
-use std::fs::File;
-use std::io::BufReader;
 use std::path::Path;
 use std::sync::Arc;
 
-use anyhow::Context;
 use leak_table::TableBundle;
-use prognoser::{Method, Prognoser, TimingLog};
+use prognoser::{Method, Prognoser};
 use report::html::{Block, Section, Table};
 
+use crate::cli::LogColumnArgs;
+use crate::commands::log_input::LogInput;
 use crate::commands::prognose::Ends;
 use answers::figures::life::History;
 
@@ -19,11 +18,12 @@ const PICTURES: usize = 8;
 const REMARKS: usize = 50;
 
 /// Reads the log and tells how its valves stand: all in a table, the worst first, and the worst of them in pictures.
-pub fn section(path: &Path, tables: &Arc<TableBundle>) -> anyhow::Result<Section> {
+pub fn section(path: &Path, columns: &LogColumnArgs, tables: &Arc<TableBundle>) -> anyhow::Result<Section> {
     let mut prognoser = Prognoser::new(Arc::clone(tables), Method::default());
     let mut remarks: Vec<Vec<String>> = Vec::new();
     let mut unlisted = 0_usize;
-    let mut log = open(path)?;
+    let mut log = LogInput::open(path, columns, false)?;
+    log.announce();
     while let Some(row) = log.next_row()? {
         let prognosis = prognoser.push(&row);
         for notice in &prognosis.notices {
@@ -45,7 +45,7 @@ pub fn section(path: &Path, tables: &Arc<TableBundle>) -> anyhow::Result<Section
         blocks.push(Block::Text(format!("How the {PICTURES} that stand worst came to this:")));
     }
     let worst: Vec<&str> = ends.iter().take(PICTURES).map(|end| end.row().valve.as_str()).collect();
-    blocks.extend(pictures(path, tables, &worst)?);
+    blocks.extend(pictures(path, columns, tables, &worst)?);
     if !remarks.is_empty() {
         blocks.push(Block::Text("What was odd in the log:".to_owned()));
         blocks.push(Block::Table(Table::of_texts(["valve", "cycle", "remark"], remarks)));
@@ -56,17 +56,17 @@ pub fn section(path: &Path, tables: &Arc<TableBundle>) -> anyhow::Result<Section
     Ok(Section { title: "Timing log".to_owned(), blocks })
 }
 
-fn open(path: &Path) -> anyhow::Result<TimingLog<BufReader<File>>> {
-    let file = File::open(path).with_context(|| format!("{}: cannot be read", path.display()))?;
-    Ok(TimingLog::new(path.display().to_string(), BufReader::new(file))?)
-}
-
 /// The paths of these valves. Which they are is only known at the end of the log, so it is read again.
-fn pictures(path: &Path, tables: &Arc<TableBundle>, valves: &[&str]) -> anyhow::Result<Vec<Block>> {
+fn pictures(
+    path: &Path,
+    columns: &LogColumnArgs,
+    tables: &Arc<TableBundle>,
+    valves: &[&str],
+) -> anyhow::Result<Vec<Block>> {
     let method = Method::default();
     let mut prognoser = Prognoser::new(Arc::clone(tables), method);
     let mut histories: Vec<History> = valves.iter().map(|name| History::of(Some((*name).to_owned()))).collect();
-    let mut log = open(path)?;
+    let mut log = LogInput::open(path, columns, false)?;
     while let Some(row) = log.next_row()? {
         let Some(place) = valves.iter().position(|name| *name == row.valve) else { continue };
         let reading = row.reading;

@@ -32,7 +32,7 @@ pub fn run(args: &ReportArgs) -> anyhow::Result<Answer> {
         footer: format!("Made by valve {}. Times in s, pressures absolute.", env!("CARGO_PKG_VERSION")),
     };
     if let Some(path) = &args.log {
-        page.sections.push(log::section(path, &bundle)?);
+        page.sections.push(log::section(path, &args.columns, &bundle)?);
     }
     if let Some(input) = &campaign {
         page.sections.extend(campaign::sections(input)?);

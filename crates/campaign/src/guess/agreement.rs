@@ -1,10 +1,10 @@
 //! Whether recordings agree in what their columns are called, and what one campaign file can call them.
 
+use column_source::{did_you_mean, without_unit};
 use quantity::{Reference, Unit};
 
 use super::draft::found_by_itself;
 use super::{ColumnGuess, Conflict, Hints, Recording, Understanding};
-use crate::columns::{did_you_mean, without_unit};
 
 /// Finds a name for each column that all recordings understand, and what they do not agree in.
 pub(super) fn find(recordings: &[Recording], hints: &Hints, found: &mut Understanding) {

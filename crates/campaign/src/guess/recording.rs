@@ -2,11 +2,10 @@
 
 use std::borrow::Cow;
 
-use column_source::{Clock, Comments, Notice};
+use column_source::{Clock, Comments, Notice, any_unit_at_end, named, without_unit};
 use quantity::{Reference, Unit};
 
 use crate::DataError;
-use crate::columns::{any_unit_at_end, named, without_unit};
 
 /// A file with all its columns.
 #[derive(Debug, Clone)]

@@ -357,7 +357,11 @@ impl FollowedLog {
         }
         let half = std::mem::take(&mut self.half);
         let Ok(text) = std::str::from_utf8(&self.line) else {
-            return Ok(Some(Judged::Skipped(line, LogErrorKind::NotText)));
+            // Without a header nothing behind it can be read either.
+            return match self.layout {
+                None => Err(self.error(line, LogErrorKind::NotText)),
+                Some(_) => Ok(Some(Judged::Skipped(line, LogErrorKind::NotText))),
+            };
         };
         if self.at_top {
             // A comment before the header.

@@ -1,0 +1,52 @@
+//! The names of columns: how a name is found again, and the unit that may stand at its end.
+
+use quantity::{Dimension, Unit, suggest};
+
+/// The unit behind the last underscore of a name, in any case: "position_mm", "T_DEGC", "Supply_PSIG".
+#[must_use]
+pub fn unit_at_end(name: &str, dimension: Dimension) -> Option<Unit> {
+    let (_, end) = name.rsplit_once('_')?;
+    let known = dimension.unit_ignoring_case(end);
+    // Bare psi and bar are none of the usual units, and must not be overlooked either.
+    let bare =
+        ["psi", "bar"].into_iter().find(|unit| dimension == Dimension::Pressure && unit.eq_ignore_ascii_case(end));
+    Unit::parse(known.or(bare)?).ok()
+}
+
+/// The unit behind the last underscore of a name, of whatever a recorder writes down.
+#[must_use]
+pub fn any_unit_at_end(name: &str) -> Option<Unit> {
+    let all = [Dimension::Time, Dimension::Length, Dimension::Pressure, Dimension::Temperature, Dimension::Area];
+    all.into_iter().find_map(|dimension| unit_at_end(name, dimension))
+}
+
+/// A name without the unit behind its last underscore.
+#[must_use]
+pub fn without_unit(bare: &str) -> &str {
+    match (any_unit_at_end(bare), bare.rsplit_once('_')) {
+        (Some(_), Some((stem, _))) => stem,
+        _ => bare,
+    }
+}
+
+/// The columns of this name among names with and without their units: as it is written, else without the unit in
+/// brackets, else in any case, else without the unit behind an underscore. Where recordings of one campaign differ in
+/// a column's unit, the name without it is that of all.
+#[must_use]
+pub fn named(headings: &[(&str, &str)], name: &str) -> Vec<usize> {
+    let small = name.to_lowercase();
+    let fits = |way: usize, whole: &str, bare: &str| match way {
+        0 => whole == name,
+        1 => bare == name,
+        2 => whole.to_lowercase() == small || bare.to_lowercase() == small,
+        _ => without_unit(bare).to_lowercase() == small,
+    };
+    let all = |way| (0..headings.len()).filter(|index| fits(way, headings[*index].0, headings[*index].1)).collect();
+    (0..4).map(all).find(|found: &Vec<usize>| !found.is_empty()).unwrap_or_default()
+}
+
+/// " (did you mean ...?)" for a name among names with and without their units, or nothing.
+#[must_use]
+pub fn did_you_mean<'a>(headings: impl Iterator<Item = (&'a str, &'a str)>, name: &str) -> String {
+    suggest::did_you_mean(name, headings.flat_map(|(whole, bare)| [whole, bare, without_unit(bare)]))
+}

@@ -1,0 +1,222 @@
+//! Rows of a log whose columns were found.
+
+use std::collections::HashMap;
+
+use column_source::{ColumnSource, Comments, Dates, Heading};
+use prognoser::fields::{self, StrokeField};
+use prognoser::{LogError, LogErrorKind, LogRow, Reading};
+
+use crate::channel::NamedColumn;
+use crate::error::{ColumnLogError, ColumnProblem};
+use crate::notice::Notice;
+use crate::places::{Measured, Places};
+
+/// The word for a stroke that did not arrive.
+const STALLED: &str = "stalled";
+/// Longest field that is shown, characters.
+const SHOWN: usize = 40;
+
+/// What the user says of a log.
+#[derive(Debug, Clone, Default)]
+pub struct Wanted {
+    /// Columns by name; all others are found by their own.
+    pub columns: Vec<NamedColumn>,
+    /// The valve that all rows are of.
+    pub valve: Option<String>,
+    /// An empty time means that the stroke did not arrive, not that it was not measured.
+    pub empty_is_stalled: bool,
+}
+
+/// A timing log with columns of any name and unit, in memory as a whole.
+pub struct ColumnLog {
+    source: Box<dyn ColumnSource>,
+    places: Places,
+    empty_is_stalled: bool,
+    /// The name that all rows have, else that of the row at hand.
+    valve: String,
+    /// Rows of each valve so far, where no column tells the cycle.
+    counted: HashMap<String, u64>,
+    dates: Dates,
+    time: Option<String>,
+    /// The line of a row that was looked at and not given yet.
+    looked_at: Option<usize>,
+    unknown: Vec<String>,
+    notices: Vec<(usize, Notice)>,
+}
+
+impl ColumnLog {
+    /// Finds out how a file is written and what its columns are. `name` is what messages call it.
+    ///
+    /// # Errors
+    /// If it is no table, or the valve, a stroke time or its unit cannot be told.
+    pub fn read(bytes: &[u8], name: &str, wanted: &Wanted) -> Result<Self, ColumnLogError> {
+        let source = column_source::open(bytes, name, Comments::WhereNoNames)?;
+        let line = source.header_line();
+        let places = Places::find(source.as_ref(), &wanted.columns, wanted.valve.is_some())
+            .map_err(|problem| ColumnLogError::Columns { file: name.to_owned(), line, problem })?;
+        let mut notices: Vec<(usize, Notice)> =
+            source.notices().iter().map(|one| (one.line, one.kind.clone().into())).collect();
+        if !places.taken.is_empty() {
+            notices.push((line, Notice::Taken(places.taken.join(", "))));
+        }
+        if places.cycle.is_none() {
+            notices.push((line, Notice::Counted));
+        }
+        let unknown = places.unread(source.headings()).map(|heading| heading.name.clone()).collect();
+        let mut log = Self {
+            source,
+            places,
+            empty_is_stalled: wanted.empty_is_stalled,
+            valve: wanted.valve.clone().unwrap_or_default(),
+            counted: HashMap::new(),
+            dates: Dates::default(),
+            time: None,
+            looked_at: None,
+            unknown,
+            notices,
+        };
+        log.looked_at = log.source.next_row()?;
+        log.look_at_dates();
+        Ok(log)
+    }
+
+    /// How the first date is written, so that it can be told before any row.
+    fn look_at_dates(&mut self) {
+        let (Some(line), Some(column)) = (self.looked_at, self.places.time) else { return };
+        let example = shown(&self.source.field(column));
+        let notice = match self.dates.rfc3339(&example) {
+            // What is written so says its zone.
+            Some(_) if example.contains('T') && self.dates.written() == Some("a time with its zone") => return,
+            Some(_) => {
+                let written = self.dates.written().unwrap_or_default();
+                let zone = if written.contains("zone") && !written.contains("without") { "" } else { ", taken as UTC" };
+                Notice::Dates { example, written, zone }
+            }
+            None => Notice::NoDates { column: self.heading(column).name.clone(), example },
+        };
+        self.notices.push((line, notice));
+    }
+
+    /// What messages call the log.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        self.source.file()
+    }
+
+    /// What the file does not say by itself and how it was taken, each with its line.
+    #[must_use]
+    pub fn notices(&self) -> &[(usize, Notice)] {
+        &self.notices
+    }
+
+    /// The columns that are not understood and not used.
+    #[must_use]
+    pub fn unknown_columns(&self) -> &[String] {
+        &self.unknown
+    }
+
+    /// The next row, none at the end of the log.
+    ///
+    /// # Errors
+    /// If the row cannot be read.
+    pub fn next_row(&mut self) -> Result<Option<LogRow<'_>>, ColumnLogError> {
+        let next = match self.looked_at.take() {
+            Some(line) => Some(line),
+            None => self.source.next_row()?,
+        };
+        let Some(line) = next else { return Ok(None) };
+        if let Some(column) = self.places.valve {
+            self.valve = self.source.field(column).trim().to_owned();
+        }
+        fields::valve(&self.valve).map_err(|kind| self.wrong(line, kind))?;
+        let close = self.stroke(line, &self.places.strokes[0], "close_time_s")?;
+        let open = self.stroke(line, &self.places.strokes[1], "open_time_s")?;
+        let supply_pressure_pa = self.condition(line, self.places.supply_pressure.as_ref(), "supply_pressure")?;
+        let temperature_k = self.condition(line, self.places.temperature.as_ref(), "temperature")?;
+        let cycle = if let Some(column) = self.places.cycle {
+            self.cycle(line, column)?
+        } else {
+            let count = self.counted.entry(self.valve.clone()).or_default();
+            *count += 1;
+            *count
+        };
+        self.time = self.date(line)?;
+        let reading = Reading {
+            cycle,
+            close_time_s: close.time_s,
+            open_time_s: open.time_s,
+            stalled: [close.stalled, open.stalled],
+            supply_pressure_pa,
+            temperature_k,
+        };
+        Ok(Some(LogRow { valve: &self.valve, reading, time: self.time.as_deref(), line: line as u64 }))
+    }
+
+    fn heading(&self, column: usize) -> &Heading {
+        &self.source.headings()[column]
+    }
+
+    fn wrong(&self, line: usize, kind: LogErrorKind) -> ColumnLogError {
+        LogError { log: self.source.file().to_owned(), line: line as u64, kind }.into()
+    }
+
+    fn stroke(&self, line: usize, place: &Measured, column: &'static str) -> Result<StrokeField, ColumnLogError> {
+        if self.source.field(place.index).trim().eq_ignore_ascii_case(STALLED) {
+            return Ok(StrokeField { time_s: None, stalled: true });
+        }
+        let time_s = place.si(self.source.number(place.index)?);
+        fields::stroke_of_number(column, time_s, self.empty_is_stalled).map_err(|kind| self.wrong(line, kind))
+    }
+
+    fn condition(
+        &self,
+        line: usize,
+        place: Option<&Measured>,
+        column: &'static str,
+    ) -> Result<Option<f64>, ColumnLogError> {
+        let Some(place) = place else { return Ok(None) };
+        let si = place.si(self.source.number(place.index)?);
+        if si.is_nan() {
+            return Ok(None);
+        }
+        if si.is_finite() && si > 0.0 {
+            return Ok(Some(si));
+        }
+        let found = shown(&self.source.field(place.index));
+        let expected = "a pressure or temperature above zero, or nothing if it is not known";
+        Err(self.wrong(line, LogErrorKind::Field { column, found, expected }))
+    }
+
+    fn cycle(&self, line: usize, column: usize) -> Result<u64, ColumnLogError> {
+        // As text where it is one, so that no digit is rounded away.
+        let of_text = fields::cycle_of_text(self.source.field(column).trim());
+        of_text.or_else(|refused| match self.source.number(column) {
+            Ok(number) => fields::cycle_of_number(number).map_err(|_| self.wrong(line, refused)),
+            Err(_) => Err(self.wrong(line, refused)),
+        })
+    }
+
+    /// The date of the row at hand: in UTC where dates are understood, as it is written where none is.
+    fn date(&mut self, line: usize) -> Result<Option<String>, ColumnLogError> {
+        let Some(column) = self.places.time else { return Ok(None) };
+        let field = self.source.field(column);
+        if field.trim().is_empty() {
+            return Ok(None);
+        }
+        let moment = self.dates.rfc3339(&field);
+        match (moment, self.dates.written()) {
+            (Some(moment), _) => Ok(Some(moment)),
+            (None, None) => Ok(Some(shown(&field))),
+            (None, Some(expected)) => {
+                let (column, found) = (self.heading(column).name.clone(), shown(&field));
+                let problem = ColumnProblem::OtherDate { column, found, expected };
+                Err(ColumnLogError::Columns { file: self.source.file().to_owned(), line, problem })
+            }
+        }
+    }
+}
+
+/// A field as it may be shown: of bounded length, without control characters.
+fn shown(field: &str) -> String {
+    field.trim().chars().filter(|character| !character.is_control()).take(SHOWN).collect()
+}

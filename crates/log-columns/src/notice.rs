@@ -1,0 +1,38 @@
+//! What had to be taken for something.
+
+use column_source::NoticeKind;
+use thiserror::Error;
+
+/// Something that the file does not say by itself, and how it was taken.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum Notice {
+    /// How the file is written.
+    #[error("{0}")]
+    Read(#[from] NoticeKind),
+    /// Columns by their names.
+    #[error("columns were taken by their names: {0}")]
+    Taken(String),
+    /// No column of cycles.
+    #[error("no column tells the cycle: the rows of each valve were counted from 1")]
+    Counted,
+    /// Dates.
+    #[error("dates such as \"{example}\" were read as {written}{zone}")]
+    Dates {
+        /// The first.
+        example: String,
+        /// How it is written.
+        written: &'static str,
+        /// What was assumed of the zone.
+        zone: &'static str,
+    },
+    /// A column of dates that are none.
+    #[error(
+        "column \"{column}\" has no dates that are understood, such as \"{example}\"; no dates are told of the future"
+    )]
+    NoDates {
+        /// The column.
+        column: String,
+        /// The first field.
+        example: String,
+    },
+}
