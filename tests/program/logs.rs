@@ -1,5 +1,7 @@
 //! Timing logs that are written in other ways.
 
+use std::fmt::Write as _;
+
 use crate::support::{Sandbox, shown};
 
 /// The log of the sandbox as a German spreadsheet has it: without a column of valves, and dates in place of cycles.
@@ -10,7 +12,7 @@ fn exported(log: &str, headings: [&str; 3]) -> String {
         let ms = |field: &str| {
             field.parse().map_or_else(|_| field.to_owned(), |s: f64| format!("{:.1}", 1e3 * s).replace('.', ","))
         };
-        text += &format!("{:02}.{:02}.2026;{};{}\r\n", 1 + row % 28, 1 + row / 28, ms(fields[2]), ms(fields[3]));
+        let _ = write!(text, "{:02}.{:02}.2026;{};{}\r\n", 1 + row % 28, 1 + row / 28, ms(fields[2]), ms(fields[3]));
     }
     text
 }
