@@ -84,7 +84,8 @@ fn lagged(nodes: &Trajectory, lag: f64) -> Trajectory {
         shown.velocity_m_per_s.push((x - y) / lag);
     };
     let (time, x) = (&nodes.time_s, &nodes.position_m);
-    let mut y = x[0];
+    // Where the run begins in motion, the sensor has followed it since long before.
+    let mut y = x[0] - lag * nodes.velocity_m_per_s[0];
     add(time[0], x[0], y);
     // Most steps are of one length.
     let (mut length, mut decay) = (0.0, 1.0);

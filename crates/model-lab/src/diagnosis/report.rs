@@ -31,7 +31,7 @@ pub const LARGEST_MULTIPLIER: f64 = 2.0;
 const LARGEST_SHARE: f64 = 0.3;
 
 /// Effects that leave more than this share of the calibrated model's error on what was held out, noise aside, do not explain most
-/// of it, and are not named.
+/// of it, and are not named where what they leave is large as well.
 const NAMED_SHARE: f64 = 0.5;
 
 /// A nuisance is told where it is this many of its prior standard deviations off.
@@ -56,13 +56,21 @@ pub(super) fn assemble<'a>(
     let mut best = accepted;
     let mut recommended = in_order(catalogue, found);
     let mut left = remainder(best, &fit_options);
+    let is_large = |model: &Fitted<'_>, left: &Remainder| {
+        if noise_m(model).is_some() {
+            left.discrepancy > options.select.large
+        } else {
+            model.fit.noise.groups[2].multiplier > LARGEST_MULTIPLIER
+        }
+    };
     let mut is_unnamed = false;
     if let (Some(share), Some(calibrated)) = (share_left(found, accepted), found.model(&[]))
         && share > NAMED_SHARE
+        && is_large(accepted, &left)
         && left.nats > options.select.accept
         && !is_good_enough(accepted)
     {
-        // What does less than half stands in for something else more often than not.
+        // What does less than half of what is large stands in for something else more often than not.
         let ids: Vec<&str> = recommended.iter().map(|kind| kind.id()).collect();
         notes.push(format!(
             "{} would take away {:.0} % of the error on what was held out, noise aside: too little to be named",
@@ -76,14 +84,9 @@ pub(super) fn assemble<'a>(
     let certainty = Certainty::new(&best.problem, &best.fit);
     tell(Progress::Doing("what cannot be told apart"));
     let twins = twins(catalogue, found, best, &recommended, &certainty, options);
-    let is_large = if noise_m(best).is_some() {
-        remainder.discrepancy > options.select.large
-    } else {
-        best.fit.noise.groups[2].multiplier > LARGEST_MULTIPLIER
-    };
     let is_half_way = share_left(found, best).is_some_and(|share| share > LARGEST_SHARE);
-    let something_is_left =
-        is_unnamed || (is_large || is_half_way) && remainder.nats > options.select.accept && !is_good_enough;
+    let something_is_left = is_unnamed
+        || (is_large(best, &remainder) || is_half_way) && remainder.nats > options.select.accept && !is_good_enough;
     let mut found_outside = None;
     if something_is_left && !stop.is_asked() {
         tell(Progress::Doing("forces and flows without a law"));

@@ -80,6 +80,8 @@ pub enum Nuisance {
     UnseenEdge(usize),
     /// Chamber pressure at the start of a record that begins in motion, against that which balances.
     StartPressure(usize),
+    /// Position at the start of a record that begins in motion.
+    StartPosition(usize),
     /// Speed at the start of a record that begins in motion.
     StartSpeed(usize),
     /// Gain of the position sensor.
@@ -121,6 +123,7 @@ impl Nuisance {
             | Self::OpenDelay(record)
             | Self::UnseenEdge(record)
             | Self::StartPressure(record)
+            | Self::StartPosition(record)
             | Self::StartSpeed(record) => Scope::Record(record),
             _ => Scope::Shared,
         }
@@ -139,6 +142,7 @@ impl Nuisance {
             Self::OpenDelay(_) => Self::OpenDelay(record),
             Self::UnseenEdge(_) => Self::UnseenEdge(record),
             Self::StartPressure(_) => Self::StartPressure(record),
+            Self::StartPosition(_) => Self::StartPosition(record),
             Self::StartSpeed(_) => Self::StartSpeed(record),
             shared => shared,
         }
@@ -156,6 +160,7 @@ impl Nuisance {
             Self::OpenDelay(_) => ("delay of the command to open", "s"),
             Self::UnseenEdge(_) => ("command given before the record, by", "s"),
             Self::StartPressure(_) => ("chamber pressure at the start, beyond balance", "Pa"),
+            Self::StartPosition(_) => ("position at the start, beyond what the first rows show", "m"),
             Self::StartSpeed(_) => ("speed at the start, beyond what the first rows show", "m/s"),
             Self::Gain => ("gain of the position sensor", ""),
             Self::Linearity(1) => ("curve of the position sensor bent, half a wave over the stroke", "m"),
@@ -187,6 +192,7 @@ impl Nuisance {
                 | Self::LeakFromSupply
                 | Self::UnseenEdge(_)
                 | Self::StartPressure(_)
+                | Self::StartPosition(_)
                 | Self::StartSpeed(_)
                 | Self::Gauge
                 | Self::Bore
@@ -264,8 +270,9 @@ pub fn nuisances(
         if let Some(size) = stated.temperature_k {
             all.push((Nuisance::Temperature(record), size));
         }
-        if let Beginning::Moving { position_m, velocity_sigma_m_per_s, .. } = unit.beginning {
+        if let Beginning::Moving { position_m, position_sigma_m, velocity_sigma_m_per_s, .. } = unit.beginning {
             all.push((Nuisance::StartPressure(record), balance_sigma_pa(parameters, position_m)));
+            all.push((Nuisance::StartPosition(record), position_sigma_m));
             all.push((Nuisance::StartSpeed(record), velocity_sigma_m_per_s));
         }
         if !setup.is_driven {

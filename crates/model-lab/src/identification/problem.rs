@@ -33,6 +33,9 @@ const BATCHES_A_THREAD: usize = 2;
 /// Differences in time for derivatives with respect to delays, s.
 const TIME_STEP_S: f64 = 5e-4;
 
+/// Steps back from what a bent curve shows to where the piston is: each leaves a fiftieth of the error before it.
+const BACK: usize = 2;
+
 /// A set of effects on a campaign.
 #[derive(Debug, Clone)]
 pub struct ValveProblem<'a> {
@@ -146,7 +149,9 @@ impl<'a> ValveProblem<'a> {
             }));
         }
         // The state in which a record begins in motion belongs to the recorder's clock; only the commands do not.
-        let by_clock = if unit.beginning.is_moving() { self.nuisance(u, Nuisance::Clock) } else { 0.0 };
+        let instruments = valve.measurement();
+        let by_clock =
+            if unit.beginning.is_moving() { self.nuisance(u, Nuisance::Clock) + instruments.offset_s } else { 0.0 };
         for edge in &mut run.commands {
             let which = if edge.closes() { Nuisance::CloseDelay(index) } else { Nuisance::OpenDelay(index) };
             edge.time_s = (edge.time_s + self.nuisance(u, which) + by_clock).max(0.0);
@@ -160,10 +165,13 @@ impl<'a> ValveProblem<'a> {
         if let Beginning::Moving { position_m, velocity_m_per_s, acceleration_m_per_s2, .. } = unit.beginning {
             // Less pressure than in balance lets it rise faster.
             let inertia_pa = parameters.moving_mass_kg * acceleration_m_per_s2 / parameters.piston_area_m2;
-            let velocity_m_per_s = velocity_m_per_s + self.nuisance(u, Nuisance::StartSpeed(index));
-            let zero = self.nuisance(u, Nuisance::Zero(index));
+            let gain = 1.0 + self.nuisance(u, Nuisance::Gain);
+            let velocity_m_per_s = velocity_m_per_s / gain + self.nuisance(u, Nuisance::StartSpeed(index));
+            let written_m = self.really(u, index, position_m + self.nuisance(u, Nuisance::StartPosition(index)));
+            // A slow sensor shows where the piston was.
+            let shown_m = (written_m - instruments.zero_m) / instruments.gain;
             run.start = Start::Moving {
-                position_m: position_m - zero,
+                position_m: shown_m + velocity_m_per_s * instruments.lag_s,
                 velocity_m_per_s,
                 chamber: ChamberStart::Balance {
                     beyond_pa: self.nuisance(u, Nuisance::StartPressure(index)) - inertia_pa,
@@ -186,7 +194,9 @@ impl<'a> ValveProblem<'a> {
         shift_s: f64,
     ) -> Vec<f64> {
         let unit = &self.setup.units[index];
-        let clock = if unit.beginning.is_moving() { 0.0 } else { self.nuisance(u, Nuisance::Clock) };
+        // The commands are what is shifted where the record begins in motion.
+        let clock =
+            if unit.beginning.is_moving() { -valve.measurement().offset_s } else { self.nuisance(u, Nuisance::Clock) };
         let (clock, origin_s) = (clock + shift_s, unit.origin_s);
         let mut values = Vec::new();
         let mut recorded = Predicted::default();
@@ -201,9 +211,8 @@ impl<'a> ValveProblem<'a> {
             let start = values.len();
             values.extend(means);
             let (offset, slope, gain) = if channel.channel == Channel::Position {
-                let end_s = self.setup.units[index].run.end_s.max(1e-9);
-                let drift = self.nuisance(u, Nuisance::Drift(index)) / end_s;
-                (self.nuisance(u, Nuisance::Zero(index)), drift, self.nuisance(u, Nuisance::Gain))
+                let (zero, drift_m_per_s) = self.zero(u, index);
+                (zero, drift_m_per_s, self.nuisance(u, Nuisance::Gain))
             } else {
                 let zero = self.nuisance(u, Nuisance::PressureZero(channel.channel));
                 (zero, 0.0, self.nuisance(u, Nuisance::PressureGain(channel.channel)))
@@ -217,6 +226,40 @@ impl<'a> ValveProblem<'a> {
             }
         }
         values
+    }
+
+    /// The zero of the position sensor in a record, m, and how it drifts, m/s.
+    fn zero(&self, u: &[f64], index: usize) -> (f64, f64) {
+        let end_s = self.setup.units[index].run.end_s.max(1e-9);
+        (self.nuisance(u, Nuisance::Zero(index)), self.nuisance(u, Nuisance::Drift(index)) / end_s)
+    }
+
+    /// Where the sensor says that the piston is at the start of a record when it shows a position there: the other way round
+    /// of what [`Self::rows`] writes down.
+    fn really(&self, u: &[f64], index: usize, shown_m: f64) -> f64 {
+        let (zero, drift_m_per_s) = self.zero(u, index);
+        let drift = drift_m_per_s * self.setup.units[index].origin_s;
+        let bent_m = (shown_m - zero - drift) / (1.0 + self.nuisance(u, Nuisance::Gain));
+        let bends = self.bends(u);
+        // A bend changes by a few percent of itself over its own size.
+        (0..BACK).fold(bent_m, |position_m, _| {
+            bent_m - bends.iter().map(|(waves, size)| size * self.bend(*waves, position_m)).sum::<f64>()
+        })
+    }
+
+    /// How much less the sensor would have to show at the start of a record for the same beginning, for one more unit of a
+    /// nuisance.
+    fn less_shown(&self, u: &[f64], index: usize, shown_m: f64, nuisance: Nuisance) -> f64 {
+        let unit = &self.setup.units[index];
+        match nuisance {
+            Nuisance::Zero(_) => 1.0,
+            Nuisance::Drift(_) => unit.origin_s / unit.run.end_s.max(1e-9),
+            Nuisance::Gain => (shown_m - self.zero(u, index).0) / (1.0 + self.nuisance(u, Nuisance::Gain)),
+            Nuisance::Linearity(waves) => {
+                (1.0 + self.nuisance(u, Nuisance::Gain)) * self.bend(waves, self.really(u, index, shown_m))
+            }
+            _ => 0.0,
+        }
     }
 
     /// The bends of the position sensor's curve at a point: half waves over the stroke and height, m.
@@ -319,22 +362,39 @@ impl<'a> ValveProblem<'a> {
         results
     }
 
-    /// Derivatives of the rows of a record with respect to the nuisances that need no simulation.
-    fn analytic(&self, u: &[f64], index: usize, at: &[f64], by_time: &[f64]) -> Vec<(usize, Vec<f64>)> {
+    /// Derivatives of the rows of a record with respect to the nuisances that need no simulation. `simulated` are those
+    /// with respect to all others.
+    fn analytic(
+        &self,
+        u: &[f64],
+        index: usize,
+        at: &[f64],
+        by_time: &[f64],
+        simulated: &[(usize, Vec<f64>)],
+    ) -> Vec<(usize, Vec<f64>)> {
         let first = self.space.coordinates.len();
         let unit = &self.setup.units[index];
         let mut columns = Vec::new();
+        let of_start = self.place_of(Nuisance::StartPosition(index)).and_then(|place| {
+            let (_, column) = simulated.iter().find(|(coordinate, _)| *coordinate == place)?;
+            Some((self.nuisances[place - first].size, column))
+        });
         for (place, entry) in self.nuisances.iter().enumerate() {
             if entry.is_simulated || !entry.coordinate.moves(index) {
                 continue;
             }
-            let column = match &unit.kind {
+            let mut column = match &unit.kind {
                 Kind::Trace(trace) => self.trace_column(u, index, trace, entry.nuisance, at, by_time),
                 Kind::Times(times) => {
                     let by = if entry.nuisance == Nuisance::Clock { 1.0 } else { 0.0 };
                     vec![by; times.closing.len()]
                 }
             };
+            if let (Some((size_m, of_start)), Beginning::Moving { position_m, .. }) = (&of_start, unit.beginning) {
+                // What the sensor is off by also moves the beginning that is read off it.
+                let less = self.less_shown(u, index, position_m, entry.nuisance) / size_m;
+                column.iter_mut().zip(*of_start).for_each(|(value, of_start)| *value -= less * of_start);
+            }
             columns.push((first + place, column.into_iter().map(|value| value * entry.size).collect()));
         }
         columns
@@ -434,7 +494,7 @@ impl Problem for ValveProblem<'_> {
         });
         let mut linear = differences.linear(predicted.collect())?;
         for (index, (linear, by_time)) in linear.iter_mut().zip(&by_time).enumerate() {
-            let columns: Vec<(usize, Vec<f64>)> = self.analytic(u, index, &linear.predicted, by_time);
+            let columns: Vec<(usize, Vec<f64>)> = self.analytic(u, index, &linear.predicted, by_time, &linear.columns);
             linear.columns.extend(columns);
         }
         Some(linear)

@@ -17,6 +17,8 @@ pub enum Beginning {
     Moving {
         /// Position at the first row, m.
         position_m: f64,
+        /// One standard deviation of the position, m.
+        position_sigma_m: f64,
         /// Speed there, m/s.
         velocity_m_per_s: f64,
         /// One standard deviation of the speed, m/s.
@@ -88,7 +90,9 @@ pub fn beginning(
     } else {
         (line.slope, line.sigma(&rows, noise_m, (times_s, position_m, stroke_m)))
     };
-    let position = line.mean_x + velocity * (times_s[0] - line.mean_t);
+    let to_mean_s = times_s[0] - line.mean_t;
+    let position = line.mean_x + velocity * to_mean_s;
+    let position_sigma = (line.error(&rows, noise_m) / (rows.len() as f64).sqrt()).hypot(sigma * to_mean_s);
     let is_clear = |slope: f64, sigma: f64| slope.abs() > (CLEAR * sigma).max(SLOWEST * stroke_m / travel_s);
     // A piston that settles slowly shows its motion only over a longer time.
     let before: Vec<(f64, f64)> = times_s
@@ -122,12 +126,14 @@ pub fn beginning(
     match Parabola::through(&rows, times_s[0], noise_m) {
         Some(curve) if curve.is_curved() => Beginning::Moving {
             position_m: curve.position,
+            position_sigma_m: curve.position_sigma,
             velocity_m_per_s: curve.velocity,
             velocity_sigma_m_per_s: sigma.max(curve.velocity_sigma),
             acceleration_m_per_s2: curve.acceleration,
         },
         _ => Beginning::Moving {
             position_m: position,
+            position_sigma_m: position_sigma,
             velocity_m_per_s: velocity,
             velocity_sigma_m_per_s: sigma,
             acceleration_m_per_s2: 0.0,
@@ -138,6 +144,7 @@ pub fn beginning(
 /// A parabola through rows of (time, position), by least squares: the motion at a time.
 struct Parabola {
     position: f64,
+    position_sigma: f64,
     velocity: f64,
     velocity_sigma: f64,
     acceleration: f64,
@@ -163,6 +170,7 @@ impl Parabola {
         let sigma = |index: usize| error * inverse[(index, index)].max(0.0).sqrt();
         Some(Self {
             position: found[0],
+            position_sigma: sigma(0),
             velocity: found[1],
             velocity_sigma: sigma(1),
             acceleration: found[2],
@@ -201,8 +209,13 @@ impl Line {
 
     /// One standard deviation of the slope if the rows' errors are independent, m/s.
     fn white_sigma(&self, rows: &[(f64, f64)], noise_m: f64) -> f64 {
+        self.error(rows, noise_m) / self.spread.sqrt()
+    }
+
+    /// Root mean square distance of the rows from the line, at least their noise, m.
+    fn error(&self, rows: &[(f64, f64)], noise_m: f64) -> f64 {
         let left: f64 = rows.iter().map(|(t, x)| (x - self.mean_x - self.slope * (t - self.mean_t)).powi(2)).sum();
-        (left / (rows.len() as f64 - 2.0)).sqrt().max(noise_m) / self.spread.sqrt()
+        (left / (rows.len() as f64 - 2.0).max(1.0)).sqrt().max(noise_m)
     }
 }
 

@@ -60,23 +60,37 @@ pub struct Off {
 
 /// A stroke of a valve, believed to be made at a supply pressure.
 pub fn stroke(valve: &Valve, supply_pressure_pa: f64, off: &Off, noise: &mut Noise) -> Run {
+    commanded(valve, supply_pressure_pa, (&COMMANDS, END_S), off, noise)
+}
+
+/// A record of such commands, each with its time and whether it is to close, up to its end.
+pub fn commanded(
+    valve: &Valve,
+    supply_pressure_pa: f64,
+    (commands, end_s): (&[(f64, bool)], f64),
+    off: &Off,
+    noise: &mut Noise,
+) -> Run {
     let nominal = Conditions::nominal(valve.parameters());
     let ambient_pa = valve.parameters().ambient_pressure_pa;
     let true_pa = ambient_pa + (1.0 + off.supply) * (supply_pressure_pa - ambient_pa);
-    let commands =
-        COMMANDS.iter().zip(off.delays_s).map(|((time_s, close), late_s)| CommandEdge::new(time_s + late_s, *close));
+    let edges = commands
+        .iter()
+        .zip(off.delays_s.iter().cycle())
+        .map(|((time_s, close), late_s)| CommandEdge::new(time_s + late_s, *close));
     let run = valve_model::Run {
         conditions: Conditions {
             supply_pressure_pa: true_pa,
             leak_to_atmosphere_m2: off.leak.0 * (1.0 + off.leak.1),
             ..nominal
         },
-        commands: commands.collect(),
-        end_s: END_S + 0.1,
+        commands: edges.collect(),
+        end_s: end_s + 0.1,
         driven: None,
         start: Start::Rest,
     };
-    let time_s: Vec<f64> = (0..700).map(|row| f64::from(row) * ROW_S).collect();
+    let time_s: Vec<f64> =
+        (0..).map(|row| f64::from(row) * ROW_S).take_while(|time| *time < end_s - 0.5 * ROW_S).collect();
     let seen_s: Vec<f64> = time_s.iter().map(|time| time - off.clock_s).collect();
     let mut record = Record::default();
     simulate(&[Prepared::new(valve, &run, 1e-3)], false, |_, nodes, _| {
@@ -85,10 +99,13 @@ pub fn stroke(valve: &Valve, supply_pressure_pa: f64, off: &Off, noise: &mut Noi
     let stroke_m = valve.parameters().stroke_m;
     let sensed = |(time, x): (&f64, &f64)| {
         let bend_m = 4.0 * off.bend * x * (1.0 - x / stroke_m);
-        (1.0 + off.gain) * x + bend_m + off.zero_m + off.drift_m * time / END_S
+        (1.0 + off.gain) * x + bend_m + off.zero_m + off.drift_m * time / end_s
     };
     let trace = Trace {
-        command_close: time_s.iter().map(|time| (COMMANDS[0].0..COMMANDS[1].0).contains(time)).collect(),
+        command_close: time_s
+            .iter()
+            .map(|time| commands.iter().rev().find(|edge| edge.0 <= *time).is_some_and(|edge| edge.1))
+            .collect(),
         position_m: time_s.iter().zip(&record.position_m).map(sensed).map(|x| x + NOISE_M * noise.normal()).collect(),
         time_s,
         ..Trace::default()
@@ -102,9 +119,25 @@ pub fn stroke(valve: &Valve, supply_pressure_pa: f64, off: &Off, noise: &mut Noi
             leak_from_supply_m2: 0.0,
         },
         trace,
-        commands: COMMANDS.map(|(time_s, close)| campaign::CommandEdge { time_s, close }).into(),
+        commands: commands
+            .iter()
+            .map(|(time_s, close)| campaign::CommandEdge { time_s: *time_s, close: *close })
+            .collect(),
         commands_inferred: false,
     }
+}
+
+/// A run as it is recorded by somebody who begins later.
+pub fn from_s(mut run: Run, begin_s: f64) -> Run {
+    let first = run.trace.time_s.partition_point(|time| *time < begin_s);
+    let trace = &mut run.trace;
+    let origin_s = trace.time_s[first];
+    trace.time_s = trace.time_s[first..].iter().map(|time| time - origin_s).collect();
+    trace.position_m.drain(..first);
+    trace.command_close.drain(..first);
+    run.commands.retain(|edge| edge.time_s >= origin_s);
+    run.commands.iter_mut().for_each(|edge| edge.time_s -= origin_s);
+    run
 }
 
 /// A campaign of these runs.
