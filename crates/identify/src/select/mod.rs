@@ -18,7 +18,7 @@ use rayon::prelude::*;
 pub use family::{Family, Level, News, Set};
 pub use options::SelectOptions;
 
-use self::race::settling;
+use self::race::{best_start, settling};
 use crate::fit::{Fit, FitOptions, fit};
 use crate::held_out::{HeldOut, folds, held_out};
 use crate::left::{excess, hidden_by_bounds, left_nats, left_to_explain, rms_in_noise};
@@ -259,31 +259,35 @@ impl<F: Family> Search<'_, F> {
             .collect()
     }
 
-    /// The sets with one effect less, fitted from the optimum of all. At first a little and cheaply: one that is then far less
-    /// likely is not worth a fit as exact as those that decide.
+    /// The sets with one effect less, fitted from the optimum of all.
     fn with_smaller(&mut self, set: &[usize]) -> Vec<Set> {
         let smaller: Vec<Set> =
             set.iter().map(|one| set.iter().copied().filter(|other| other != one).collect()).collect();
-        if self.reduced.iter().any(|one| one == set) {
-            return smaller;
+        if !self.reduced.iter().any(|one| one == set) {
+            self.fit_from(set, &smaller);
+            self.reduced.push(set.to_vec());
         }
-        let begun = self.reduced_a_little(set, &smaller);
-        let of_all = self.evidence(set, Level::Low);
+        smaller
+    }
+
+    /// Fits sets from the optimum of another. At first a little and cheaply: one that is then far less likely is not
+    /// worth a fit as exact as those that decide.
+    fn fit_from(&mut self, origin: &[usize], sets: &[Set]) {
+        let begun = self.begun_from(origin, sets);
+        let of_origin = self.evidence(origin, Level::Low);
         let is_near =
-            |fit: &Fit| of_all.is_none_or(|all| fit.log_evidence + fit.promised > all - self.options.hopeless);
+            |fit: &Fit| of_origin.is_none_or(|of| fit.log_evidence + fit.promised > of - self.options.hopeless);
         let near: Vec<Set> = begun.iter().filter(|(.., fit)| is_near(fit)).map(|(set, ..)| set.clone()).collect();
         for (set, problem, fit) in begun {
             self.keep(set, Level::Low, problem, fit);
         }
-        for (set, problem, fit) in self.reduced_exactly(set, &near) {
+        for (set, problem, fit) in self.ended_from(origin, &near) {
             self.keep(set, Level::High, problem, fit);
         }
-        self.reduced.push(set.to_vec());
-        smaller
     }
 
-    /// Smaller sets fitted cheaply from the optimum of a larger one.
-    fn reduced_a_little(&self, origin: &[usize], sets: &[Set]) -> Vec<(Set, F::Member, Fit)> {
+    /// Sets fitted cheaply from the optimum of another.
+    fn begun_from(&self, origin: &[usize], sets: &[Set]) -> Vec<(Set, F::Member, Fit)> {
         let Some(origin) = self.models.get(&(origin.to_vec(), Level::High)) else { return Vec::new() };
         let options = FitOptions {
             known: Some(origin.fit.noise.clone()),
@@ -291,20 +295,20 @@ impl<F: Family> Search<'_, F> {
         };
         let fitted = |set: &Set| {
             let problem = self.family.member(set, Level::Low)?;
-            let starts = self.family.warm(&problem, &origin.problem, &origin.fit.u);
-            let fits = starts.into_par_iter().filter_map(|start| fit(&problem, &start, &options));
-            let fit = fits.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))?;
+            let start = best_start(&problem, self.family.warm(&problem, &origin.problem, &origin.fit.u))?;
+            let fit = fit(&problem, &start, &options)?;
             Some((set.clone(), problem, fit))
         };
         sets.par_iter().filter_map(fitted).collect()
     }
 
-    /// Smaller sets fitted as exactly as a larger one: from its optimum, and from where they are known to be best.
-    fn reduced_exactly(&self, origin: &[usize], sets: &[Set]) -> Vec<(Set, F::Member, Fit)> {
+    /// Sets fitted as exactly as another: from its optimum, and from where they are known to be best.
+    fn ended_from(&self, origin: &[usize], sets: &[Set]) -> Vec<(Set, F::Member, Fit)> {
         let Some(origin) = self.models.get(&(origin.to_vec(), Level::High)) else { return Vec::new() };
         let fitted = |set: &Set| {
             let problem = self.family.member(set, Level::High)?;
-            let mut starts = self.family.warm(&problem, &origin.problem, &origin.fit.u);
+            let warm = best_start(&problem, self.family.warm(&problem, &origin.problem, &origin.fit.u))?;
+            let mut starts = vec![warm];
             if let Some(low) = self.models.get(&(set.clone(), Level::Low)) {
                 starts.push(self.family.carried(&low.problem, &low.fit.u, &problem));
             }
@@ -381,7 +385,7 @@ impl<F: Family> Search<'_, F> {
     /// one may be the one that its companion does not go with.
     fn exchanged(&mut self, set: Set) -> Set {
         if set.len() < 2 {
-            return set;
+            return self.best_rival(set);
         }
         let mut best = set;
         let mut done: Vec<Set> = Vec::new();
@@ -410,6 +414,28 @@ impl<F: Family> Search<'_, F> {
             next = alike.into_iter().find(|(evidence, set)| is_near(*evidence) && !done.contains(set)).map(|one| one.1);
         }
         best
+    }
+
+    /// Of a single effect and those that came next to it the most likely one. What came next may have been held in another
+    /// valley by parameters that had made up for what was missing; now they are known better.
+    fn best_rival(&mut self, set: Set) -> Set {
+        let [_] = set[..] else { return set };
+        let mut rivals: Vec<(f64, Set)> = Vec::new();
+        for model in self.models.values().filter(|model| model.set.len() == 1 && model.set != set) {
+            let gain = self.evidence(&[], model.level).map_or(f64::NEG_INFINITY, |base| model.fit.log_evidence - base);
+            match rivals.iter_mut().find(|(_, rival)| *rival == model.set) {
+                // The last level is the most exact one.
+                Some(rival) => rival.0 = gain,
+                None => rivals.push((gain, model.set.clone())),
+            }
+        }
+        rivals.retain(|(gain, _)| *gain > self.options.accept);
+        rivals.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let rivals: Vec<Set> = rivals.into_iter().take(self.options.rivals).map(|(_, rival)| rival).collect();
+        self.fit_from(&set, &rivals);
+        let of = |set: &Set| self.evidence(set, Level::High).unwrap_or(f64::NEG_INFINITY);
+        let best = rivals.into_iter().max_by(|a, b| of(a).total_cmp(&of(b)));
+        best.filter(|rival| of(rival) > of(&set)).unwrap_or(set)
     }
 
     /// The sets with one effect exchanged that have not been fitted.

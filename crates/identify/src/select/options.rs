@@ -27,6 +27,8 @@ pub struct SelectOptions {
     /// A fit that goes on may gain so many times what its next step promises, and no more than the best one leaves to be
     /// explained; twice was the most seen where a fit had not fallen into another valley.
     pub promises: f64,
+    /// Single effects that are fitted once more from the optimum of the best one: those that came next to it.
+    pub rivals: usize,
     /// Sets that are followed to the end, at most.
     pub followed: usize,
     /// Sets whose neighbours, with one effect exchanged, are looked at in the end, at most.
@@ -54,6 +56,7 @@ impl Default for SelectOptions {
             finalists: 3,
             hopeless: 60.0,
             promises: 3.0,
+            rivals: 2,
             followed: 5,
             exchanged: 3,
             nothing_left: 3.0,

@@ -182,7 +182,7 @@ impl<F: Family> Search<'_, F> {
 }
 
 /// Of several starts the one with the least error, scaled by the rows' own spread.
-fn best_start<P: Problem>(problem: &P, starts: Vec<Vec<f64>>) -> Option<Vec<f64>> {
+pub(super) fn best_start<P: Problem>(problem: &P, starts: Vec<Vec<f64>>) -> Option<Vec<f64>> {
     if starts.len() < 2 {
         return starts.into_iter().next();
     }
