@@ -1,5 +1,6 @@
 //! Options of `build-tables`.
 
+use std::fmt;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -55,6 +56,16 @@ pub struct QuantityRange {
     pub to: Quantity,
 }
 
+impl fmt::Display for QuantityRange {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (from, to) = (&self.from, &self.to);
+        if from.unit() == to.unit() {
+            return write!(formatter, "{}..{} {}", from.number(), to.number(), to.unit().text());
+        }
+        write!(formatter, "{} {}..{} {}", from.number(), from.unit().text(), to.number(), to.unit().text())
+    }
+}
+
 /// A range of supply pressures.
 pub fn supply_range(text: &str) -> Result<QuantityRange, String> {
     range(text, Dimension::Pressure, "66..84 psig")
@@ -88,7 +99,16 @@ mod tests {
         let range = supply_range("66..84 psig").unwrap();
         assert_eq!((range.from.number(), range.from.unit().text()), (66.0, "psig"));
         assert_eq!((range.to.number(), range.to.unit().text()), (84.0, "psig"));
-        assert_eq!(temperature_range("-3 degC .. 310 K").unwrap().from.si(), 270.15);
+        let range = temperature_range("-3 degC .. 310 K").unwrap();
+        assert_eq!(range.from.si(), 270.15);
+        // What is shown is read back as the same.
+        for text in ["66..84 psig", "-3 degC..310 K"] {
+            assert_eq!(super::range(text, dimension(text), "").unwrap().to_string(), text);
+        }
+    }
+
+    fn dimension(text: &str) -> Dimension {
+        if text.contains("psig") { Dimension::Pressure } else { Dimension::Temperature }
     }
 
     #[test]

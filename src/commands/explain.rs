@@ -91,29 +91,24 @@ fn show(line: &ProgressLine, done: &AtomicUsize, round: &AtomicUsize, progress: 
 }
 
 fn text(answer: &Explanation, input: &CampaignInput) -> String {
-    let mut text = format!("{}: {}\n\n", input.campaign.name, headline(answer));
-    let parameters = parameter_lines(&answer.parameters);
-    if !parameters.is_empty() {
-        let _ = writeln!(text, "{parameters}");
-    }
-    text.push_str(&ladder::table(&pictures::steps(answer)));
-    text.push('\n');
-    for twin in &answer.twins {
-        twin_text(&mut text, twin);
-    }
-    if let Some(outside) = &answer.outside {
-        text.push_str(&outside_text(outside));
-    }
-    let nuisances = nuisance_lines(&answer.nuisances);
-    if !nuisances.is_empty() {
-        let _ = writeln!(text, "\nInstruments and conditions were found to be off by:\n{nuisances}");
-    }
-    text.push('\n');
-    text.push_str(&candidate_table(answer));
-    for note in &answer.notes {
-        let _ = writeln!(text, "\nnote: {note}");
-    }
-    text
+    let mut twins = String::new();
+    answer.twins.iter().for_each(|twin| twin_text(&mut twins, twin));
+    let nuisances = match nuisance_lines(&answer.nuisances) {
+        lines if lines.is_empty() => lines,
+        lines => format!("Instruments and conditions were found to be off by:\n{lines}"),
+    };
+    let mut sections = vec![
+        format!("{}: {}", input.campaign.name, headline(answer)),
+        parameter_lines(&answer.parameters),
+        ladder::table(&pictures::steps(answer)),
+        twins,
+        answer.outside.as_ref().map_or_else(String::new, outside_text),
+        nuisances,
+        candidate_table(answer),
+    ];
+    sections.extend(answer.notes.iter().map(|note| format!("note: {note}")));
+    let sections = sections.iter().map(|section| section.trim_end()).filter(|section| !section.is_empty());
+    sections.collect::<Vec<_>>().join("\n\n") + "\n"
 }
 
 /// The answer in a sentence, an error that is left in the units of the user.
@@ -202,7 +197,7 @@ fn next(args: &ExplainArgs, answer: &Explanation) -> String {
 
 fn outside_text(outside: &Outside) -> String {
     let (target, along) = (outside.axis.target.id(), outside.axis.variable);
-    let mut text = format!("\nWhat is missing acts as {target} along {along}: {}\n", outside.effect.formula().source());
+    let mut text = format!("What is missing acts as {target} along {along}: {}\n", outside.effect.formula().source());
     for (parameter, sigma) in outside.effect.parameters().iter().zip(&outside.parameter_sigmas) {
         let _ = writeln!(text, "  {} = {}", parameter.name, with_error(parameter.value, *sigma, &parameter.unit));
     }

@@ -21,7 +21,7 @@ use serde::Serialize;
 
 pub use figure::PlotFile;
 pub use manner::{ColorWhen, manner, set_manner};
-pub use next::{free_name, free_name_beside, next_step};
+pub use next::{command, free_name, free_name_beside, next_step};
 pub use number::push_number;
 pub use paint::paint;
 pub use progress::ProgressLine;

@@ -6,9 +6,14 @@ use model_lab::diagnosis::Explanation;
 use model_lab::diagnosis::adopt::{Addition, Rung, Sequence, sequence};
 use model_lab::errors::StepReport;
 use model_lab::space::Target;
-use serde_json::{Value, json};
+use serde::Serialize;
+use serde_json::Value;
 use valve_file::{HistoryEntry, ValveFile, ValveFileError};
 use valve_model::{EffectKind, ParameterId};
+
+use crate::explanation::EffectParameterDocument;
+use crate::steps::StepDocument;
+use crate::{SCHEMA, explanation, steps, value_of};
 
 /// Name of the formula that a search finds where no effect explains the data.
 const UNEXPLAINED: &str = "unexplained";
@@ -108,13 +113,22 @@ impl Adoption {
 
     /// For programs.
     pub fn document(&self) -> Value {
-        json!({
-            "schema": crate::SCHEMA,
-            "effects": self.names,
-            "steps": crate::steps::value(&self.steps()),
-            "parameters": crate::explanation::parameters(&self.sequence.parameters),
+        value_of(&AdoptionDocument {
+            schema: SCHEMA,
+            effects: &self.names,
+            steps: steps::documents(&self.steps()),
+            parameters: explanation::parameters(&self.sequence.parameters),
         })
     }
+}
+
+/// An adoption for programs.
+#[derive(Debug, Clone, Serialize)]
+struct AdoptionDocument<'a> {
+    schema: u32,
+    effects: &'a [String],
+    steps: Vec<StepDocument>,
+    parameters: Vec<EffectParameterDocument>,
 }
 
 /// Whether the formula of what no effect explains is asked for and not in the valve file yet, so that it has to be searched

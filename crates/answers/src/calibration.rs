@@ -1,9 +1,14 @@
 //! The answer of a calibration: in a sentence, and for programs.
 
-use model_lab::calibrate::{Calibration, Verdict};
-use serde_json::{Map, Value, json};
+use std::collections::BTreeMap;
 
-use crate::{CampaignInput, SCHEMA, moved, steps};
+use model_lab::calibrate::{Calibration, Verdict};
+use serde::Serialize;
+use serde_json::Value;
+
+use crate::moved::{NuisanceDocument, ParameterDocument};
+use crate::steps::StepDocument;
+use crate::{CampaignInput, SCHEMA, moved, steps, value_of};
 
 /// The verdict in a sentence.
 pub fn verdict_words(calibration: &Calibration) -> &'static str {
@@ -14,33 +19,60 @@ pub fn verdict_words(calibration: &Calibration) -> &'static str {
     }
 }
 
+/// A calibration for programs.
+#[derive(Debug, Clone, Serialize)]
+struct CalibrationDocument<'a> {
+    schema: u32,
+    valve: &'a str,
+    campaign: &'a str,
+    verdict: &'static str,
+    verdict_words: &'static str,
+    strayed: bool,
+    reasons: &'a [String],
+    parameters: Vec<ParameterDocument>,
+    correlations: Correlations,
+    not_fixed: Vec<NotFixed<'a>>,
+    nuisances: Vec<NuisanceDocument>,
+    steps: Vec<StepDocument>,
+}
+
+/// Which parameters the records tell apart.
+#[derive(Debug, Clone, Serialize)]
+struct Correlations {
+    parameters: Vec<&'static str>,
+    matrix: Vec<Vec<f64>>,
+}
+
+/// A combination of parameters that the records do not fix.
+#[derive(Debug, Clone, Serialize)]
+struct NotFixed<'a> {
+    information: f64,
+    changes: BTreeMap<&'static str, f64>,
+    words: &'a str,
+}
+
 /// The whole answer.
 pub fn document(input: &CampaignInput, calibration: &Calibration) -> Value {
-    let names: Vec<&str> = calibration.parameters.iter().map(|parameter| parameter.id.key()).collect();
+    let names: Vec<&'static str> = calibration.parameters.iter().map(|parameter| parameter.id.key()).collect();
     let count = names.len();
-    let correlations: Vec<Vec<f64>> =
-        (0..count).map(|row| (0..count).map(|column| calibration.correlations[(row, column)]).collect()).collect();
-    let singular: Vec<Value> = calibration
-        .singular
-        .iter()
-        .map(|direction| {
-            let changes: Map<String, Value> =
-                direction.changes.iter().map(|(id, change)| (id.key().to_owned(), json!(change))).collect();
-            json!({ "information": direction.information, "changes": changes, "words": direction.words })
-        })
-        .collect();
-    json!({
-        "schema": SCHEMA,
-        "valve": input.file.file_name(),
-        "campaign": input.campaign.name,
-        "verdict": calibration.verdict.id(),
-        "verdict_words": verdict_words(calibration),
-        "strayed": calibration.has_strayed,
-        "reasons": calibration.reasons,
-        "parameters": moved::parameters(&calibration.parameters),
-        "correlations": { "parameters": names, "matrix": correlations },
-        "not_fixed": singular,
-        "nuisances": moved::nuisances(&calibration.nuisances),
-        "steps": steps::value(&calibration.steps),
+    let row = |row: usize| (0..count).map(|column| calibration.correlations[(row, column)]).collect();
+    let not_fixed = calibration.singular.iter().map(|direction| NotFixed {
+        information: direction.information,
+        changes: direction.changes.iter().map(|(id, change)| (id.key(), *change)).collect(),
+        words: &direction.words,
+    });
+    value_of(&CalibrationDocument {
+        schema: SCHEMA,
+        valve: input.file.file_name(),
+        campaign: &input.campaign.name,
+        verdict: calibration.verdict.id(),
+        verdict_words: verdict_words(calibration),
+        strayed: calibration.has_strayed,
+        reasons: &calibration.reasons,
+        parameters: moved::parameters(&calibration.parameters),
+        correlations: Correlations { parameters: names, matrix: (0..count).map(row).collect() },
+        not_fixed: not_fixed.collect(),
+        nuisances: moved::nuisances(&calibration.nuisances),
+        steps: steps::documents(&calibration.steps),
     })
 }

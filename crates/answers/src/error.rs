@@ -1,34 +1,51 @@
 //! An error: the same words in every document, and the same line in every text.
 
 use model_lab::errors::Errors;
-use serde_json::{Map, Value, json};
+use serde::Serialize;
 
-/// The errors for programs: `normalised_rms`, `rmse_m`, `share_of_stroke`, `time_rmse_s`.
-pub fn value(errors: &Errors) -> Value {
-    Value::Object(fields(errors, ""))
+/// The errors for programs.
+#[derive(Debug, Clone, Copy, Default, Serialize)]
+pub struct ErrorDocument {
+    normalised_rms: Option<f64>,
+    rmse_m: Option<f64>,
+    share_of_stroke: Option<f64>,
+    time_rmse_s: Option<f64>,
 }
 
-/// The same with those on what was held out, each with `held_out_` before its name; null where nothing was.
-pub fn with_held_out(errors: &Errors, held_out: Option<&Errors>) -> Map<String, Value> {
-    let mut all = fields(errors, "");
-    let mut held = fields(held_out.unwrap_or(&Errors::default()), "held_out_");
-    if held_out.is_none() {
-        held.values_mut().for_each(|value| *value = Value::Null);
+impl From<&Errors> for ErrorDocument {
+    fn from(errors: &Errors) -> Self {
+        Self {
+            normalised_rms: Some(errors.normalised_rms),
+            rmse_m: errors.rmse_m,
+            share_of_stroke: errors.share_of_stroke,
+            time_rmse_s: errors.time_rmse_s,
+        }
     }
-    all.append(&mut held);
-    all
 }
 
-fn fields(errors: &Errors, before: &str) -> Map<String, Value> {
-    [
-        ("normalised_rms", json!(errors.normalised_rms)),
-        ("rmse_m", json!(errors.rmse_m)),
-        ("share_of_stroke", json!(errors.share_of_stroke)),
-        ("time_rmse_s", json!(errors.time_rmse_s)),
-    ]
-    .into_iter()
-    .map(|(key, value)| (format!("{before}{key}"), value))
-    .collect()
+/// The same with those on what was held out; null where nothing was.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct BothErrors {
+    #[serde(flatten)]
+    errors: ErrorDocument,
+    held_out_normalised_rms: Option<f64>,
+    held_out_rmse_m: Option<f64>,
+    held_out_share_of_stroke: Option<f64>,
+    held_out_time_rmse_s: Option<f64>,
+}
+
+impl BothErrors {
+    /// The errors of a fit, and of its predictions of what was held out.
+    pub fn new(errors: &Errors, held_out: Option<&Errors>) -> Self {
+        let held = held_out.map(ErrorDocument::from).unwrap_or_default();
+        Self {
+            errors: errors.into(),
+            held_out_normalised_rms: held.normalised_rms,
+            held_out_rmse_m: held.rmse_m,
+            held_out_share_of_stroke: held.share_of_stroke,
+            held_out_time_rmse_s: held.time_rmse_s,
+        }
+    }
 }
 
 /// The errors in one line, lengths told by `length`.

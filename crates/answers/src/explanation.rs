@@ -1,16 +1,21 @@
 //! The answer of a search: in a sentence, and for programs with the names of the output's contract.
 
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use leak_table::mm2_from_m2;
 use model_lab::diagnosis::experiment::Experiment;
 use model_lab::diagnosis::outside::Outside;
-use model_lab::diagnosis::{Explanation, FittedParameter, Verdict};
-use serde_json::{Map, Value, json};
+use model_lab::diagnosis::{CandidateReport, Explanation, FittedParameter, TwinReport, Verdict};
+use serde::Serialize;
+use serde_json::Value;
 use valve_model::EffectKind;
 use valve_model::custom::CustomTarget;
 
-use crate::{SCHEMA, error, moved, steps};
+use crate::error::BothErrors;
+use crate::moved::{NuisanceDocument, ParameterDocument};
+use crate::steps::StepDocument;
+use crate::{SCHEMA, moved, steps, value_of};
 
 /// Effects in words.
 pub fn joined(kinds: &[EffectKind]) -> String {
@@ -108,92 +113,198 @@ fn left(answer: &Explanation, length: &dyn Fn(f64) -> String) -> String {
     }
 }
 
+/// A search for programs.
+#[derive(Debug, Clone, Serialize)]
+struct ExplanationDocument<'a> {
+    schema: u32,
+    campaign: &'a str,
+    verdict: &'static str,
+    recommended: Vec<&'static str>,
+    parameters: Vec<EffectParameterDocument>,
+    calibrated_parameters: Vec<ParameterDocument>,
+    nuisances: Vec<NuisanceDocument>,
+    indistinguishable: BTreeMap<&'static str, TwinDocument<'a>>,
+    candidates: Vec<CandidateDocument<'a>>,
+    probability: Probabilities,
+    steps: Vec<StepDocument>,
+    remainder: RemainderDocument,
+    residual: Option<OutsideDocument<'a>>,
+    notes: &'a [String],
+    interrupted: bool,
+}
+
+/// A value of an effect for programs, SI.
+#[derive(Debug, Clone, Serialize)]
+pub struct EffectParameterDocument {
+    effect: &'static str,
+    name: &'static str,
+    value: f64,
+    standard_error: f64,
+    unit: &'static str,
+}
+
+/// What an effect cannot be told from.
+#[derive(Debug, Clone, Serialize)]
+struct TwinDocument<'a> {
+    with: Vec<&'static str>,
+    delta_log_evidence: Vec<f64>,
+    next_experiment: Option<ExperimentDocument<'a>>,
+}
+
+/// A run that would tell effects apart.
+#[derive(Debug, Clone, Serialize)]
+struct ExperimentDocument<'a> {
+    purpose: &'a str,
+    run: String,
+    record_pressures: bool,
+    repeats: usize,
+    separation_chi2: f64,
+}
+
+/// A set of effects that was tried.
+#[derive(Debug, Clone, Serialize)]
+struct CandidateDocument<'a> {
+    effects: Vec<&'static str>,
+    #[serde(flatten)]
+    errors: BothErrors,
+    parameters: Vec<EffectParameterDocument>,
+    log_evidence_gain: f64,
+    probability: Option<f64>,
+    delta_bic: f64,
+    rejected: Option<&'a str>,
+}
+
+/// How likely effects and sets of them are.
+#[derive(Debug, Clone, Serialize)]
+struct Probabilities {
+    effects: BTreeMap<&'static str, f64>,
+    models: Vec<ModelProbability>,
+}
+
+/// How likely a set of effects is.
+#[derive(Debug, Clone, Serialize)]
+struct ModelProbability {
+    effects: Vec<&'static str>,
+    probability: f64,
+}
+
+/// What is left.
+#[derive(Debug, Clone, Serialize)]
+struct RemainderDocument {
+    model_error_share_of_stroke: f64,
+    correlation_time_s: f64,
+    log_evidence: f64,
+    noise_multiplier: f64,
+}
+
+/// Something that no effect of the catalogue explains.
+#[derive(Debug, Clone, Serialize)]
+struct OutsideDocument<'a> {
+    acts_on: &'static str,
+    along: &'a str,
+    table: TableDocument<'a>,
+    custom: CustomDocument<'a>,
+    toml: String,
+    log_evidence_gain: f64,
+    with_custom: BothErrors,
+}
+
+/// A force or flow without a law.
+#[derive(Debug, Clone, Serialize)]
+struct TableDocument<'a> {
+    at: &'a [f64],
+    value: &'a [f64],
+    standard_error: &'a [f64],
+}
+
+/// A formula for it.
+#[derive(Debug, Clone, Serialize)]
+struct CustomDocument<'a> {
+    acts_on: &'static str,
+    formula: &'a str,
+    parameters: BTreeMap<&'a str, CustomParameter<'a>>,
+}
+
+/// A number of a formula.
+#[derive(Debug, Clone, Serialize)]
+struct CustomParameter<'a> {
+    value: f64,
+    standard_error: f64,
+    unit: &'a str,
+}
+
 /// The whole answer.
 pub fn document(answer: &Explanation, campaign: &str) -> Value {
-    let ids = |kinds: &[EffectKind]| kinds.iter().map(|kind| kind.id()).collect::<Vec<_>>();
-    let mut indistinguishable = Map::new();
-    for twin in &answer.twins {
-        let with: Vec<&str> = twin.with.iter().map(|other| other.kind.id()).collect();
-        indistinguishable.insert(
-            twin.kind.id().into(),
-            json!({
-                "with": with,
-                "delta_log_evidence": twin.with.iter().map(|other| -other.behind).collect::<Vec<_>>(),
-                "next_experiment": twin.experiment.as_ref().map(experiment),
-            }),
-        );
-    }
-    let candidates: Vec<Value> = answer
-        .candidates
-        .iter()
-        .map(|candidate| {
-            let mut value = Value::Object(error::with_held_out(&candidate.errors, candidate.held_out.as_ref()));
-            value["effects"] = json!(ids(&candidate.kinds));
-            value["parameters"] = parameters(&candidate.parameters);
-            value["log_evidence_gain"] = json!(candidate.gain);
-            value["probability"] = json!(candidate.probability);
-            value["delta_bic"] = json!(candidate.delta_bic);
-            value["rejected"] = json!(candidate.rejected);
-            value
-        })
-        .collect();
-    let models: Vec<Value> = answer
-        .candidates
-        .iter()
-        .filter_map(|candidate| {
-            Some(json!({ "effects": ids(&candidate.kinds), "probability": candidate.probability? }))
-        })
-        .collect();
-    let effects: Map<String, Value> =
-        answer.inclusion.iter().map(|(kind, share)| (kind.id().to_owned(), json!(share))).collect();
-    json!({
-        "schema": SCHEMA,
-        "campaign": campaign,
-        "verdict": answer.verdict.id(),
-        "recommended": ids(&answer.recommended),
-        "parameters": parameters(&answer.parameters),
-        "calibrated_parameters": moved::parameters(&answer.moved),
-        "nuisances": moved::nuisances(&answer.nuisances),
-        "indistinguishable": indistinguishable,
-        "candidates": candidates,
-        "probability": { "effects": effects, "models": models },
-        "steps": steps::value(&answer.steps),
-        "remainder": {
-            "model_error_share_of_stroke": answer.remainder.discrepancy,
-            "correlation_time_s": answer.remainder.time_s,
-            "log_evidence": answer.remainder.nats,
-            "noise_multiplier": answer.remainder.multiplier,
+    let models = answer.candidates.iter().filter_map(|candidate| {
+        Some(ModelProbability { effects: ids_of(&candidate.kinds), probability: candidate.probability? })
+    });
+    value_of(&ExplanationDocument {
+        schema: SCHEMA,
+        campaign,
+        verdict: answer.verdict.id(),
+        recommended: ids_of(&answer.recommended),
+        parameters: parameters(&answer.parameters),
+        calibrated_parameters: moved::parameters(&answer.moved),
+        nuisances: moved::nuisances(&answer.nuisances),
+        indistinguishable: answer.twins.iter().map(|twin| (twin.kind.id(), twin_document(twin))).collect(),
+        candidates: answer.candidates.iter().map(candidate_document).collect(),
+        probability: Probabilities {
+            effects: answer.inclusion.iter().map(|(kind, share)| (kind.id(), *share)).collect(),
+            models: models.collect(),
         },
-        "residual": answer.outside.as_ref().map(outside),
-        "notes": answer.notes,
-        "interrupted": answer.interrupted,
+        steps: steps::documents(&answer.steps),
+        remainder: RemainderDocument {
+            model_error_share_of_stroke: answer.remainder.discrepancy,
+            correlation_time_s: answer.remainder.time_s,
+            log_evidence: answer.remainder.nats,
+            noise_multiplier: answer.remainder.multiplier,
+        },
+        residual: answer.outside.as_ref().map(outside_document),
+        notes: &answer.notes,
+        interrupted: answer.interrupted,
     })
 }
 
-/// Fitted parameters, SI.
-pub fn parameters(fitted: &[FittedParameter]) -> Value {
-    fitted
-        .iter()
-        .map(|parameter| {
-            json!({
-                "effect": parameter.effect.id(),
-                "name": parameter.name,
-                "value": parameter.value,
-                "standard_error": parameter.sigma,
-                "unit": parameter.unit,
-            })
-        })
-        .collect()
+fn ids_of(kinds: &[EffectKind]) -> Vec<&'static str> {
+    kinds.iter().map(|kind| kind.id()).collect()
 }
 
-fn experiment(plan: &Experiment) -> Value {
-    json!({
-        "purpose": plan.purpose,
-        "run": run_toml(plan),
-        "record_pressures": plan.pressures,
-        "repeats": plan.repeats,
-        "separation_chi2": plan.separation,
-    })
+/// Values of effects for programs.
+pub fn parameters(fitted: &[FittedParameter]) -> Vec<EffectParameterDocument> {
+    let document = |parameter: &FittedParameter| EffectParameterDocument {
+        effect: parameter.effect.id(),
+        name: parameter.name,
+        value: parameter.value,
+        standard_error: parameter.sigma,
+        unit: parameter.unit,
+    };
+    fitted.iter().map(document).collect()
+}
+
+fn twin_document(twin: &TwinReport) -> TwinDocument<'_> {
+    TwinDocument {
+        with: twin.with.iter().map(|other| other.kind.id()).collect(),
+        delta_log_evidence: twin.with.iter().map(|other| -other.behind).collect(),
+        next_experiment: twin.experiment.as_ref().map(|plan| ExperimentDocument {
+            purpose: &plan.purpose,
+            run: run_toml(plan),
+            record_pressures: plan.pressures,
+            repeats: plan.repeats,
+            separation_chi2: plan.separation,
+        }),
+    }
+}
+
+fn candidate_document(candidate: &CandidateReport) -> CandidateDocument<'_> {
+    CandidateDocument {
+        effects: ids_of(&candidate.kinds),
+        errors: BothErrors::new(&candidate.errors, candidate.held_out.as_ref()),
+        parameters: parameters(&candidate.parameters),
+        log_evidence_gain: candidate.gain,
+        probability: candidate.probability,
+        delta_bic: candidate.delta_bic,
+        rejected: candidate.rejected.as_deref(),
+    }
 }
 
 /// A planned run as it is pasted into a campaign file.
@@ -222,28 +333,24 @@ pub fn run_toml(plan: &Experiment) -> String {
     text
 }
 
-fn outside(found: &Outside) -> Value {
-    let custom: Map<String, Value> = found
-        .effect
-        .parameters()
-        .iter()
-        .zip(&found.parameter_sigmas)
-        .map(|(parameter, sigma)| {
-            (
-                parameter.name.clone(),
-                json!({ "value": parameter.value, "standard_error": sigma, "unit": parameter.unit }),
-            )
-        })
-        .collect();
-    json!({
-        "acts_on": found.axis.target.id(),
-        "along": found.axis.variable,
-        "table": { "at": found.knots, "value": found.values, "standard_error": found.sigmas },
-        "custom": { "acts_on": found.effect.target().id(), "formula": found.effect.formula().source(), "parameters": custom },
-        "toml": effect_toml(found),
-        "log_evidence_gain": found.gain,
-        "with_custom": error::with_held_out(&found.errors, found.held_out.as_ref()),
-    })
+fn outside_document(found: &Outside) -> OutsideDocument<'_> {
+    let numbers = found.effect.parameters().iter().zip(&found.parameter_sigmas).map(|(parameter, sigma)| {
+        let number = CustomParameter { value: parameter.value, standard_error: *sigma, unit: &parameter.unit };
+        (parameter.name.as_str(), number)
+    });
+    OutsideDocument {
+        acts_on: found.axis.target.id(),
+        along: found.axis.variable,
+        table: TableDocument { at: &found.knots, value: &found.values, standard_error: &found.sigmas },
+        custom: CustomDocument {
+            acts_on: found.effect.target().id(),
+            formula: found.effect.formula().source(),
+            parameters: numbers.collect(),
+        },
+        toml: effect_toml(found),
+        log_evidence_gain: found.gain,
+        with_custom: BothErrors::new(&found.errors, found.held_out.as_ref()),
+    }
 }
 
 /// The custom effect as it is pasted into a valve file.

@@ -20,5 +20,11 @@ pub mod tables;
 
 pub use input::{CampaignInput, InputError};
 
+/// A document as JSON; what is not finite is null.
+fn value_of(document: &impl serde::Serialize) -> serde_json::Value {
+    // Nothing in a document can fail: its maps have names as keys.
+    serde_json::to_value(document).unwrap_or_default()
+}
+
 /// The version of the documents; raised when a key changes its name or meaning.
 pub const SCHEMA: u32 = 3;

@@ -1,33 +1,72 @@
 //! Values that a fit moved: of parameters, of instruments and of conditions.
 
 use model_lab::diagnosis::{MovedParameter, NuisanceReport};
-use serde_json::{Value, json};
+use serde::Serialize;
 
-/// Fitted parameters for programs, SI.
-pub fn parameters(moved: &[MovedParameter]) -> Value {
-    moved
-        .iter()
-        .map(|moved| {
-            json!({
-                "parameter": moved.id.key(), "unit": moved.id.si_unit(), "tolerance": moved.tolerance,
-                "before": moved.before, "after": moved.after, "standard_error": moved.sigma,
-                "interval_90": moved.interval_90, "pull": moved.pull, "pull_standard_error": moved.pull_sigma,
-                "at_bound": moved.is_at_bound,
-            })
-        })
-        .collect()
+/// A fitted parameter for programs, SI.
+#[derive(Debug, Clone, Serialize)]
+pub struct ParameterDocument {
+    parameter: &'static str,
+    unit: &'static str,
+    tolerance: f64,
+    before: f64,
+    after: f64,
+    standard_error: f64,
+    interval_90: (f64, f64),
+    pull: f64,
+    pull_standard_error: f64,
+    at_bound: bool,
 }
 
-/// What instruments and conditions were found to be off by, for programs, SI.
-pub fn nuisances(found: &[NuisanceReport]) -> Value {
-    found
-        .iter()
-        .map(|nuisance| {
-            json!({
-                "what": nuisance.what, "run": nuisance.record, "value": nuisance.value,
-                "standard_error": nuisance.sigma, "prior_standard_deviation": nuisance.prior,
-                "unit": nuisance.unit, "at_bound": nuisance.is_at_bound,
-            })
-        })
-        .collect()
+impl From<&MovedParameter> for ParameterDocument {
+    fn from(moved: &MovedParameter) -> Self {
+        Self {
+            parameter: moved.id.key(),
+            unit: moved.id.si_unit(),
+            tolerance: moved.tolerance,
+            before: moved.before,
+            after: moved.after,
+            standard_error: moved.sigma,
+            interval_90: moved.interval_90,
+            pull: moved.pull,
+            pull_standard_error: moved.pull_sigma,
+            at_bound: moved.is_at_bound,
+        }
+    }
+}
+
+/// Fitted parameters for programs.
+pub fn parameters(moved: &[MovedParameter]) -> Vec<ParameterDocument> {
+    moved.iter().map(ParameterDocument::from).collect()
+}
+
+/// What an instrument or a condition was found to be off by, for programs, SI.
+#[derive(Debug, Clone, Serialize)]
+pub struct NuisanceDocument {
+    what: &'static str,
+    run: Option<String>,
+    value: f64,
+    standard_error: f64,
+    prior_standard_deviation: f64,
+    unit: &'static str,
+    at_bound: bool,
+}
+
+impl From<&NuisanceReport> for NuisanceDocument {
+    fn from(found: &NuisanceReport) -> Self {
+        Self {
+            what: found.what,
+            run: found.record.clone(),
+            value: found.value,
+            standard_error: found.sigma,
+            prior_standard_deviation: found.prior,
+            unit: found.unit,
+            at_bound: found.is_at_bound,
+        }
+    }
+}
+
+/// What instruments and conditions were found to be off by, for programs.
+pub fn nuisances(found: &[NuisanceReport]) -> Vec<NuisanceDocument> {
+    found.iter().map(NuisanceDocument::from).collect()
 }

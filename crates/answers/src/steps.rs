@@ -1,20 +1,32 @@
 //! The error after each step of a model sequence.
 
 use model_lab::errors::StepReport;
-use serde_json::{Value, json};
+use serde::Serialize;
 
-use crate::error;
+use crate::error::BothErrors;
 
-/// The steps for programs.
-pub fn value(steps: &[StepReport]) -> Value {
-    steps.iter().map(step).collect()
+/// A step for programs.
+#[derive(Debug, Clone, Serialize)]
+pub struct StepDocument {
+    step: String,
+    #[serde(flatten)]
+    errors: BothErrors,
+    model_error_share_of_stroke: Option<f64>,
+    correlation_time_s: Option<f64>,
 }
 
-/// One step for programs.
-pub fn step(step: &StepReport) -> Value {
-    let mut value = error::with_held_out(&step.errors, step.held_out.as_ref());
-    value.insert("step".to_owned(), json!(step.step));
-    value.insert("model_error_share_of_stroke".to_owned(), json!(step.discrepancy));
-    value.insert("correlation_time_s".to_owned(), json!(step.correlation_time_s));
-    Value::Object(value)
+impl From<&StepReport> for StepDocument {
+    fn from(step: &StepReport) -> Self {
+        Self {
+            step: step.step.clone(),
+            errors: BothErrors::new(&step.errors, step.held_out.as_ref()),
+            model_error_share_of_stroke: step.discrepancy,
+            correlation_time_s: step.correlation_time_s,
+        }
+    }
+}
+
+/// The steps for programs.
+pub fn documents(steps: &[StepReport]) -> Vec<StepDocument> {
+    steps.iter().map(StepDocument::from).collect()
 }

@@ -12,6 +12,7 @@ use quantity::Quantity;
 use super::rows::from_broker;
 use crate::cli::{GrowthName, MethodName, PrognoseArgs, StartName, StreamFormat};
 use crate::failure::Hinted;
+use crate::output::{command, free_name};
 
 /// What gauge pressures beside a log count from, as in the log itself.
 const STANDARD_ATMOSPHERE_PA: f64 = 101_325.0;
@@ -104,11 +105,17 @@ fn expected_supply_pa(args: &PrognoseArgs, tables: &TableBundle) -> anyhow::Resu
     let Some(range) = &args.expect_supply else { return Ok(None) };
     let absolute_pa = |end: &Quantity| end.absolute_pa(STANDARD_ATMOSPHERE_PA).context("--expect-supply");
     let [from, to] = [absolute_pa(&range.from)?, absolute_pa(&range.to)?];
+    let valve = args.valve.as_ref().map_or_else(|| "VALVE.toml".to_owned(), |path| path.display().to_string());
+    let out = free_name(&args.tables.display().to_string());
+    let wide = format!(
+        "build tables over it and use these:\n{}",
+        command(&["build-tables", &valve, "--supply-range", &range.to_string(), "--out", &out]).trim_end()
+    );
     let known = tables.condition_range().map(|range| range.supply_pressure_pa).filter(|known| known.0 < known.1);
     let Some((least, most)) = known else {
         return Err(Hinted::error(
             format!("--expect-supply: the tables in {} are for one supply pressure only", args.tables.display()),
-            "build tables over the supply pressure: `valve build-tables --supply-range`",
+            wide,
         ));
     };
     // The tables' own ends, give or take the digits of a file.
@@ -122,7 +129,7 @@ fn expected_supply_pa(args: &PrognoseArgs, tables: &TableBundle) -> anyhow::Resu
                 1e-3 * least,
                 1e-3 * most
             ),
-            "build tables over that range: `valve build-tables --supply-range`",
+            wide,
         ));
     }
     Ok(Some([from, to]))

@@ -254,7 +254,7 @@ fn fitted(subject: &Subject, model: &Model, stop: &Stop) -> Result<Value, String
             "how": "as `valve calibrate` does it",
             "headline": calibration::verdict_words(&calibration),
             "model": fitted,
-            "steps": steps::value(&calibration.steps),
+            "steps": steps::documents(&calibration.steps),
             "calibration": document,
         }));
     }
@@ -275,7 +275,7 @@ fn fitted(subject: &Subject, model: &Model, stop: &Stop) -> Result<Value, String
         "how": "as `valve adopt` does it",
         "headline": format!("everything refitted with {}", names.join(" and ")),
         "model": sliders(&valve, moved),
-        "steps": steps::value(&reports),
+        "steps": steps::documents(&reports),
         "parameters": explanation::parameters(&sequence.parameters),
     }))
 }

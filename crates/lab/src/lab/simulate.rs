@@ -1,6 +1,6 @@
 //! Strokes as measured and as the sliders have them.
 
-use answers::comparison::{comparison_value, force_value};
+use answers::comparison::{ComparisonDocument, ForceDocument};
 use model_lab::compare::phases::boundaries;
 use model_lab::compare::{Comparison, RunComparison};
 use model_lab::data::{Channel, RunData};
@@ -117,7 +117,7 @@ pub fn simulated(subject: &Subject, request: &Request) -> Result<Value, Refusal>
             })
         })
         .collect();
-    Ok(json!({ "version": subject.version, "comparison": comparison_value(input, &comparison), "runs": runs }))
+    Ok(json!({ "version": subject.version, "comparison": ComparisonDocument::new(input, &comparison), "runs": runs }))
 }
 
 /// Where the phases of each stroke end.
@@ -147,7 +147,7 @@ pub fn missing(subject: &Subject, model: &Model) -> Result<Value, Refusal> {
     let input = &subject.input;
     let valve = model.valve(&input.file)?;
     let force = ResidualForce::new(&input.data, &valve, input.file.tolerances());
-    Ok(json!({ "version": subject.version, "force": force.as_ref().map(force_value) }))
+    Ok(json!({ "version": subject.version, "force": force.as_ref().map(ForceDocument::from) }))
 }
 
 /// A command of a planned run.

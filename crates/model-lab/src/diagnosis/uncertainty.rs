@@ -11,7 +11,7 @@ use identify::{Fit, FitOptions, fit};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 use valve_model::EffectKind;
-use valve_model::effects::{ActsOn, Search};
+use valve_model::effects::{ActsOn, EffectParameter, Search};
 
 use super::answer::{FittedParameter, MovedParameter};
 use crate::identification::ValveProblem;
@@ -159,16 +159,14 @@ fn profiled(problem: &ValveProblem<'_>, best: &Fit, certainty: &Certainty, index
 }
 
 /// What numbers of a datasheet that have no tolerance (moving mass, stroke, ratios of volumes) may be off by together, one
-/// standard deviation: forces and flows found with them are as far off, however well they fit.
+/// standard deviation: forces, flows and heat found with them, and factors of such, are as far off, however well they fit.
 const UNDOUBTED: f64 = 0.02;
 
-/// How far the size of a force or a flow is off because the valve is a little other than its datasheet says.
-fn by_datasheet(kind: EffectKind, value: f64) -> f64 {
-    let info = kind.info();
-    match info.acts_on {
-        ActsOn::Mechanics(_) | ActsOn::Pneumatics(_) if info.neutral.is_finite() => {
-            UNDOUBTED * (value - info.neutral).abs()
-        }
+/// How far the size of a force, a flow or a conductance is off because the valve is a little other than its datasheet says.
+fn by_datasheet(kind: EffectKind, parameter: &EffectParameter, value: f64) -> f64 {
+    let is_size = matches!(parameter.search, Search::Size | Search::InverseSize);
+    match kind.info().acts_on {
+        ActsOn::Mechanics(_) | ActsOn::Pneumatics(_) if is_size => UNDOUBTED * value.abs(),
         _ => 0.0,
     }
 }
@@ -194,10 +192,8 @@ pub fn effect_parameters(
         for (index, parameter) in kind.parameters().iter().enumerate() {
             let of = |u: &[f64]| problem.space.effect_values(*kind, u).map_or(values[index], |values| values[index]);
             let [covariance, jackknife] = certainty.sigmas(problem, &fit.u, of);
-            let (wider, floor) = match parameter.search {
-                Search::Size => (wider, by_datasheet(*kind, values[index])),
-                _ => (1.0, 0.0),
-            };
+            let wider = if matches!(parameter.search, Search::Size) { wider } else { 1.0 };
+            let floor = by_datasheet(*kind, parameter, values[index]);
             all.push(FittedParameter {
                 effect: *kind,
                 name: parameter.name,

@@ -90,7 +90,7 @@ pub fn commanded(
         start: Start::Rest,
     };
     let time_s: Vec<f64> =
-        (0..).map(|row| f64::from(row) * ROW_S).take_while(|time| *time < end_s - 0.5 * ROW_S).collect();
+        (0..100_000).map(|row| f64::from(row) * ROW_S).take_while(|time| *time < end_s - 0.5 * ROW_S).collect();
     let seen_s: Vec<f64> = time_s.iter().map(|time| time - off.clock_s).collect();
     let mut record = Record::default();
     simulate(&[Prepared::new(valve, &run, 1e-3)], false, |_, nodes, _| {
