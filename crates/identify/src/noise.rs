@@ -8,7 +8,7 @@
 
 use nalgebra::DMatrix;
 
-use crate::problem::{Record, Series};
+use crate::problem::{Record, Row, Series};
 
 /// Columns that pass the filter side by side: each is a chain of dependent operations, and a machine has room for about
 /// this many of them at once.
@@ -159,50 +159,80 @@ fn filter<const N: usize, const SMOOTH: bool>(gains: &[Gain], mut columns: [&mut
 fn gains(series: &Series, noise: &Noise, log_determinant: &mut f64) -> Vec<Gain> {
     let group = noise.groups[series.group];
     let has_memory = series.is_process && group.discrepancy > 0.0 && group.time_s > 0.0;
-    let mut gains = Vec::with_capacity(series.rows.len());
-    // Stationary covariance of the state: unit variance, and that of the scaled derivative.
-    let stationary = match noise.smoothness {
-        Smoothness::Rough => [1.0, 0.0, 0.0],
-        Smoothness::Smooth => [1.0, 0.0, 1.0],
-    };
-    let mut covariance = stationary;
-    let mut before = None;
-    // Rows mostly lie equally far apart.
-    let mut usual = (0.0, [1.0, 0.0, 0.0, 1.0]);
-    let mut product = LogProduct::default();
-    for row in &series.rows {
-        let white = (group.multiplier * row.sigma).powi(2);
-        let sees = if series.is_process { group.discrepancy * row.activity } else { 0.0 };
-        if !has_memory {
-            let deviation = (white + sees * sees).sqrt();
-            product.take(white + sees * sees);
-            gains.push(Gain {
-                transition: [0.0; 4],
-                sees: 0.0,
-                to_state: [0.0; 2],
-                inverse_deviation: 1.0 / deviation,
-            });
-            continue;
-        }
-        let transition = match before {
-            None => [1.0, 0.0, 0.0, 1.0],
-            Some(before) => {
-                let time_s = row.time_s - before;
-                if time_s != usual.0 {
-                    usual = (time_s, transition(noise.smoothness, time_s / group.time_s));
-                }
-                usual.1
-            }
-        };
-        before = Some(row.time_s);
-        covariance = propagated(transition, covariance, stationary);
-        let [p00, p01, p11] = covariance;
-        let variance = sees * sees * p00 + white;
-        let gain = [p00 * sees / variance, p01 * sees / variance];
-        covariance = [p00 - gain[0] * sees * p00, p01 - gain[0] * sees * p01, p11 - gain[1] * sees * p01];
-        product.take(variance);
-        gains.push(Gain { transition, sees, to_state: gain, inverse_deviation: 1.0 / variance.sqrt() });
+    match noise.smoothness {
+        _ if !has_memory => independent(series, &group, log_determinant),
+        Smoothness::Rough => rough(series, &group, log_determinant),
+        Smoothness::Smooth => smooth(series, &group, log_determinant),
     }
+}
+
+/// The gains of rows with independent errors.
+fn independent(series: &Series, group: &GroupNoise, log_determinant: &mut f64) -> Vec<Gain> {
+    let mut product = LogProduct::default();
+    let gain = |row: &Row| {
+        let sees = if series.is_process { group.discrepancy * row.activity } else { 0.0 };
+        let variance = (group.multiplier * row.sigma).powi(2) + sees * sees;
+        product.take(variance);
+        Gain { transition: [0.0; 4], sees: 0.0, to_state: [0.0; 2], inverse_deviation: 1.0 / variance.sqrt() }
+    };
+    let gains = series.rows.iter().map(gain).collect();
+    *log_determinant += product.logarithm();
+    gains
+}
+
+/// The gains under a process with corners, whose state is one number.
+fn rough(series: &Series, group: &GroupNoise, log_determinant: &mut f64) -> Vec<Gain> {
+    let mut product = LogProduct::default();
+    let (mut covariance, mut before) = (1.0, None);
+    // Rows mostly lie equally far apart.
+    let mut usual = (0.0, 1.0);
+    let gain = |row: &Row| {
+        let time_s = before.map_or(0.0, |before| row.time_s - before);
+        if time_s != usual.0 {
+            usual = (time_s, (-time_s / group.time_s).exp());
+        }
+        before = Some(row.time_s);
+        let kept = usual.1;
+        covariance = kept * kept * (covariance - 1.0) + 1.0;
+        let sees = group.discrepancy * row.activity;
+        let white = (group.multiplier * row.sigma).powi(2);
+        let variance = sees * sees * covariance + white;
+        product.take(variance);
+        let precision = 1.0 / variance;
+        let to_state = covariance * sees * precision;
+        covariance *= white * precision;
+        Gain { transition: [kept, 0.0, 0.0, 0.0], sees, to_state: [to_state, 0.0], inverse_deviation: precision.sqrt() }
+    };
+    let gains = series.rows.iter().map(gain).collect();
+    *log_determinant += product.logarithm();
+    gains
+}
+
+/// The gains under a process that is once differentiable: it and its scaled derivative.
+fn smooth(series: &Series, group: &GroupNoise, log_determinant: &mut f64) -> Vec<Gain> {
+    // Stationary covariance of the state: unit variance, and that of the scaled derivative.
+    const STATIONARY: [f64; 3] = [1.0, 0.0, 1.0];
+    let mut product = LogProduct::default();
+    let (mut covariance, mut before) = (STATIONARY, None);
+    let mut usual = (0.0, [1.0, 0.0, 0.0, 1.0]);
+    let gain = |row: &Row| {
+        let time_s = before.map_or(0.0, |before| row.time_s - before);
+        if time_s != usual.0 {
+            usual = (time_s, smooth_transition(time_s / group.time_s));
+        }
+        before = Some(row.time_s);
+        let transition = usual.1;
+        covariance = propagated(transition, covariance, STATIONARY);
+        let [p00, p01, p11] = covariance;
+        let sees = group.discrepancy * row.activity;
+        let variance = sees * sees * p00 + (group.multiplier * row.sigma).powi(2);
+        product.take(variance);
+        let precision = 1.0 / variance;
+        let gain = [p00 * sees * precision, p01 * sees * precision];
+        covariance = [p00 - gain[0] * sees * p00, p01 - gain[0] * sees * p01, p11 - gain[1] * sees * p01];
+        Gain { transition, sees, to_state: gain, inverse_deviation: precision.sqrt() }
+    };
+    let gains = series.rows.iter().map(gain).collect();
     *log_determinant += product.logarithm();
     gains
 }
@@ -236,17 +266,12 @@ impl LogProduct {
     }
 }
 
-/// The state's transition over a time in units of the correlation time.
-fn transition(smoothness: Smoothness, time: f64) -> [f64; 4] {
-    match smoothness {
-        Smoothness::Rough => [(-time).exp(), 0.0, 0.0, 0.0],
-        Smoothness::Smooth => {
-            // With the derivative scaled to unit variance.
-            let t = 3.0_f64.sqrt() * time;
-            let decay = (-t).exp();
-            [decay * (1.0 + t), decay * t, -decay * t, decay * (1.0 - t)]
-        }
-    }
+/// How the state of the smooth process goes on over so many correlation times.
+fn smooth_transition(time: f64) -> [f64; 4] {
+    // With the derivative scaled to unit variance.
+    let t = 3.0_f64.sqrt() * time;
+    let decay = (-t).exp();
+    [decay * (1.0 + t), decay * t, -decay * t, decay * (1.0 - t)]
 }
 
 /// The covariance after a transition of a stationary process: A (P - S) A' + S.
@@ -264,7 +289,6 @@ mod tests {
     use nalgebra::DVector;
 
     use super::*;
-    use crate::problem::Row;
 
     fn series() -> Series {
         let row = |i: i32| {
