@@ -340,3 +340,107 @@ fn a_base_that_is_stuck_makes_no_effect_of_what_only_begins_elsewhere() {
     let base = found.model(&[]).expect("fitted");
     assert!((base.fit.u[0] - RIGHT_VALLEY).abs() < 1e-3, "{:?}", base.fit.u);
 }
+
+/// Two candidates that do much the same, the right one of which begins in the wrong one of two valleys.
+struct Rivals {
+    records: Vec<Record>,
+    coordinates: [Vec<Coordinate>; 3],
+}
+
+/// A member of it: its candidates.
+struct Rival<'a>(&'a Rivals, Vec<usize>);
+
+/// What a candidate adds to a row.
+fn added(candidate: usize, row: f64) -> f64 {
+    if candidate == 0 { regressor(3, row) + 0.3 * regressor(5, row) } else { regressor(3, row) }
+}
+
+impl Problem for Rival<'_> {
+    fn coordinates(&self) -> &[Coordinate] {
+        &self.0.coordinates[self.1.len()]
+    }
+
+    fn records(&self) -> &[Record] {
+        &self.0.records
+    }
+
+    fn predict(&self, points: &[Vec<f64>], requests: &[Request]) -> Vec<Option<Vec<f64>>> {
+        let of = |request: &Request| {
+            let u = &points[request.point];
+            let row = |row: usize| {
+                let added = self.1.iter().zip(&u[1..]).map(|(one, size)| size * added(*one, row as f64));
+                (u[0] * row as f64).sin() + added.sum::<f64>()
+            };
+            Some((0..self.0.records[request.record].row_count()).map(row).collect())
+        };
+        requests.iter().map(of).collect()
+    }
+}
+
+impl<'a> Family for &'a Rivals {
+    type Member = Rival<'a>;
+
+    fn candidates(&self) -> usize {
+        2
+    }
+
+    fn member(&self, set: &[usize], _: Level) -> Option<Rival<'a>> {
+        Some(Rival(self, set.to_vec()))
+    }
+
+    fn carried(&self, _: &Rival<'a>, u: &[f64], _: &Rival<'a>) -> Vec<f64> {
+        u.to_vec()
+    }
+
+    fn cold(&self, member: &Rival<'a>) -> Vec<Vec<f64>> {
+        let valley = if member.1.contains(&0) { RIGHT_VALLEY } else { WRONG_VALLEY };
+        vec![std::iter::once(valley).chain(member.1.iter().map(|_| 0.1)).collect()]
+    }
+
+    fn warm(&self, member: &Rival<'a>, from: &Rival<'a>, u: &[f64]) -> Vec<Vec<f64>> {
+        let had = |one: &usize| from.1.iter().position(|other| other == one);
+        let size = |one: &usize| had(one).map_or(0.1, |place| u[1 + place]);
+        vec![std::iter::once(u[0]).chain(member.1.iter().map(size)).collect()]
+    }
+
+    fn shared(&self, from: &Rival<'a>, to: &Rival<'a>) -> Vec<Option<usize>> {
+        let had = |one: &usize| from.1.iter().position(|other| other == one).map(|place| 1 + place);
+        std::iter::once(Some(0)).chain(to.1.iter().map(had)).collect()
+    }
+
+    fn options(&self) -> FitOptions {
+        FitOptions::new(vec![GroupPrior {
+            discrepancy: (1e-4, 3.0),
+            time_s: (1.0, 20.0),
+            multiplier: (0.3, 20.0),
+            ..stated()
+        }])
+    }
+
+    fn tell(&self, _: News<'_>) {}
+
+    fn stop(&self) -> &Stop {
+        Stop::never()
+    }
+}
+
+#[test]
+fn a_rival_that_ended_in_another_valley_is_fitted_from_the_best_one_s_optimum() {
+    let observed = |seed: u64| -> Vec<f64> {
+        let row = |(row, noise): (usize, f64)| (RIGHT_VALLEY * row as f64).sin() + added(1, row as f64) + noise;
+        noise(60, 0.02, seed).into_iter().enumerate().map(row).collect()
+    };
+    let size = || shared("size", 0.0, 1.0, 20.0);
+    let frequency = || shared("frequency", 0.5, 0.3, 1.5);
+    let family = Rivals {
+        records: (0..4).map(|one| record(&observed(700 + one as u64), 0.02, true, one)).collect(),
+        coordinates: [vec![frequency()], vec![frequency(), size()], vec![frequency(), size(), size()]],
+    };
+    let alone = fit(&Rival(&family, vec![1]), &[WRONG_VALLEY, 0.1], &(&family).options()).expect("a possible start");
+    assert!((alone.u[0] - RIGHT_VALLEY).abs() > 0.05, "it ends beside it: {:?}", alone.u);
+    let single = SelectOptions { most: 1, ..SelectOptions::default() };
+    assert_eq!(select(&&family, &single).expect("fitted").accepted(), [1]);
+    // Without the second look the other one stays.
+    let once = SelectOptions { rivals: 0, ..single };
+    assert_eq!(select(&&family, &once).expect("fitted").accepted(), [0]);
+}

@@ -167,7 +167,7 @@ impl<'a> ValveProblem<'a> {
             let inertia_pa = parameters.moving_mass_kg * acceleration_m_per_s2 / parameters.piston_area_m2;
             let gain = 1.0 + self.nuisance(u, Nuisance::Gain);
             let velocity_m_per_s = velocity_m_per_s / gain + self.nuisance(u, Nuisance::StartSpeed(index));
-            let written_m = self.really(u, index, position_m + self.nuisance(u, Nuisance::StartPosition(index)));
+            let written_m = self.begins_at(u, index, position_m + self.nuisance(u, Nuisance::StartPosition(index)));
             // A slow sensor shows where the piston was.
             let shown_m = (written_m - instruments.zero_m) / instruments.gain;
             run.start = Start::Moving {
@@ -236,7 +236,7 @@ impl<'a> ValveProblem<'a> {
 
     /// Where the sensor says that the piston is at the start of a record when it shows a position there: the other way round
     /// of what [`Self::rows`] writes down.
-    fn really(&self, u: &[f64], index: usize, shown_m: f64) -> f64 {
+    fn begins_at(&self, u: &[f64], index: usize, shown_m: f64) -> f64 {
         let (zero, drift_m_per_s) = self.zero(u, index);
         let drift = drift_m_per_s * self.setup.units[index].origin_s;
         let bent_m = (shown_m - zero - drift) / (1.0 + self.nuisance(u, Nuisance::Gain));
@@ -256,7 +256,7 @@ impl<'a> ValveProblem<'a> {
             Nuisance::Drift(_) => unit.origin_s / unit.run.end_s.max(1e-9),
             Nuisance::Gain => (shown_m - self.zero(u, index).0) / (1.0 + self.nuisance(u, Nuisance::Gain)),
             Nuisance::Linearity(waves) => {
-                (1.0 + self.nuisance(u, Nuisance::Gain)) * self.bend(waves, self.really(u, index, shown_m))
+                (1.0 + self.nuisance(u, Nuisance::Gain)) * self.bend(waves, self.begins_at(u, index, shown_m))
             }
             _ => 0.0,
         }
