@@ -51,7 +51,7 @@ impl LogInput {
         }
     }
 
-    /// Tells how the file was taken, and which of its columns are not used.
+    /// Tells how the file was taken.
     pub fn announce(&self) {
         if let Self::Columns(log) = self {
             for (line, notice) in log.notices() {

@@ -28,7 +28,7 @@ mod timestamp;
 
 pub use error::{RecordError, RecordProblem};
 pub use heading::Heading;
-pub use naming::{any_unit_at_end, did_you_mean, named, unit_at_end, without_unit};
+pub use naming::{any_unit_at_end, did_you_mean, named, unit_at_end, without_unit, written_out};
 pub use notice::{Notice, NoticeKind};
 pub use open::{open, recognised};
 pub use source::ColumnSource;

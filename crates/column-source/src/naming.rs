@@ -29,6 +29,26 @@ pub fn without_unit(bare: &str) -> &str {
     }
 }
 
+/// A name in small letters, umlauts and accents written out.
+#[must_use]
+pub fn written_out(name: &str) -> String {
+    let mut plain = String::with_capacity(name.len());
+    for character in name.to_lowercase().chars() {
+        match character {
+            'ä' => plain.push_str("ae"),
+            'ö' => plain.push_str("oe"),
+            'ü' => plain.push_str("ue"),
+            'ß' => plain.push_str("ss"),
+            'é' | 'è' | 'ê' => plain.push('e'),
+            'à' | 'â' => plain.push('a'),
+            'ô' => plain.push('o'),
+            'ç' => plain.push('c'),
+            other => plain.push(other),
+        }
+    }
+    plain
+}
+
 /// The columns of this name among names with and without their units: as it is written, else without the unit in
 /// brackets, else in any case, else without the unit behind an underscore. Where recordings of one campaign differ in
 /// a column's unit, the name without it is that of all.

@@ -243,6 +243,16 @@ fn an_effect_outside_the_family_is_not_replaced_by_one_of_it() {
     assert!(base.fit.noise.groups[0].discrepancy > 0.05, "{:?}", base.fit.noise);
 }
 
+/// Errors of fits that may end far from what is observed.
+fn far_off() -> FitOptions {
+    FitOptions::new(vec![GroupPrior {
+        discrepancy: (1e-4, 3.0),
+        time_s: (1.0, 20.0),
+        multiplier: (0.3, 20.0),
+        ..stated()
+    }])
+}
+
 /// A base whose fits that know nothing end in the wrong one of two valleys, and a candidate that does nothing but begin in
 /// the right one.
 struct Valleys {
@@ -303,12 +313,7 @@ impl<'a> Family for &'a Valleys {
     }
 
     fn options(&self) -> FitOptions {
-        FitOptions::new(vec![GroupPrior {
-            discrepancy: (1e-4, 3.0),
-            time_s: (1.0, 20.0),
-            multiplier: (0.3, 20.0),
-            ..stated()
-        }])
+        far_off()
     }
 
     fn tell(&self, _: News<'_>) {}
@@ -409,12 +414,7 @@ impl<'a> Family for &'a Rivals {
     }
 
     fn options(&self) -> FitOptions {
-        FitOptions::new(vec![GroupPrior {
-            discrepancy: (1e-4, 3.0),
-            time_s: (1.0, 20.0),
-            multiplier: (0.3, 20.0),
-            ..stated()
-        }])
+        far_off()
     }
 
     fn tell(&self, _: News<'_>) {}

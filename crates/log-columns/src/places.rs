@@ -1,6 +1,6 @@
 //! Which column tells what.
 
-use column_source::{ColumnSource, Heading, did_you_mean, named, unit_at_end, without_unit};
+use column_source::{ColumnSource, Heading, did_you_mean, named, unit_at_end, without_unit, written_out};
 use quantity::{Reference, Unit};
 
 use crate::channel::{Channel, NamedColumn};
@@ -112,20 +112,9 @@ fn index(headings: &[Heading], channel: Channel, wanted: &[NamedColumn]) -> Resu
 
 /// A heading as the words of a channel are written.
 fn plain(heading: &Heading) -> String {
-    let mut plain = String::new();
-    for character in without_unit(heading.bare()).trim().chars().flat_map(char::to_lowercase) {
-        match character {
-            'ä' => plain.push_str("ae"),
-            'ö' => plain.push_str("oe"),
-            'ü' => plain.push_str("ue"),
-            'ß' => plain.push_str("ss"),
-            'é' | 'è' | 'ê' => plain.push('e'),
-            ' ' | '-' | '.' | '\'' | '\u{2019}' if !plain.ends_with('_') => plain.push('_'),
-            ' ' | '-' | '.' | '\'' | '\u{2019}' => {}
-            other => plain.push(other),
-        }
-    }
-    plain.trim_end_matches('_').to_owned()
+    let plain = written_out(without_unit(heading.bare()));
+    let parts = plain.split([' ', '-', '.', '_', '\'', '\u{2019}']).filter(|part| !part.is_empty());
+    parts.collect::<Vec<_>>().join("_")
 }
 
 /// A column with its unit: as the user has said, as it stands in the file, else refused.

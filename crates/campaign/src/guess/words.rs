@@ -143,22 +143,9 @@ const SWITCHES: [&str; 9] = ["endlage", "endschalter", "limit", "switch", "fin",
 
 /// The parts of a name in small letters, umlauts and accents written out.
 pub(crate) fn parts(name: &str) -> Vec<String> {
-    let mut plain = String::new();
-    for character in name.to_lowercase().chars() {
-        match character {
-            'ä' => plain.push_str("ae"),
-            'ö' => plain.push_str("oe"),
-            'ü' => plain.push_str("ue"),
-            'ß' => plain.push_str("ss"),
-            'é' | 'è' | 'ê' => plain.push('e'),
-            'à' | 'â' => plain.push('a'),
-            'ô' => plain.push('o'),
-            'ç' => plain.push('c'),
-            _ if character.is_alphanumeric() => plain.push(character),
-            _ => plain.push(' '),
-        }
-    }
-    plain.split(' ').filter(|part| !part.is_empty()).map(str::to_owned).collect()
+    let plain = column_source::written_out(name);
+    let parts = plain.split(|character: char| !character.is_alphanumeric());
+    parts.filter(|part| !part.is_empty()).map(str::to_owned).collect()
 }
 
 /// How well a name fits a channel: 2 for a word that names it, 1 for one that fits, 0 for none.
