@@ -26,6 +26,18 @@ const PRIOR_CYCLES: f64 = 400.0;
 const WORN: f64 = 0.1;
 /// Probability from which on a valve counts as wearing.
 const WEARS_FROM: f64 = 0.99;
+/// Readings from which on a valve's offset and noise are its own and not the prior's.
+const ENOUGH_READINGS: u64 = 10;
+/// Cycles after the first row from which on wear began under watch: earlier, it may have been there before.
+const LATE_FROM: f64 = 3.0;
+/// Probability of a curved growth from which on the wear is taken to have begun with the log.
+const CURVED_FROM: f64 = 0.5;
+/// Smallest growth a cycle that a beginning is told from: slower wear began with the log.
+const SMALLEST_GROWTH: f64 = 1e-9;
+/// Standard deviations from the 5 % to the 95 % quantile of a Gaussian.
+const SIGMAS_OF_90: f64 = 3.29;
+/// Smallest standard deviation of the logarithm of a life.
+const LEAST_LN_SD: f64 = 1e-3;
 /// Rounds in which the spread of the population and the errors of its members
 /// are told apart.
 const ROUNDS: usize = 50;
@@ -123,7 +135,7 @@ impl Learner {
         let worn: Vec<&Seen> = self.valves.values().filter(|seen| seen.wears()).collect();
         let lives: Vec<(f64, f64)> = worn.iter().filter_map(|seen| seen.ln_life()).collect();
         let (ln_median, life_ln_sd) = population(&lives, (config.life_median_cycles.ln(), config.life_ln_sd));
-        let told = || self.valves.values().filter(|seen| seen.estimate.readings >= 10);
+        let told = || self.valves.values().filter(|seen| seen.estimate.readings >= ENOUGH_READINGS);
         let offsets: Vec<(f64, f64)> = told().flat_map(|seen| seen.estimate.unit).collect();
         let squares: f64 = offsets.iter().map(|(off, sd)| (off * off - sd * sd).max(0.0)).sum();
         let (offset_count, prior_count) = (offsets.len() as f64, 2.0 * PRIOR_VALVES);
@@ -137,7 +149,7 @@ impl Learner {
         };
         let healthy: f64 =
             self.valves.values().filter(|seen| !seen.wears()).map(|seen| (seen.last - seen.first) as f64).sum();
-        let late = worn.iter().filter(|seen| seen.began() > seen.first as f64 + 3.0).count() as f64;
+        let late = worn.iter().filter(|seen| seen.began() > seen.first as f64 + LATE_FROM).count() as f64;
         let before: f64 = worn.iter().map(|seen| (seen.began() - seen.first as f64).max(0.0)).sum();
         Learned {
             version: PRIOR_VERSION,
@@ -162,15 +174,19 @@ impl Seen {
 
     /// The cycle at which the wear began, at its present pace.
     fn began(&self) -> f64 {
-        let since = self.estimate.severity / self.estimate.growth.max(1e-9);
-        if self.estimate.curved > 0.5 { self.first as f64 } else { (self.last as f64 - since).max(self.first as f64) }
+        let since = self.estimate.severity / self.estimate.growth.max(SMALLEST_GROWTH);
+        if self.estimate.curved > CURVED_FROM {
+            self.first as f64
+        } else {
+            (self.last as f64 - since).max(self.first as f64)
+        }
     }
 
     /// Logarithm of the life from health to the limit, with its error.
     fn ln_life(&self) -> Option<(f64, f64)> {
         let end = self.estimate.end?;
         let life = |cycle: f64| (cycle - self.began()).max(1.0).ln();
-        Some((life(end.cycle), ((life(end.quantiles.p95) - life(end.quantiles.p05)) / 3.29).max(1e-3)))
+        Some((life(end.cycle), ((life(end.quantiles.p95) - life(end.quantiles.p05)) / SIGMAS_OF_90).max(LEAST_LN_SD)))
     }
 }
 

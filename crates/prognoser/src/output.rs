@@ -10,8 +10,8 @@ use crate::reading::Reading;
 use crate::record::{Prognosis, Status};
 
 /// Probability of being a proper reading below which a timing is called a
-/// glitch.
-const GLITCH_BELOW: f64 = 0.05;
+/// outlier.
+const OUTLIER_BELOW: f64 = 0.05;
 /// Probability from which on wear can be told from none.
 const SEEN: f64 = 0.8;
 /// Probability up to which two leaks are not spoken of where one is named.
@@ -20,7 +20,7 @@ const HARDLY_BOTH: f64 = 0.1;
 const LARGEST_GROUP: usize = 3;
 /// Standard deviations by which a time may lie outside the tables as noise.
 const OUTSIDE_FROM: f64 = 5.0;
-/// Share of the growth's stories from which on one is worth a word.
+/// Share of the hypotheses of growth from which on one is worth a word.
 const MOSTLY: f64 = 0.5;
 /// Share from which on it is said in so many words, once.
 const SURELY: f64 = 0.95;
@@ -28,11 +28,13 @@ const SURELY: f64 = 0.95;
 const SMALLEST_OFFSET: f64 = 0.01;
 /// Standard deviations from which on it is believed.
 const OFFSET_SIGMAS: f64 = 4.0;
+/// Readings before it is: fewer do not tell an offset from early wear.
+const OFFSET_READINGS: u64 = 10;
 /// By how much a reading must count less for it to be said that noise goes on.
 const CORRELATED_FROM: f64 = 2.0;
 
 /// Notes strokes that did not finish or took too long; whether one of them
-/// would mean end of life if it is no glitch.
+/// would mean end of life if it is no outlier.
 pub(crate) fn limits(tables: &TableBundle, reading: &Reading, notices: &mut Vec<Notice>) -> [bool; 2] {
     Stroke::ALL.map(|stroke| {
         let limit_s = tables.manifest().limits.within_s(stroke);
@@ -71,7 +73,7 @@ pub(crate) fn remark(tables: &TableBundle, reading: &Reading, estimate: &BayesEs
                 notices.push(Notice::OutsideTables { stroke, found_s: time, shortest_s, longest_s });
             }
         }
-        if estimate.inlier[i] < GLITCH_BELOW
+        if estimate.inlier[i] < OUTLIER_BELOW
             && let Some(residual_s) = estimate.residual_s[i]
         {
             notices.push(Notice::Glitch { stroke, residual_s });
@@ -101,7 +103,7 @@ pub(crate) fn findings(
         found.push(Notice::Unexplained);
     }
     for (stroke, (share, sd)) in Stroke::ALL.into_iter().zip(estimate.unit) {
-        if estimate.readings >= 10 && off(share, sd) && one.fault != FaultCall::Other {
+        if estimate.readings >= OFFSET_READINGS && off(share, sd) && one.fault != FaultCall::Other {
             found.push(Notice::Offset { stroke, share });
         }
     }
@@ -259,7 +261,7 @@ fn caveat(tables: &TableBundle, reading: &Reading, estimate: &BayesEstimate, one
         ];
         parts.extend(words.into_iter().filter(|(share, _)| *share > MOSTLY).map(|(_, words)| words.to_owned()));
     }
-    if estimate.readings >= 10 && one.fault != FaultCall::Other {
+    if estimate.readings >= OFFSET_READINGS && one.fault != FaultCall::Other {
         for (stroke, (share, sd)) in Stroke::ALL.into_iter().zip(estimate.unit) {
             if off(share, sd) {
                 parts.push(format!("{stroke} time {:+.1} % off the tables", 100.0 * share));

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use leak_table::{Stroke, TableBundle};
 use serde::{Deserialize, Serialize};
 
-use crate::bayes::{BayesConfig, BayesEstimate, BayesEstimator, Change, Noise, ValveRecord};
+use crate::bayes::{BayesConfig, BayesEstimate, BayesEstimator, Change, Noise, PROPER_FROM, ValveRecord};
 use crate::calendar::Calendar;
 use crate::kept::KeptPrognosis;
 use crate::log::LogRow;
@@ -22,7 +22,7 @@ use crate::status::Ladder;
 const RESTART_AFTER: usize = 3;
 
 /// Cycles in a row with a stroke beyond its limit that end a valve's life,
-/// whatever the reason; a single one may be a glitch.
+/// whatever the reason; a single one may be an outlier.
 const OVER_FROM: u32 = 2;
 
 /// Weight of the newest residual in the running mean of their squares.
@@ -331,7 +331,7 @@ impl Rows {
     fn noise_larger(&mut self, config: &BayesConfig, estimate: &BayesEstimate) -> Option<Notice> {
         let Noise::Known { sd_s } = config.noise else { return None };
         for (residual, inlier) in estimate.residual_s.iter().zip(estimate.inlier) {
-            if let Some(residual) = residual.filter(|_| inlier > 0.5) {
+            if let Some(residual) = residual.filter(|_| inlier > PROPER_FROM) {
                 let (count, square) = &mut self.residuals;
                 *count += 1.0;
                 *square += NEWEST.max(1.0 / *count) * ((residual / sd_s).powi(2) - *square);

@@ -203,7 +203,7 @@ fn a_first_reading_does_not_tell_varying_growth_from_steady() {
     estimator.update(&tables, &reading(&tables, Fault::Atmosphere, 0, 0.0));
     let record = serde_json::to_value(estimator.record()).expect("plain numbers");
     let share = |mode: &str| -> f64 {
-        let parts = record["parts"].as_array().expect("stories").iter();
+        let parts = record["parts"].as_array().expect("hypotheses").iter();
         let own = parts.filter(|part| part["cause"]["Wear"] == 0 && part["law"] == "Linear" && part["mode"] == mode);
         own.map(|part| part["ln_weight"].as_f64().expect("a number").exp()).sum()
     };

@@ -1,17 +1,17 @@
-//! All stories of a valve, weighed cycle by cycle.
+//! All hypotheses of a valve, weighed cycle by cycle.
 
-use super::assimilate::{Met, Sight, assimilate};
+use super::assimilate::{Observation, Update, assimilate};
 use super::config::BayesConfig;
+use super::hypothesis::{Cause, Hypothesis, Mode, SIZE};
 use super::law::Law;
 use super::motion::{advance, late, turn};
-use super::part::{Cause, Mode, Part, SIZE};
 use super::plant::Plant;
 use super::rate_prior::RatePrior;
 use super::special::{normal_tail, quick_ln};
 
-/// Most stories kept.
-pub(crate) const MOST_PARTS: usize = 44;
-/// Stories below this share of the likeliest, as a logarithm, are dropped.
+/// Most hypotheses kept.
+pub(crate) const MOST_HYPOTHESES: usize = 44;
+/// Hypotheses below this share of the likeliest, as a logarithm, are dropped.
 const LN_DROP: f64 = -12.0;
 /// The same of a free drift, which on a valve that was healthy for long is far less likely to begin.
 const LN_DROP_OTHER: f64 = -14.0;
@@ -22,97 +22,103 @@ const SETTLED: f64 = 30.0;
 /// Weight below which one of two ways to meet a reading is forgotten.
 const LN_MINOR: f64 = -9.0;
 
-/// What a cycle did to the stories.
+/// What a cycle did to the hypotheses.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Outcome {
-    /// How the likeliest story met the reading.
-    pub met: Met,
-    /// Whether the likeliest story stepped, and by how much.
+    /// How the likeliest hypothesis met the reading.
+    pub update: Update,
+    /// Whether the likeliest hypothesis stepped, and by how much.
     pub step: Option<f64>,
-    /// Whether the likeliest story is a valve that was made as good as new.
+    /// Whether the likeliest hypothesis is a valve that was made as good as new.
     pub renewed: bool,
 }
 
-/// Moves all stories on and lets them meet a reading.
+/// Moves all hypotheses on and lets them meet a reading.
 pub(crate) fn step(
-    parts: &mut Vec<Part>,
+    hypotheses: &mut Vec<Hypothesis>,
     plant: &Plant,
     config: &BayesConfig,
     rates: &RatePrior,
-    sight: &Sight,
+    observed: &Observation,
     cycles: f64,
     readings: f64,
 ) -> Outcome {
     if cycles > 0.0 {
-        turn(parts, plant, config, rates, readings, sight.shape);
+        turn(hypotheses, plant, config, rates, readings, observed.shape);
     }
     let prior = &config.growth_prior;
     let mut outcome = Outcome::default();
     let mut best = f64::NEG_INFINITY;
-    let mut renewed: Option<Part> = None;
-    for part in parts.iter_mut() {
+    let mut renewed: Option<Hypothesis> = None;
+    for hypothesis in hypotheses.iter_mut() {
         if cycles > 0.0 {
-            advance(part, plant, cycles, prior, sight.shape);
+            advance(hypothesis, plant, cycles, prior, observed.shape);
         }
-        let before = *part;
-        let after = part;
-        let part = &before;
-        let met = assimilate(after, part, plant, sight);
-        if matches!(part.cause, Cause::Wear(_)) && part.mode != Mode::Steady {
-            after.keep_positive(0, sight.shape);
+        let before = *hypothesis;
+        let after = hypothesis;
+        let hypothesis = &before;
+        let update = assimilate(after, hypothesis, plant, observed);
+        if matches!(hypothesis.cause, Cause::Wear(_)) && hypothesis.mode != Mode::Steady {
+            after.keep_positive(0, observed.shape);
         }
-        if part.cause == Cause::Both && part.mode == Mode::Late {
-            after.keep_positive(0, sight.shape);
-            after.keep_positive(1, sight.shape);
+        if hypothesis.cause == Cause::Both && hypothesis.mode == Mode::Late {
+            after.keep_positive(0, observed.shape);
+            after.keep_positive(1, observed.shape);
         }
         let mut jumped = None;
-        if met.surprise && cycles > 0.0 && matches!(part.cause, Cause::Wear(_)) {
-            let (stepped, by) = with_step(part, plant, config, sight);
+        if update.is_outlying && cycles > 0.0 && matches!(hypothesis.cause, Cause::Wear(_)) {
+            let (stepped, by) = with_step(hypothesis, plant, config, observed);
             let gain = stepped.ln_weight - after.ln_weight;
             if gain > LN_MINOR {
-                let merged = if gain > -LN_MINOR { stepped } else { Part::merged(&[*after, stepped], sight.shape) };
+                let merged =
+                    if gain > -LN_MINOR { stepped } else { Hypothesis::merged(&[*after, stepped], observed.shape) };
                 *after = merged;
                 jumped = (gain > 0.0).then_some(by);
             }
-            if renewed.is_none_or(|other| other.ln_weight < part.ln_weight) {
-                renewed = Some(*part);
+            if renewed.is_none_or(|other| other.ln_weight < hypothesis.ln_weight) {
+                renewed = Some(*hypothesis);
             }
         }
         if after.ln_weight > best {
             best = after.ln_weight;
-            outcome = Outcome { met, step: jumped, renewed: false };
+            outcome = Outcome { update, step: jumped, renewed: false };
         }
     }
-    if let Some(part) = renewed.filter(|_| parts.iter().all(|part| part.cause != Cause::None)) {
-        let mut after = as_good_as_new(&part, prior.repair);
+    if let Some(hypothesis) = renewed.filter(|_| hypotheses.iter().all(|hypothesis| hypothesis.cause != Cause::None)) {
+        let mut after = as_good_as_new(&hypothesis, prior.repair);
         let before = after;
-        let met = assimilate(&mut after, &before, plant, sight);
+        let update = assimilate(&mut after, &before, plant, observed);
         if after.ln_weight > best {
-            outcome = Outcome { met, step: None, renewed: true };
+            outcome = Outcome { update, step: None, renewed: true };
         }
-        parts.push(after);
+        hypotheses.push(after);
     }
-    prune(parts, sight.shape, readings);
+    prune(hypotheses, observed.shape, readings);
     outcome
 }
 
-/// The story with a step in this cycle, and the size of it.
-fn with_step(part: &Part, plant: &Plant, config: &BayesConfig, sight: &Sight) -> (Part, f64) {
+/// The hypothesis with a step in this cycle, and the size of it.
+fn with_step(
+    hypothesis: &Hypothesis,
+    plant: &Plant,
+    config: &BayesConfig,
+    observed: &Observation,
+) -> (Hypothesis, f64) {
     let prior = &config.growth_prior;
-    let mut after = *part;
-    after.cov[0][0] += prior.step_sd * prior.step_sd * sight.shape / part.scale;
+    let mut after = *hypothesis;
+    after.cov[0][0] += prior.step_sd * prior.step_sd * observed.shape / hypothesis.scale;
     after.ln_weight += prior.step.ln();
     let before = after;
-    assimilate(&mut after, &before, plant, sight);
+    assimilate(&mut after, &before, plant, observed);
     // There is no negative severity.
-    let sd = (after.cov[0][0] * after.scale / sight.shape).sqrt();
+    let sd = (after.cov[0][0] * after.scale / observed.shape).sqrt();
     after.ln_weight += quick_ln(normal_tail(-after.mean[0] / sd.max(1e-9)).max(1e-12));
-    (after, after.mean[0] - part.mean[0])
+    (after, after.mean[0] - hypothesis.mean[0])
 }
 
-/// The valve of a story, without its wear.
-fn as_good_as_new(part: &Part, probability: f64) -> Part {
-    let mut new = *part;
+/// The valve of a hypothesis, without its wear.
+fn as_good_as_new(hypothesis: &Hypothesis, probability: f64) -> Hypothesis {
+    let mut new = *hypothesis;
     new.cause = Cause::None;
     new.law = Law::Linear;
     new.mode = Mode::Steady;
@@ -129,42 +135,44 @@ fn as_good_as_new(part: &Part, probability: f64) -> Part {
 
 /// Once the healthy times are known, it does not matter what was thought of
 /// them before.
-fn join_healthy(parts: &mut Vec<Part>, shape: f64) {
-    let mut healthy = (0..parts.len()).filter(|i| parts[*i].cause == Cause::None);
+fn join_healthy(hypotheses: &mut Vec<Hypothesis>, shape: f64) {
+    let mut healthy = (0..hypotheses.len()).filter(|i| hypotheses[*i].cause == Cause::None);
     if let (Some(first), Some(second)) = (healthy.next(), healthy.next()) {
-        parts[first] = Part::merged(&[parts[first], parts[second]], shape);
-        parts.swap_remove(second);
+        hypotheses[first] = Hypothesis::merged(&[hypotheses[first], hypotheses[second]], shape);
+        hypotheses.swap_remove(second);
     }
 }
 
 /// Scales the weights so that the largest is 1 and drops what does not count.
-fn prune(parts: &mut Vec<Part>, shape: f64, readings: f64) {
-    let top = parts.iter().map(|part| part.ln_weight).fold(f64::NEG_INFINITY, f64::max);
-    for part in parts.iter_mut() {
-        part.ln_weight -= top;
+fn prune(hypotheses: &mut Vec<Hypothesis>, shape: f64, readings: f64) {
+    let top = hypotheses.iter().map(|hypothesis| hypothesis.ln_weight).fold(f64::NEG_INFINITY, f64::max);
+    for hypothesis in hypotheses.iter_mut() {
+        hypothesis.ln_weight -= top;
     }
-    parts.retain(|part| part.ln_weight > if part.cause == Cause::Other { LN_DROP_OTHER } else { LN_DROP });
+    hypotheses.retain(|hypothesis| {
+        hypothesis.ln_weight > if hypothesis.cause == Cause::Other { LN_DROP_OTHER } else { LN_DROP }
+    });
     if readings > SETTLED {
-        join_healthy(parts, shape);
+        join_healthy(hypotheses, shape);
         let mut index = 0;
-        while index < parts.len() {
-            let part = &parts[index];
-            let since_start = matches!(part.cause, Cause::Wear(_)) && part.mode == Mode::Steady;
-            if since_start && part.ln_weight < LN_SETTLED {
-                let part = parts.swap_remove(index);
-                let late = Part { mode: late(&part, shape), ..part };
-                if part.law == Law::Linear
-                    && let Some(other) = parts.iter_mut().find(|other| other.same_story(&late))
+        while index < hypotheses.len() {
+            let hypothesis = &hypotheses[index];
+            let since_start = matches!(hypothesis.cause, Cause::Wear(_)) && hypothesis.mode == Mode::Steady;
+            if since_start && hypothesis.ln_weight < LN_SETTLED {
+                let hypothesis = hypotheses.swap_remove(index);
+                let late = Hypothesis { mode: late(&hypothesis, shape), ..hypothesis };
+                if hypothesis.law == Law::Linear
+                    && let Some(other) = hypotheses.iter_mut().find(|other| other.same_kind(&late))
                 {
-                    *other = Part::merged(&[*other, late], shape);
+                    *other = Hypothesis::merged(&[*other, late], shape);
                 }
             } else {
                 index += 1;
             }
         }
     }
-    if parts.len() > MOST_PARTS {
-        parts.sort_by(|a, b| b.ln_weight.total_cmp(&a.ln_weight));
-        parts.truncate(MOST_PARTS);
+    if hypotheses.len() > MOST_HYPOTHESES {
+        hypotheses.sort_by(|a, b| b.ln_weight.total_cmp(&a.ln_weight));
+        hypotheses.truncate(MOST_HYPOTHESES);
     }
 }

@@ -1,7 +1,7 @@
 //! Priors and settings of the Bayesian estimate.
 
+use super::hypothesis::Mode;
 use super::law::Law;
-use super::part::Mode;
 
 /// What is known about the noise of the timings.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -113,7 +113,7 @@ pub struct BayesConfig {
     pub unit_exact: f64,
     /// Relative standard deviation of the healthy times of the others.
     pub unit_sd: f64,
-    /// Share of timings expected to be glitches that say nothing.
+    /// Share of timings expected to be outliers that say nothing.
     pub outlier_share: f64,
     /// The law of growth.
     pub growth: GrowthLaw,

@@ -1,4 +1,4 @@
-//! When the stories end.
+//! When the hypotheses end.
 
 use super::special::{normal_deviation, normal_share, quick_exp, quick_ln};
 
@@ -14,7 +14,16 @@ pub struct Quantiles {
 }
 
 /// Remaining lives are looked for up to so many cycles.
-const LONGEST: f64 = 1e5;
+pub(crate) const LONGEST: f64 = 1e5;
+/// Smallest growth a cycle that an end is told for: slower wear never ends a life.
+pub(crate) const SMALLEST_GROWTH: f64 = 1e-6;
+/// Share of a remaining life by which weighing by its inverse moves it at most: beyond, the first order no longer holds.
+const LARGEST_WEIGHING: f64 = 0.3;
+/// Gaussian deviations that a step towards a quantile goes at most, and what it goes beyond, so that it soon lies between two.
+const LARGEST_STEP: f64 = 4.0;
+const BEYOND: f64 = 0.3;
+/// Share of the cycles to which a quantile is found at the finest.
+const FINEST: f64 = 1e-5;
 /// Most points looked at for a quantile between two known ones.
 const MOST_STEPS: usize = 18;
 /// Error of a Gaussian deviation from which on a straight line does the rest.
@@ -55,7 +64,7 @@ impl Line {
 
     /// Its most likely end, and the standard deviation of it.
     fn end(&self) -> (f64, f64) {
-        let growth = self.growth.max(1e-6);
+        let growth = self.growth.max(SMALLEST_GROWTH);
         let t = ((1.0 - self.level) / growth).max(0.0);
         let variance = self.variance(t);
         ((self.rest + t).min(LONGEST), variance.max(0.0).sqrt() / growth)
@@ -117,7 +126,7 @@ impl Block {
     }
 }
 
-/// The end of several stories together.
+/// The end of several hypotheses together.
 pub(crate) struct Ending {
     lines: Vec<Line>,
     ends: Vec<(f64, f64)>,
@@ -151,7 +160,7 @@ impl Ending {
         let total: f64 = self.lines.iter().zip(&self.ends).map(weight).sum();
         let blocks = Block::all(self.lines.iter().zip(&self.ends).map(|(line, (t, sd))| {
             // Within a line the weighing moves the median by variance over life.
-            (line.weight / t.max(SOON) / total, (sd * sd / t.max(SOON)).min(0.3 * t), line)
+            (line.weight / t.max(SOON) / total, (sd * sd / t.max(SOON)).min(LARGEST_WEIGHING * t), line)
         }));
         let within = |t: f64| blocks.iter().map(|block| block.within(t)).sum();
         Curve::new(within, self.lines.iter().zip(&self.ends).map(weight), &self.ends).place_of(0.5)
@@ -159,7 +168,8 @@ impl Ending {
 
     /// How many cycles ago the level was 1, where that is over.
     pub(crate) fn ago(&self) -> f64 {
-        let ago = |line: &Line| line.weight * ((line.level - 1.0) / line.growth.max(1e-6)).clamp(0.0, LONGEST);
+        let ago =
+            |line: &Line| line.weight * ((line.level - 1.0) / line.growth.max(SMALLEST_GROWTH)).clamp(0.0, LONGEST);
         self.lines.iter().map(ago).sum()
     }
 }
@@ -233,7 +243,7 @@ impl<F: Fn(f64) -> f64> Curve<F> {
                 return Err(LONGEST);
             }
             // A little farther than it would be if the curve were straight.
-            let far = (deviation - end.deviation).abs().min(4.0) + 0.3;
+            let far = (deviation - end.deviation).abs().min(LARGEST_STEP) + BEYOND;
             let ln = quick_ln(end.cycles + 1.0) + sign * far * step;
             self.know(quick_exp(ln.min(20.0)) - 1.0);
             step *= 2.0;
@@ -249,7 +259,7 @@ impl<F: Fn(f64) -> f64> Curve<F> {
         // Regula falsi; the end that stays is taken for half as far (Illinois).
         let (mut side, mut off) = (0.0, (high.deviation - wanted).min(wanted - low.deviation));
         for _ in 0..MOST_STEPS {
-            if off < CLOSE || high.cycles - low.cycles < 1e-5 * high.cycles {
+            if off < CLOSE || high.cycles - low.cycles < FINEST * high.cycles {
                 break;
             }
             let point = self.know(between(low, high, wanted));

@@ -5,7 +5,7 @@ use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 
 use super::ending::Quantiles;
-use super::part::Cause;
+use super::hypothesis::Cause;
 use super::plant::{MOST_WEARS, Plant};
 use crate::fault_call::FaultCall;
 

@@ -2,15 +2,15 @@
 
 use leak_table::TableBundle;
 
-use super::assimilate::Sight;
+use super::assimilate::Observation;
 use super::bank::{self, Outcome};
 use super::config::{BayesConfig, Noise};
-use super::ending::{Ending, Line, Quantiles, waits};
+use super::ending::{Ending, LONGEST, Line, Quantiles, waits};
 use super::estimate::{BayesEstimate, Change, EndEstimate, FaultProbability, fault_call};
+use super::hypothesis::{Cause, Hypothesis, Mode, SEEN_FROM};
 use super::law::Law;
 use super::motion::drift_turn;
-use super::part::{Cause, Mode, Part, SEEN_FROM};
-use super::plant::{Plant, Weather};
+use super::plant::{CycleConditions, Plant};
 use super::rate_prior::{Corrected, NODES, Node, RatePrior};
 use super::special::quick_exp;
 use super::start;
@@ -24,17 +24,15 @@ const SMALLEST_NOISE_S: f64 = 1e-6;
 const KNOWN_SHAPE: f64 = 1e6;
 /// Shape up to which readings are remembered for the noise.
 const LARGEST_SHAPE: f64 = 300.0;
-/// Share below which a story does not count for the end of life.
+/// Share below which a hypothesis does not count for the end of life.
 const NEGLIGIBLE: f64 = 1e-3;
-/// Logarithm of the weight below which a story's growth is not looked at.
+/// Logarithm of the weight below which a hypothesis's growth is not looked at.
 const LN_IDLE: f64 = -9.0;
-/// Shares up to which a story is told roughly, and less finely.
+/// Shares up to which a hypothesis is told roughly, and less finely.
 const SMALL: f64 = 0.03;
 const LARGE: f64 = 0.3;
 /// Share of the risk that is always left.
 const LEAST_RISK: f64 = 0.25;
-/// Longest life told, cycles.
-const FOREVER: f64 = 1e5;
 
 /// The recursive estimate of one valve.
 #[derive(Clone, Debug)]
@@ -62,54 +60,55 @@ impl BayesEstimator {
     /// Takes in one cycle and gives the estimate after it. Cycles must rise;
     /// sorting out repeats is the caller's work.
     pub fn update(&mut self, tables: &TableBundle, reading: &Reading) -> BayesEstimate {
-        let weather = Weather { supply_pressure_pa: reading.supply_pressure_pa, temperature_k: reading.temperature_k };
-        let plant = Plant::new(tables, weather);
+        let stated =
+            CycleConditions { supply_pressure_pa: reading.supply_pressure_pa, temperature_k: reading.temperature_k };
+        let plant = Plant::new(tables, stated);
         let config = &self.config;
         let record = &mut self.record;
         let first = record.readings == 0;
         let shape = f64::from(record.shape);
-        let mut parts = if first {
+        let mut hypotheses = if first {
             let sd = match config.noise {
                 Noise::Known { sd_s } | Noise::Estimated { prior_sd_s: sd_s, .. } => sd_s.max(SMALLEST_NOISE_S),
             };
-            start::parts(&plant, config, shape, shape * sd * sd)
+            start::hypotheses(&plant, config, shape, shape * sd * sd)
         } else {
-            record.parts()
+            record.hypotheses()
         };
         let weight = 1.0 / f64::from(record.inflation);
-        let sight = Sight {
+        let observed = Observation {
             time_s: [reading.close_time_s, reading.open_time_s],
             stalled: reading.stalled,
-            glitches: config.outlier_share,
+            outlier_share: config.outlier_share,
             weight,
             shape,
             ln_idle: LN_IDLE,
         };
         let cycles = if first { 0.0 } else { reading.cycle.saturating_sub(record.cycle) as f64 };
         let rates = RatePrior::new(config);
-        let outcome = bank::step(&mut parts, &plant, config, &rates, &sight, cycles, record.readings as f64);
-        let told = sight.time_s.iter().zip(outcome.met.inlier).filter(|(time, _)| time.is_some());
+        let outcome = bank::step(&mut hypotheses, &plant, config, &rates, &observed, cycles, record.readings as f64);
+        let told = observed.time_s.iter().zip(outcome.update.inlier).filter(|(time, _)| time.is_some());
         let gained: f64 = told.map(|(_, inlier)| 0.5 * inlier * weight).sum();
         let grown = shape + gained;
         // A stated noise is not learnt.
         let kept = if matches!(config.noise, Noise::Known { .. }) { shape } else { grown.min(LARGEST_SHAPE) };
-        for part in &mut parts {
-            part.scale *= kept / grown;
+        for hypothesis in &mut hypotheses {
+            hypothesis.scale *= kept / grown;
         }
         record.shape = single(kept);
         let shape = f64::from(record.shape);
-        for part in &mut parts {
-            part.inflate();
-            if part.is_untuned(part.scale / shape) {
-                part.retune(start::priors(part, &plant), part.scale / shape);
+        for hypothesis in &mut hypotheses {
+            hypothesis.inflate();
+            if hypothesis.is_untuned(hypothesis.scale / shape) {
+                hypothesis.retune(start::priors(hypothesis, &plant), hypothesis.scale / shape);
             }
         }
-        let likeliest = parts.iter().max_by(|a, b| a.ln_weight.total_cmp(&b.ln_weight));
-        record.inflation = single(likeliest.map_or(1.0, |part| part.inflation));
+        let likeliest = hypotheses.iter().max_by(|a, b| a.ln_weight.total_cmp(&b.ln_weight));
+        record.inflation = single(likeliest.map_or(1.0, |hypothesis| hypothesis.inflation));
         record.cycle = reading.cycle;
         record.readings += 1;
-        record.keep(&parts);
-        let estimate = self.estimate(&plant, &rates, &parts, &outcome, reading.cycle as f64);
+        record.keep(&hypotheses);
+        let estimate = self.estimate(&plant, &rates, &hypotheses, &outcome, reading.cycle as f64);
         let soon = estimate.end.map_or(0.0, |end| end.soon);
         let spent = if estimate.change == Some(Change::Repaired) { 0.0 } else { f64::from(self.record.spent) };
         self.record.spent = single(spent + soon);
@@ -125,35 +124,39 @@ impl BayesEstimator {
         &self,
         plant: &Plant,
         prior: &RatePrior,
-        parts: &[Part],
+        hypotheses: &[Hypothesis],
         outcome: &Outcome,
         cycle: f64,
     ) -> BayesEstimate {
         let shape = f64::from(self.record.shape);
-        let sigma2 = |part: &Part| part.scale / shape;
-        let correct = |part: &Part, i: usize| {
-            prior.correct(part.mean[i], (part.cov[i][i] * sigma2(part)).max(0.0).sqrt(), part.mode)
+        let sigma2 = |hypothesis: &Hypothesis| hypothesis.scale / shape;
+        let correct = |hypothesis: &Hypothesis, i: usize| {
+            prior.correct(
+                hypothesis.mean[i],
+                (hypothesis.cov[i][i] * sigma2(hypothesis)).max(0.0).sqrt(),
+                hypothesis.mode,
+            )
         };
-        let mut weights = Vec::with_capacity(parts.len());
-        let mut paces = Vec::with_capacity(parts.len());
-        for part in parts {
-            let (factor, pace) = match part.cause {
+        let mut weights = Vec::with_capacity(hypotheses.len());
+        let mut paces = Vec::with_capacity(hypotheses.len());
+        for hypothesis in hypotheses {
+            let (factor, pace) = match hypothesis.cause {
                 // Too unlikely for its prior to matter.
-                _ if part.ln_weight < LN_IDLE => (0.0, None),
+                _ if hypothesis.ln_weight < LN_IDLE => (0.0, None),
                 Cause::None | Cause::Other => (0.0, None),
                 Cause::Wear(_) => {
-                    let pace = correct(part, 1);
+                    let pace = correct(hypothesis, 1);
                     (pace.ln_factor(), Some(pace))
                 }
                 Cause::Both => {
                     let factor = |i: usize| {
-                        let sd = (part.cov[i][i] * sigma2(part)).max(0.0).sqrt();
-                        prior.correct(part.mean[i], sd, Mode::Steady).ln_factor()
+                        let sd = (hypothesis.cov[i][i] * sigma2(hypothesis)).max(0.0).sqrt();
+                        prior.correct(hypothesis.mean[i], sd, Mode::Steady).ln_factor()
                     };
                     (factor(2) + factor(3), None)
                 }
             };
-            weights.push(part.ln_weight + factor);
+            weights.push(hypothesis.ln_weight + factor);
             paces.push(pace);
         }
         let top = weights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -162,14 +165,15 @@ impl BayesEstimator {
         }
         let total: f64 = weights.iter().sum();
         let mut probability = FaultProbability::new(plant);
-        for (part, weight) in parts.iter().zip(&mut weights) {
+        for (hypothesis, weight) in hypotheses.iter().zip(&mut weights) {
             *weight /= total;
-            probability.add(part.cause, *weight);
+            probability.add(hypothesis.cause, *weight);
         }
         let (leading, share) = probability.leading();
-        let mine = |part: &Part| fault_call(part.cause, plant) == leading;
-        let heaviest = parts.iter().zip(&weights).max_by(|a, b| a.1.total_cmp(b.1)).map(|(part, _)| part);
-        let heaviest = heaviest.copied().unwrap_or_else(|| parts[0]);
+        let mine = |hypothesis: &Hypothesis| fault_call(hypothesis.cause, plant) == leading;
+        let heaviest =
+            hypotheses.iter().zip(&weights).max_by(|a, b| a.1.total_cmp(b.1)).map(|(hypothesis, _)| hypothesis);
+        let heaviest = heaviest.copied().unwrap_or_else(|| hypotheses[0]);
         let wears = probability.none < self.config.healthy_from;
         let mut estimate = BayesEstimate {
             probability,
@@ -182,8 +186,8 @@ impl BayesEstimator {
             inflation: f64::from(self.record.inflation),
             doubt: heaviest.noise.expected_inflation(),
             unit: [0, 1].map(|stroke| unit(&heaviest, plant, stroke, sigma2(&heaviest))),
-            inlier: outcome.met.inlier,
-            residual_s: outcome.met.residual_s,
+            inlier: outcome.update.inlier,
+            residual_s: outcome.update.residual_s,
             change: outcome.step.map(|by| if by < 0.0 { Change::Repaired } else { Change::Stepped }),
             curved: 0.0,
             rough: 0.0,
@@ -193,35 +197,35 @@ impl BayesEstimator {
         if outcome.renewed {
             estimate.change = Some(Change::Repaired);
         }
-        let wearing = parts.iter().zip(&weights).filter(|(part, _)| part.cause != Cause::None);
-        let (all, seen) = wearing.fold((0.0, 0.0), |(all, seen), (part, weight)| {
-            (all + weight, if is_seen(part, sigma2(part)) { seen + weight } else { seen })
+        let wearing = hypotheses.iter().zip(&weights).filter(|(hypothesis, _)| hypothesis.cause != Cause::None);
+        let (all, seen) = wearing.fold((0.0, 0.0), |(all, seen), (hypothesis, weight)| {
+            (all + weight, if is_seen(hypothesis, sigma2(hypothesis)) { seen + weight } else { seen })
         });
         estimate.seen = seen / all.max(f64::MIN_POSITIVE);
         let mut lines = Vec::with_capacity(24);
-        let named = parts
+        let named = hypotheses
             .iter()
             .zip(&weights)
-            .filter(|(part, _)| mine(part))
+            .filter(|(hypothesis, _)| mine(hypothesis))
             .max_by(|a, b| a.1.total_cmp(b.1))
-            .map_or(Cause::None, |(part, _)| part.cause);
-        for ((part, weight), pace) in parts.iter().zip(&weights).zip(&paces) {
+            .map_or(Cause::None, |(hypothesis, _)| hypothesis.cause);
+        for ((hypothesis, weight), pace) in hypotheses.iter().zip(&weights).zip(&paces) {
             let own = weight / share.max(f64::MIN_POSITIVE);
             // One leak may turn out to be two, and the other way round.
-            let leaks = plant.knows_both_leaks() && [part.cause, named].iter().all(|cause| is_leak(*cause));
-            if wears && own > NEGLIGIBLE && (mine(part) || leaks) {
-                let pace = pace.unwrap_or_else(|| correct(part, 1));
-                self.lines(part, plant, prior, pace, own, &mut lines);
+            let leaks = plant.knows_both_leaks() && [hypothesis.cause, named].iter().all(|cause| is_leak(*cause));
+            if wears && own > NEGLIGIBLE && (mine(hypothesis) || leaks) {
+                let pace = pace.unwrap_or_else(|| correct(hypothesis, 1));
+                self.lines(hypothesis, plant, prior, pace, own, &mut lines);
             }
-            if !mine(part) {
+            if !mine(hypothesis) {
                 continue;
             }
-            let (severity, growth) = severity_of(part, plant);
+            let (severity, growth) = severity_of(hypothesis, plant);
             estimate.severity += own * severity;
             estimate.growth += own * growth;
-            estimate.curved += if part.law == Law::Linear { 0.0 } else { own };
-            estimate.rough += if matches!(part.mode, Mode::Rough | Mode::Wander) { own } else { 0.0 };
-            estimate.resting += if part.mode == Mode::Rest { own } else { 0.0 };
+            estimate.curved += if hypothesis.law == Law::Linear { 0.0 } else { own };
+            estimate.rough += if matches!(hypothesis.mode, Mode::Rough | Mode::Wander) { own } else { 0.0 };
+            estimate.resting += if hypothesis.mode == Mode::Rest { own } else { 0.0 };
         }
         estimate.end = (wears && !lines.is_empty()).then(|| self.end(lines, cycle));
         estimate
@@ -231,11 +235,11 @@ impl BayesEstimator {
     fn end(&self, lines: Vec<Line>, cycle: f64) -> EndEstimate {
         let ending = Ending::new(lines);
         let (left, soon) = ending.quantiles([0.05, 0.5, 0.95, self.risk_left()]);
-        let at = left.map(|left| cycle + left.min(FOREVER));
+        let at = left.map(|left| cycle + left.min(LONGEST));
         EndEstimate {
             cycle: match ending.best() {
                 0.0 => (cycle - ending.ago()).max(0.0),
-                left => cycle + left.min(FOREVER),
+                left => cycle + left.min(LONGEST),
             },
             quantiles: Quantiles { p05: at[0], p50: at[1], p95: at[2] },
             at_risk: at[3],
@@ -250,49 +254,51 @@ impl BayesEstimator {
         })
     }
 
-    /// The ways in which a story may come to its end.
+    /// The ways in which a hypothesis may come to its end.
     fn lines(
         &self,
-        part: &Part,
+        hypothesis: &Hypothesis,
         plant: &Plant,
         prior: &RatePrior,
         pace: Corrected,
         weight: f64,
         lines: &mut Vec<Line>,
     ) {
-        let sigma2 = part.scale / f64::from(self.record.shape);
-        let wear = match part.cause {
+        let sigma2 = hypothesis.scale / f64::from(self.record.shape);
+        let wear = match hypothesis.cause {
             Cause::Wear(wear) => wear,
             Cause::Both if plant.knows_both_leaks() => {
                 let ends = [0, 1].map(|leak| self.expected_end(leak, plant));
-                let two = TwoLeaks { part, plant, sigma2, ends };
+                let two = TwoLeaks { hypothesis, plant, sigma2, ends };
                 return two.lines(prior, weight, weight > SMALL, lines);
             }
-            _ => return lines.push(Line { weight, ..crossing(part, plant, sigma2) }),
+            _ => return lines.push(Line { weight, ..crossing(hypothesis, plant, sigma2) }),
         };
         let by_unit = plant.end_shift(wear);
-        let slope = part.law.severity(1.0).1;
-        let nearer: f64 = (0..2).map(|stroke| part.mean[2 + stroke] * by_unit[stroke] / slope).sum();
-        let nearer = nearer + 1.0 - part.law.coordinate(self.expected_end(wear, plant));
+        let slope = hypothesis.law.severity(1.0).1;
+        let nearer: f64 = (0..2).map(|stroke| hypothesis.mean[2 + stroke] * by_unit[stroke] / slope).sum();
+        let nearer = nearer + 1.0 - hypothesis.law.coordinate(self.expected_end(wear, plant));
         let roughness = self.config.growth_prior.roughness;
-        let [var_level, cov, var_growth] = [part.cov[0][0], part.cov[0][1], part.cov[1][1]].map(|v| v * sigma2);
-        let level = part.mean[0] + nearer;
+        let [var_level, cov, var_growth] =
+            [hypothesis.cov[0][0], hypothesis.cov[0][1], hypothesis.cov[1][1]].map(|v| v * sigma2);
+        let level = hypothesis.mean[0] + nearer;
         let mut add = |line: Line| {
-            if part.mode == Mode::Rest && weight <= SMALL {
+            if hypothesis.mode == Mode::Rest && weight <= SMALL {
                 lines.push(Line { rest: 1.0 / self.config.growth_prior.resume, ..line });
-            } else if part.mode == Mode::Rest {
+            } else if hypothesis.mode == Mode::Rest {
                 let waits = waits(self.config.growth_prior.resume);
-                lines.extend(waits.map(|rest| Line { weight: line.weight / 3.0, rest, ..line }));
+                let share = line.weight / waits.len() as f64;
+                lines.extend(waits.map(|rest| Line { weight: share, rest, ..line }));
             } else {
                 lines.push(line);
             }
         };
-        let rough = |growth: f64| if part.mode == Mode::Rough { (roughness * growth).powi(2) } else { 0.0 };
-        let unsteadiness = self.config.growth_prior.unsteadiness_of(part.law, part.mode);
+        let rough = |growth: f64| if hypothesis.mode == Mode::Rough { (roughness * growth).powi(2) } else { 0.0 };
+        let unsteadiness = self.config.growth_prior.unsteadiness_of(hypothesis.law, hypothesis.mode);
         let turns = |growth: f64| (unsteadiness * growth).powi(2);
         match pace {
             Corrected::Narrow { mean, .. } => {
-                let level = level + cov / var_growth.max(1e-300) * (mean - part.mean[1]);
+                let level = level + cov / var_growth.max(1e-300) * (mean - hypothesis.mean[1]);
                 let rough = rough(mean);
                 add(Line {
                     weight,
@@ -308,7 +314,7 @@ impl BayesEstimator {
                 });
             }
             Corrected::Wide { nodes, .. } => {
-                // Neighbours together, all of them where the story hardly counts.
+                // Neighbours together, all of them where the hypothesis hardly counts.
                 let together = match weight {
                     _ if weight > LARGE => 2,
                     _ if weight > SMALL => 4,
@@ -321,7 +327,7 @@ impl BayesEstimator {
                     let along = cov / var_growth;
                     add(Line {
                         weight: weight * node.weight,
-                        level: level + along * (node.growth - part.mean[1]),
+                        level: level + along * (node.growth - hypothesis.mean[1]),
                         growth: node.growth,
                         var_level: (var_level - along * cov).max(0.0),
                         cov: 0.0,
@@ -345,13 +351,13 @@ fn noise_shape(config: &BayesConfig) -> f64 {
 }
 
 /// Relative error of the tables for a valve, with its standard deviation.
-fn unit(part: &Part, plant: &Plant, stroke: usize, sigma2: f64) -> (f64, f64) {
-    let (i, scale) = match part.cause {
+fn unit(hypothesis: &Hypothesis, plant: &Plant, stroke: usize, sigma2: f64) -> (f64, f64) {
+    let (i, scale) = match hypothesis.cause {
         Cause::None | Cause::Wear(_) => (2 + stroke, 1.0),
-        Cause::Both => return (part.unit[stroke], 0.0),
+        Cause::Both => return (hypothesis.unit[stroke], 0.0),
         Cause::Other => (stroke, 1.0 / plant.healthy_s(stroke)),
     };
-    (part.mean[i] * scale, (part.cov[i][i] * sigma2).max(0.0).sqrt() * scale)
+    (hypothesis.mean[i] * scale, (hypothesis.cov[i][i] * sigma2).max(0.0).sqrt() * scale)
 }
 
 /// Whether what wears is a leak or two.
@@ -359,30 +365,32 @@ fn is_leak(cause: Cause) -> bool {
     matches!(cause, Cause::Both | Cause::Wear(0 | 1))
 }
 
-/// Whether the wear of a story can be told from none.
-fn is_seen(part: &Part, sigma2: f64) -> bool {
-    let clear = |i: usize| part.mean[i].powi(2) > (SEEN_FROM * SEEN_FROM) * part.cov[i][i] * sigma2;
-    match part.cause {
+/// Whether the wear of a hypothesis can be told from none.
+fn is_seen(hypothesis: &Hypothesis, sigma2: f64) -> bool {
+    let clear = |i: usize| hypothesis.mean[i].powi(2) > (SEEN_FROM * SEEN_FROM) * hypothesis.cov[i][i] * sigma2;
+    match hypothesis.cause {
         Cause::None => false,
-        Cause::Wear(_) => clear(0) && part.mean[0] > 0.0,
+        Cause::Wear(_) => clear(0) && hypothesis.mean[0] > 0.0,
         Cause::Both | Cause::Other => clear(0) || clear(1),
     }
 }
 
-/// Severity and its growth a cycle under a story.
-fn severity_of(part: &Part, plant: &Plant) -> (f64, f64) {
-    match part.cause {
+/// Severity and its growth a cycle under a hypothesis.
+fn severity_of(hypothesis: &Hypothesis, plant: &Plant) -> (f64, f64) {
+    match hypothesis.cause {
         Cause::None => (0.0, 0.0),
         Cause::Wear(_) => {
-            let (severity, slope) = part.law.severity(part.mean[0]);
-            let grows = if part.mode == Mode::Rest { 0.0 } else { part.mean[1] };
+            let (severity, slope) = hypothesis.law.severity(hypothesis.mean[0]);
+            let grows = if hypothesis.mode == Mode::Rest { 0.0 } else { hypothesis.mean[1] };
             (severity.max(0.0), (slope * grows).max(0.0))
         }
-        Cause::Both => (part.mean[0].max(part.mean[1]).max(0.0), part.mean[2].max(part.mean[3]).max(0.0)),
+        Cause::Both => {
+            (hypothesis.mean[0].max(hypothesis.mean[1]).max(0.0), hypothesis.mean[2].max(hypothesis.mean[3]).max(0.0))
+        }
         Cause::Other => {
             let way = |stroke: usize| {
                 let room = plant.limit_s(stroke) - plant.healthy_s(stroke);
-                (part.mean[stroke] / room, part.mean[2 + stroke] / room)
+                (hypothesis.mean[stroke] / room, hypothesis.mean[2 + stroke] / room)
             };
             let (close, open) = (way(0), way(1));
             if close.0 > open.0 { close } else { open }
@@ -392,17 +400,17 @@ fn severity_of(part: &Part, plant: &Plant) -> (f64, f64) {
 
 /// Where times that are not of a single table cross their limit: as a line
 /// whose level counts the cycles.
-fn crossing(part: &Part, plant: &Plant, sigma2: f64) -> Line {
+fn crossing(hypothesis: &Hypothesis, plant: &Plant, sigma2: f64) -> Line {
     let time_and_slope = |stroke: usize, t: f64| -> (f64, [f64; 4]) {
-        if part.cause == Cause::Both {
-            let at = [0, 1].map(|i| part.mean[i] + t * part.mean[2 + i]);
+        if hypothesis.cause == Cause::Both {
+            let at = [0, 1].map(|i| hypothesis.mean[i] + t * hypothesis.mean[2 + i]);
             let (time, [by_first, by_second]) = plant.both_leaks(at)[stroke];
             return (time, [by_first, by_second, t * by_first, t * by_second]);
         }
         let mut slope = [0.0; 4];
         slope[stroke] = 1.0;
         slope[2 + stroke] = t;
-        (plant.healthy_s(stroke) + part.mean[stroke] + t * part.mean[2 + stroke], slope)
+        (plant.healthy_s(stroke) + hypothesis.mean[stroke] + t * hypothesis.mean[2 + stroke], slope)
     };
     let end = |stroke: usize| -> Option<f64> {
         let over = |t: f64| time_and_slope(stroke, t).0 >= plant.limit_s(stroke);
@@ -413,7 +421,7 @@ fn crossing(part: &Part, plant: &Plant, sigma2: f64) -> Line {
         while !over(high) {
             low = high;
             high *= 2.0;
-            if high > FOREVER {
+            if high > LONGEST {
                 return None;
             }
         }
@@ -432,15 +440,17 @@ fn crossing(part: &Part, plant: &Plant, sigma2: f64) -> Line {
         [Some(a), Some(b)] if a <= b => (0, a),
         [_, Some(b)] => (1, b),
         [Some(a), None] => (0, a),
-        [None, None] => (0, FOREVER),
+        [None, None] => (0, LONGEST),
     };
     let (_, slope) = time_and_slope(stroke, t);
-    let known: f64 = (0..4).map(|i| (0..4).map(|j| slope[i] * part.cov[i][j] * slope[j]).sum::<f64>()).sum();
+    let known: f64 = (0..4).map(|i| (0..4).map(|j| slope[i] * hypothesis.cov[i][j] * slope[j]).sum::<f64>()).sum();
     // The pace goes on changing until then.
-    let turned: f64 =
-        [2, 3].map(|i| (slope[i - 2] * drift_turn(part.cause, plant) * part.mean[i]).powi(2)).into_iter().sum();
+    let turned: f64 = [2, 3]
+        .map(|i| (slope[i - 2] * drift_turn(hypothesis.cause, plant) * hypothesis.mean[i]).powi(2))
+        .into_iter()
+        .sum();
     let variance = known + turned * t.powi(3) / (3.0 * sigma2);
-    let pace = slope[0] * part.mean[2] + slope[1] * part.mean[3];
-    let sd = ((variance * sigma2).max(0.0).sqrt() / pace.abs().max(1e-9)).min(FOREVER);
+    let pace = slope[0] * hypothesis.mean[2] + slope[1] * hypothesis.mean[3];
+    let sd = ((variance * sigma2).max(0.0).sqrt() / pace.abs().max(1e-9)).min(LONGEST);
     Line { weight: 0.0, level: 1.0 - t, growth: 1.0, var_level: sd * sd, ..Line::default() }
 }

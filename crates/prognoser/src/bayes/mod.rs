@@ -1,9 +1,9 @@
 //! The default method: a Bayesian estimate of fault, severity, growth and life.
 //!
-//! A valve's state is a mixture of Gaussians, the parts (`part.rs`): each is one
-//! story of what wears, by which law, and how steadily. Severity, growth and
-//! the valve's own healthy times are Gaussian within a part; which part is true
-//! is what the data decide. Every cycle the stories move on, may change into
+//! A valve's state is a mixture of Gaussians (`hypothesis.rs`): each is one
+//! hypothesis of what wears, by which law, and how steadily. Severity, growth and
+//! the valve's own healthy times are Gaussian under it; which hypothesis is true
+//! is what the data decide. Every cycle the hypotheses move on, may change into
 //! each other, meet the reading and are weighed; the unlikely ones are dropped.
 
 mod assimilate;
@@ -12,10 +12,10 @@ mod config;
 mod ending;
 mod estimate;
 mod estimator;
+mod hypothesis;
 mod law;
 mod motion;
 mod noise;
-mod part;
 mod plant;
 mod rate_prior;
 mod special;
@@ -23,6 +23,7 @@ mod start;
 mod state;
 mod two_leaks;
 
+pub(crate) use assimilate::PROPER_FROM;
 pub use config::{BayesConfig, GrowthLaw, GrowthPrior, Noise, StartPrior};
 pub use ending::Quantiles;
 pub use estimate::{BayesEstimate, Change, FaultProbability};

@@ -1,22 +1,26 @@
-//! How stories go on from one cycle to the next, and turn into each other.
+//! How hypotheses go on from one cycle to the next, and turn into each other.
 
 use super::config::{BayesConfig, GrowthLaw, GrowthPrior};
+use super::hypothesis::{Cause, Hypothesis, Mode, SIZE};
 use super::law::Law;
-use super::part::{Cause, Mode, Part, SIZE};
 use super::plant::Plant;
 use super::rate_prior::{RatePrior, SLOW_BELOW, WideGrowth};
 use super::special::quick_ln;
 use super::start::{drifting, share};
 use super::two_leaks::second_leaks;
 
-/// Stories that bring less than this share, as a logarithm, bring nothing.
+/// Hypotheses that bring less than this share, as a logarithm, bring nothing.
 const LN_NOTHING: f64 = -16.0;
-/// Logarithm of the weight, over that of the likeliest, from which on a story whose wear can be told from none may
+/// Logarithm of the weight, over that of the likeliest, from which on a hypothesis whose wear can be told from none may
 /// turn into another one.
 const LN_LIKELY: f64 = -6.0;
+/// Standard deviations of the pace that varying growth counts with at least, where its mean is less.
+const LEAST_PACE_SIGMAS: f64 = 0.25;
+/// Standard deviations by which a pace lies below [`SLOW_BELOW`] where growth that has begun late is a slow one.
+const SLOW_SIGMAS: f64 = 2.0;
 /// Relative standard deviation of the pace after a rest.
 const RESUMED_PACE: f64 = 0.3;
-/// Of the stories that begin late, the share at a steady pace.
+/// Of the hypotheses that begin late, the share at a steady pace.
 const LATE_SHARE: f64 = 0.6;
 /// Relative standard deviation by which a free drift changes in a cycle.
 const DRIFT_TURN: f64 = 0.1;
@@ -32,58 +36,58 @@ pub(crate) fn drift_turn(cause: Cause, plant: &Plant) -> f64 {
     }
 }
 
-/// Moves one story on by some cycles.
+/// Moves one hypothesis on by some cycles.
 #[inline]
-pub(crate) fn advance(part: &mut Part, plant: &Plant, cycles: f64, prior: &GrowthPrior, shape: f64) {
-    let unsteadiness = prior.unsteadiness_of(part.law, part.mode);
-    let steps: &[(usize, usize)] = match (part.cause, part.mode) {
+pub(crate) fn advance(hypothesis: &mut Hypothesis, plant: &Plant, cycles: f64, prior: &GrowthPrior, shape: f64) {
+    let unsteadiness = prior.unsteadiness_of(hypothesis.law, hypothesis.mode);
+    let steps: &[(usize, usize)] = match (hypothesis.cause, hypothesis.mode) {
         (Cause::None, _) | (Cause::Wear(_), Mode::Rest) => return,
         (Cause::Wear(_), _) => &[(0, 1)],
         (Cause::Both | Cause::Other, _) => &[(0, 2), (1, 3)],
     };
-    let sigma2 = part.scale / shape;
+    let sigma2 = hypothesis.scale / shape;
     for &(level, growth) in steps {
-        part.mean[level] += cycles * part.mean[growth];
+        hypothesis.mean[level] += cycles * hypothesis.mean[growth];
         for i in 0..SIZE {
-            part.cov[level][i] += cycles * part.cov[growth][i];
+            hypothesis.cov[level][i] += cycles * hypothesis.cov[growth][i];
         }
         for i in 0..SIZE {
-            part.cov[i][level] += cycles * part.cov[i][growth];
+            hypothesis.cov[i][level] += cycles * hypothesis.cov[i][growth];
         }
-        let turns = drift_turn(part.cause, plant);
+        let turns = drift_turn(hypothesis.cause, plant);
         if turns > 0.0 {
-            part.cov[growth][growth] += cycles * (turns * part.mean[growth]).powi(2) / sigma2;
+            hypothesis.cov[growth][growth] += cycles * (turns * hypothesis.mean[growth]).powi(2) / sigma2;
         }
     }
-    if unsteadiness > 0.0 && matches!(part.cause, Cause::Wear(_)) {
-        part.cov[1][1] += cycles * (unsteadiness * part.mean[1]).powi(2) / sigma2;
+    if unsteadiness > 0.0 && matches!(hypothesis.cause, Cause::Wear(_)) {
+        hypothesis.cov[1][1] += cycles * (unsteadiness * hypothesis.mean[1]).powi(2) / sigma2;
     }
-    if part.mode == Mode::Rough {
-        part.cov[0][0] += cycles * increment_variance(part, prior.roughness, sigma2) / sigma2;
+    if hypothesis.mode == Mode::Rough {
+        hypothesis.cov[0][0] += cycles * increment_variance(hypothesis, prior.roughness, sigma2) / sigma2;
     }
 }
 
 /// Variance of one cycle's increment under varying growth.
 #[inline]
-fn increment_variance(part: &Part, roughness: f64, sigma2: f64) -> f64 {
-    let sd = (part.cov[1][1] * sigma2).sqrt();
-    (roughness * part.mean[1].max(0.25 * sd)).powi(2)
+fn increment_variance(hypothesis: &Hypothesis, roughness: f64, sigma2: f64) -> f64 {
+    let sd = (hypothesis.cov[1][1] * sigma2).sqrt();
+    (roughness * hypothesis.mean[1].max(LEAST_PACE_SIGMAS * sd)).powi(2)
 }
 
-/// The mode of growth that has begun late at the pace of a story.
-pub(crate) fn late(part: &Part, shape: f64) -> Mode {
-    let sd = (part.cov[1][1] * part.scale / shape).sqrt();
-    if part.mean[1] + 2.0 * sd < SLOW_BELOW { Mode::Slow } else { Mode::Late }
+/// The mode of growth that has begun late at the pace of a hypothesis.
+pub(crate) fn late(hypothesis: &Hypothesis, shape: f64) -> Mode {
+    let sd = (hypothesis.cov[1][1] * hypothesis.scale / shape).sqrt();
+    if hypothesis.mean[1] + SLOW_SIGMAS * sd < SLOW_BELOW { Mode::Slow } else { Mode::Late }
 }
 
 /// A growth that goes on at a pace that is off by some share.
-fn repaced(part: &Part, relative_sd: f64, shape: f64) -> Part {
-    let mut part = *part;
-    part.cov[1][1] += (relative_sd * part.mean[1]).powi(2) * shape / part.scale;
-    part
+fn repaced(hypothesis: &Hypothesis, relative_sd: f64, shape: f64) -> Hypothesis {
+    let mut hypothesis = *hypothesis;
+    hypothesis.cov[1][1] += (relative_sd * hypothesis.mean[1]).powi(2) * shape / hypothesis.scale;
+    hypothesis
 }
 
-/// The pace of a story that has turned into another one.
+/// The pace of a hypothesis that has turned into another one.
 #[derive(Clone, Copy, Debug)]
 enum Pace {
     Same,
@@ -93,7 +97,7 @@ enum Pace {
     Fresh,
 }
 
-/// Logarithms of the probabilities a cycle by which stories turn into each other.
+/// Logarithms of the probabilities a cycle by which hypotheses turn into each other.
 struct Ways {
     slow: f64,
     quick: f64,
@@ -122,10 +126,10 @@ impl Ways {
     }
 }
 
-/// Whether a story may turn into one of a mode: the logarithm of the probability (of a
+/// Whether a hypothesis may turn into one of a mode: the logarithm of the probability (of a
 /// healthy valve that something begins to wear: in this mode), and what becomes of its pace.
-fn way(part: &Part, to: Mode, ways: &Ways, likely: bool, shape: f64) -> Option<(f64, Pace)> {
-    match (part.cause, part.mode) {
+fn way(hypothesis: &Hypothesis, to: Mode, ways: &Ways, likely: bool, shape: f64) -> Option<(f64, Pace)> {
+    match (hypothesis.cause, hypothesis.mode) {
         (Cause::None, _) => match to {
             Mode::Late => Some((ways.quick, Pace::Fresh)),
             Mode::Slow => Some((ways.slow, Pace::Fresh)),
@@ -133,15 +137,17 @@ fn way(part: &Part, to: Mode, ways: &Ways, likely: bool, shape: f64) -> Option<(
         },
         (_, from) if from == to => Some((0.0, Pace::Same)),
         // A pace that goes on or changes is a slow one or not.
-        (_, Mode::Rest | Mode::Steady) if matches!(to, Mode::Late | Mode::Slow) && late(part, shape) != to => None,
+        (_, Mode::Rest | Mode::Steady) if matches!(to, Mode::Late | Mode::Slow) && late(hypothesis, shape) != to => {
+            None
+        }
         (_, from) if to == Mode::Wander => {
-            let may = likely && part.law == Law::Linear && matches!(from, Mode::Steady | Mode::Late | Mode::Slow);
+            let may = likely && hypothesis.law == Law::Linear && matches!(from, Mode::Steady | Mode::Late | Mode::Slow);
             may.then_some((ways.loosen, Pace::Same))
         }
         (_, Mode::Rest) if to == Mode::Rough => Some((ways.resume_rough, Pace::Off(RESUMED_PACE))),
         (_, Mode::Rest) => Some((ways.resume, Pace::Off(RESUMED_PACE))),
         // What has hardly grown cannot be seen to rest or to vary.
-        (_, _) if !likely || part.law != Law::Linear => None,
+        (_, _) if !likely || hypothesis.law != Law::Linear => None,
         (_, _) if to == Mode::Rest => Some((ways.pause, Pace::Same)),
         (_, Mode::Late | Mode::Slow) if to == Mode::Rough => Some((ways.roughen, Pace::Same)),
         (_, Mode::Steady) => Some((ways.turn, Pace::Off(ways.new_pace))),
@@ -149,9 +155,9 @@ fn way(part: &Part, to: Mode, ways: &Ways, likely: bool, shape: f64) -> Option<(
     }
 }
 
-/// Lets stories turn into each other in the course of one cycle.
+/// Lets hypotheses turn into each other in the course of one cycle.
 pub(crate) fn turn(
-    parts: &mut Vec<Part>,
+    hypotheses: &mut Vec<Hypothesis>,
     plant: &Plant,
     config: &BayesConfig,
     rates: &RatePrior,
@@ -164,33 +170,34 @@ pub(crate) fn turn(
     let prior = &config.growth_prior;
     let onset = prior.onset_after(readings);
     let ways = Ways::new(prior, rates.slow_share);
-    let top = parts.iter().map(|part| part.ln_weight).fold(f64::NEG_INFINITY, f64::max);
-    let mut made: Vec<Part> = Vec::with_capacity(parts.len() + 8);
-    let (mut inflow, mut sources) = (Vec::with_capacity(8), Vec::with_capacity(parts.len()));
+    let top = hypotheses.iter().map(|hypothesis| hypothesis.ln_weight).fold(f64::NEG_INFINITY, f64::max);
+    let mut made: Vec<Hypothesis> = Vec::with_capacity(hypotheses.len() + 8);
+    let (mut inflow, mut sources) = (Vec::with_capacity(8), Vec::with_capacity(hypotheses.len()));
     for wear in 0..plant.wears() {
         let cause = Cause::Wear(wear);
         let ln_begin = quick_ln(onset * share(cause, plant));
         sources.clear();
-        for (place, part) in parts.iter().enumerate() {
-            if part.cause == cause || part.cause == Cause::None {
-                sources.push((place, part.ln_weight > top + LN_LIKELY && part.is_seen(shape)));
+        for (place, hypothesis) in hypotheses.iter().enumerate() {
+            if hypothesis.cause == cause || hypothesis.cause == Cause::None {
+                sources.push((place, hypothesis.ln_weight > top + LN_LIKELY && hypothesis.is_seen(shape)));
             }
         }
         for mode in [Mode::Late, Mode::Slow, Mode::Rough, Mode::Wander, Mode::Rest] {
             inflow.clear();
             for (place, likely) in sources.iter().copied() {
-                let part = &parts[place];
-                let Some((ln_rate, pace)) = way(part, mode, &ways, likely, shape) else {
+                let hypothesis = &hypotheses[place];
+                let Some((ln_rate, pace)) = way(hypothesis, mode, &ways, likely, shape) else {
                     continue;
                 };
-                let ln_weight = part.ln_weight + if part.cause == Cause::None { ln_begin } else { 0.0 } + ln_rate;
+                let ln_weight =
+                    hypothesis.ln_weight + if hypothesis.cause == Cause::None { ln_begin } else { 0.0 } + ln_rate;
                 if ln_weight < top + LN_NOTHING {
                     continue;
                 }
                 inflow.push(match pace {
-                    Pace::Same => *part,
-                    Pace::Off(by) => repaced(part, by, shape),
-                    Pace::Fresh => part.with_growth(WideGrowth::of(mode), part.scale / shape),
+                    Pace::Same => *hypothesis,
+                    Pace::Off(by) => repaced(hypothesis, by, shape),
+                    Pace::Fresh => hypothesis.with_growth(WideGrowth::of(mode), hypothesis.scale / shape),
                 });
                 if let Some(moved) = inflow.last_mut() {
                     (moved.cause, moved.law, moved.mode, moved.ln_weight) = (cause, Law::Linear, mode, ln_weight);
@@ -201,33 +208,33 @@ pub(crate) fn turn(
     }
     inflow.clear();
     let ln_drift = quick_ln(onset * share(Cause::Other, plant));
-    for part in parts.iter() {
-        match part.cause {
-            Cause::Other => inflow.push(*part),
-            Cause::None if part.ln_weight + ln_drift > top + LN_NOTHING => {
-                let drifting = drifting(part, plant, shape);
-                inflow.push(Part { ln_weight: part.ln_weight + ln_drift, ..drifting });
+    for hypothesis in hypotheses.iter() {
+        match hypothesis.cause {
+            Cause::Other => inflow.push(*hypothesis),
+            Cause::None if hypothesis.ln_weight + ln_drift > top + LN_NOTHING => {
+                let drifting = drifting(hypothesis, plant, shape);
+                inflow.push(Hypothesis { ln_weight: hypothesis.ln_weight + ln_drift, ..drifting });
             }
             _ => {}
         }
     }
     join(&mut made, &inflow, shape);
     if plant.knows_both_leaks() {
-        made.append(&mut second_leaks(parts, prior, top + LN_LIKELY, shape));
+        made.append(&mut second_leaks(hypotheses, prior, top + LN_LIKELY, shape));
     }
-    parts.retain(|part| part.mode == Mode::Steady && part.cause != Cause::Other);
+    hypotheses.retain(|hypothesis| hypothesis.mode == Mode::Steady && hypothesis.cause != Cause::Other);
     let leaves = quick_ln(1.0 - onset);
-    for part in parts.iter_mut().filter(|part| part.cause == Cause::None) {
-        part.ln_weight += leaves;
+    for hypothesis in hypotheses.iter_mut().filter(|hypothesis| hypothesis.cause == Cause::None) {
+        hypothesis.ln_weight += leaves;
     }
-    parts.append(&mut made);
+    hypotheses.append(&mut made);
 }
 
-/// Adds some stories as one, if there are any.
-fn join(parts: &mut Vec<Part>, some: &[Part], shape: f64) {
+/// Adds some hypotheses as one, if there are any.
+fn join(hypotheses: &mut Vec<Hypothesis>, some: &[Hypothesis], shape: f64) {
     match some {
         [] => {}
-        [one] => parts.push(*one),
-        _ => parts.push(Part::merged(some, shape)),
+        [one] => hypotheses.push(*one),
+        _ => hypotheses.push(Hypothesis::merged(some, shape)),
     }
 }

@@ -1,6 +1,6 @@
 //! Noise that goes on from one cycle to the next.
 //!
-//! Each story asks whether what it leaves unexplained is correlated: over a few
+//! Each hypothesis asks whether what it leaves unexplained is correlated: over a few
 //! correlations with a prior, by the probability of a residual given the one
 //! before. Where noise goes on, n readings tell of a level or a slow trend as
 //! much as n (1 - r)/(1 + r) independent ones, and so a reading counts as that
@@ -16,10 +16,12 @@ pub(crate) const CORRELATIONS: [f64; 3] = [0.0, 0.6, 0.85];
 pub(crate) const PRIOR: [f64; 3] = [0.9, 0.05, 0.05];
 /// No correlation is ever given up altogether.
 const LEAST: f64 = 1e-4;
+/// Probability of no correlation from which on it is counted as none.
+const SURELY_WHITE: f64 = 0.999;
 /// Logarithms of (1 + r)/(1 - r).
 const LN_INFLATION: [f64; 3] = [0.0, 1.386_294_361_119_890_6, 2.512_305_623_976_115_4];
 
-/// What a story knows of its noise.
+/// What a hypothesis knows of its noise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct NoiseState {
     /// Probability of each correlation.
@@ -37,7 +39,7 @@ impl Default for NoiseState {
 impl NoiseState {
     /// By how much the variance of a reading counts as larger.
     pub(crate) fn inflation(&self) -> f64 {
-        if self.weight[0] > 0.999 {
+        if self.weight[0] > SURELY_WHITE {
             return 1.0;
         }
         quick_exp(self.weight.iter().zip(LN_INFLATION).map(|(weight, ln)| weight * ln).sum())

@@ -10,7 +10,7 @@ pub(crate) const MOST_WEARS: usize = 8;
 
 /// The conditions of one cycle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Weather {
+pub(crate) struct CycleConditions {
     /// Absolute supply pressure in Pa, if it is known.
     pub supply_pressure_pa: Option<f64>,
     /// Temperature in K, if it is known.
@@ -34,7 +34,7 @@ pub(crate) struct Plant<'t> {
 }
 
 impl<'t> Plant<'t> {
-    pub(crate) fn new(bundle: &'t TableBundle, weather: Weather) -> Self {
+    pub(crate) fn new(bundle: &'t TableBundle, stated: CycleConditions) -> Self {
         let wears = bundle.len().min(MOST_WEARS);
         let mut limits = [1.0; MOST_WEARS];
         let mut tables = [None; MOST_WEARS];
@@ -48,7 +48,7 @@ impl<'t> Plant<'t> {
             healthy_s: [0.0; 2],
             tables,
             end_shifts: Default::default(),
-            conditions: conditions(bundle, weather),
+            conditions: conditions(bundle, stated),
             cuts: Default::default(),
         };
         plant.healthy_s = plant.times_and_slopes(0, 0.0).map(|(time, _)| time);
@@ -150,8 +150,8 @@ impl<'t> Plant<'t> {
     /// 1 where the tables do not know.
     pub(crate) fn end_at_supply(&self, wear: u8, supply_pressure_pa: f64) -> f64 {
         let entry = self.bundle.entry(usize::from(wear));
-        let weather = Weather { supply_pressure_pa: Some(supply_pressure_pa), temperature_k: None };
-        let slice = conditions(self.bundle, weather)
+        let stated = CycleConditions { supply_pressure_pa: Some(supply_pressure_pa), temperature_k: None };
+        let slice = conditions(self.bundle, stated)
             .and_then(|conditions| entry.over_conditions.and_then(|table| table.slice(&conditions).ok()));
         let Some(slice) = slice else { return 1.0 };
         let ends = Stroke::ALL.map(|stroke| match slice.curve(stroke).severity_at(self.limit_s(stroke as usize)) {
@@ -179,15 +179,15 @@ impl<'t> Plant<'t> {
 
 /// The conditions of a cycle as far as the tables have them; what is not known
 /// is taken for the reference, what is outside for the nearest inside.
-fn conditions(bundle: &TableBundle, weather: Weather) -> Option<Conditions> {
-    if weather == Weather::default() {
+fn conditions(bundle: &TableBundle, stated: CycleConditions) -> Option<Conditions> {
+    if stated == CycleConditions::default() {
         return None;
     }
     let range = bundle.condition_range()?;
     let reference = bundle.manifest().reference?;
     let conditions = Conditions {
-        supply_pressure_pa: weather.supply_pressure_pa.unwrap_or(reference.supply_pressure_pa),
-        temperature_k: weather.temperature_k.unwrap_or(reference.temperature_k),
+        supply_pressure_pa: stated.supply_pressure_pa.unwrap_or(reference.supply_pressure_pa),
+        temperature_k: stated.temperature_k.unwrap_or(reference.temperature_k),
     };
     Some(range.nearest(&conditions))
 }

@@ -1,8 +1,9 @@
 //! The prior of the growth: log-normal, hence never negative, put in place of
-//! the wide Gaussian that the parts carry while data come in.
+//! the wide Gaussian that the hypotheses carry while data come in.
 
 use super::config::BayesConfig;
-use super::part::Mode;
+use super::ending::SMALLEST_GROWTH;
+use super::hypothesis::Mode;
 use super::special::{normal_tail, quick_exp, quick_ln};
 
 /// The wide Gaussian, per cycle.
@@ -35,8 +36,12 @@ pub(crate) const NODES: usize = 12;
 const REACH: f64 = 3.2;
 /// Beyond six of its standard deviations the wide Gaussian is not divided out.
 const FARTHEST: f64 = 18.0;
-/// Smallest growth per cycle; slower wear never ends a life.
-const SMALLEST: f64 = 1e-6;
+/// Share of the largest growth below which the smallest is so near zero that nodes lie evenly in the logarithm.
+const NEAR_ZERO: f64 = 0.05;
+/// The first of those nodes, share of the largest growth.
+const FIRST_NODE: f64 = 2e-3;
+/// Logarithm of the square root of 2 pi.
+const LN_SQRT_TAU: f64 = 0.918_938_533_204_672_7;
 
 /// The prior.
 #[derive(Clone, Copy, Debug)]
@@ -64,7 +69,7 @@ pub(crate) enum Corrected {
 }
 
 impl Corrected {
-    /// Logarithm of the factor by which the evidence of a story changes.
+    /// Logarithm of the factor by which the evidence of a hypothesis changes.
     pub(crate) fn ln_factor(&self) -> f64 {
         match self {
             Self::Narrow { ln_factor, .. } | Self::Wide { ln_factor, .. } => *ln_factor,
@@ -100,17 +105,17 @@ impl RatePrior {
 
     /// The prior put in place for a Gaussian growth.
     pub(crate) fn correct(&self, mean: f64, sd: f64, mode: Mode) -> Corrected {
-        if mean > SMALLEST && sd < NARROW * mean {
+        if mean > SMALLEST_GROWTH && sd < NARROW * mean {
             let (value, slope) = self.ln_ratio(mean, mode);
             let shift = (sd * sd * slope).clamp(-sd, sd);
             return Corrected::Narrow { ln_factor: value + 0.5 * (sd * slope).powi(2).min(1.0), mean: mean + shift };
         }
-        let low = (mean - REACH * sd).max(SMALLEST);
+        let low = (mean - REACH * sd).max(SMALLEST_GROWTH);
         let high = (mean + REACH * sd).max(low + 0.5 * sd);
         // Evenly in the growth where it is bounded away from zero, evenly in
         // its logarithm where it is not.
-        let spread = low < 0.05 * high;
-        let first = if spread { (high * 2e-3).max(SMALLEST) } else { low };
+        let spread = low < NEAR_ZERO * high;
+        let first = if spread { (high * FIRST_NODE).max(SMALLEST_GROWTH) } else { low };
         let step = if spread { quick_ln(high / first) } else { high - first } / NODES as f64;
         let wide = WideGrowth::of(mode);
         let (mut growth, mut ln_growth) = ([0.0; NODES], [0.0; NODES]);
@@ -161,7 +166,7 @@ impl RatePrior {
         }
         // The widths of nodes and wide Gaussian, and the Gaussians' own factors.
         let widths = step * by_sd * wide.sd * by_prior;
-        let top = top + quick_ln(widths) - 0.918_938_533_204_672_7;
+        let top = top + quick_ln(widths) - LN_SQRT_TAU;
         Corrected::Wide { ln_factor: top + quick_ln(total), nodes }
     }
 }

@@ -1,9 +1,9 @@
-//! The stories that a valve's log begins with.
+//! The hypotheses that a valve's log begins with.
 
 use super::config::{BayesConfig, GrowthLaw, StartPrior};
+use super::hypothesis::{Cause, Hypothesis, Mode, SIZE};
 use super::law::Law;
 use super::noise::NoiseState;
-use super::part::{Cause, Mode, Part, SIZE};
 use super::plant::Plant;
 use super::rate_prior::WideGrowth;
 
@@ -19,6 +19,8 @@ const BOTH: f64 = 0.04;
 /// The same of both leaks where there is no table of them.
 const ROUGH_BOTH: f64 = 0.01;
 const OTHER: f64 = 0.02;
+/// Variance of the severities that two leaks begin with: none to speak of.
+const BEGUN_VARIANCE: f64 = 1e-8;
 /// Standard deviation of a free drift, share of the healthy time a cycle.
 const DRIFT_SD: f64 = 0.02;
 
@@ -37,11 +39,11 @@ pub(crate) fn share(cause: Cause, plant: &Plant) -> f64 {
     own / total
 }
 
-/// A healthy valve: what all stories begin from.
-fn healthy(config: &BayesConfig, exact: bool, shape: f64, scale: f64) -> Part {
+/// A healthy valve: what all hypotheses begin from.
+fn healthy(config: &BayesConfig, exact: bool, shape: f64, scale: f64) -> Hypothesis {
     let sd: f64 = if exact { EXACT_SD } else { config.unit_sd };
     let share = if exact { config.unit_exact } else { 1.0 - config.unit_exact };
-    let mut part = Part {
+    let mut hypothesis = Hypothesis {
         cause: Cause::None,
         law: Law::Linear,
         mode: Mode::Steady,
@@ -55,46 +57,46 @@ fn healthy(config: &BayesConfig, exact: bool, shape: f64, scale: f64) -> Part {
         noise: NoiseState::default(),
         inflation: NoiseState::default().inflation(),
     };
-    part.set_variances([0.0, 0.0, sd * sd, sd * sd], scale / shape);
-    part
+    hypothesis.set_variances([0.0, 0.0, sd * sd, sd * sd], scale / shape);
+    hypothesis
 }
 
 /// A drift that begins on a healthy valve.
-pub(crate) fn drifting(from: &Part, plant: &Plant, shape: f64) -> Part {
+pub(crate) fn drifting(from: &Hypothesis, plant: &Plant, shape: f64) -> Hypothesis {
     let sigma2 = from.scale / shape;
-    let mut part = Part { cause: Cause::Other, ..*from };
+    let mut hypothesis = Hypothesis { cause: Cause::Other, ..*from };
     let healthy_s = [0, 1].map(|stroke| plant.healthy_s(stroke));
     let offset = |stroke: usize| from.cov[2 + stroke][2 + stroke] * sigma2 * healthy_s[stroke].powi(2);
     let drift = |stroke: usize| (DRIFT_SD * healthy_s[stroke]).powi(2);
-    part.mean = [healthy_s[0] * from.mean[2], healthy_s[1] * from.mean[3], 0.0, 0.0];
-    part.set_variances([offset(0), offset(1), drift(0), drift(1)], sigma2);
-    part
+    hypothesis.mean = [healthy_s[0] * from.mean[2], healthy_s[1] * from.mean[3], 0.0, 0.0];
+    hypothesis.set_variances([offset(0), offset(1), drift(0), drift(1)], sigma2);
+    hypothesis
 }
 
-/// Mean and variance of the prior of each number of a story.
-pub(crate) fn priors(part: &Part, plant: &Plant) -> [(f64, f64); SIZE] {
-    let unit = (0.0, part.unit_variance);
-    let wide = WideGrowth::of(part.mode);
+/// Mean and variance of the prior of each number of a hypothesis.
+pub(crate) fn priors(hypothesis: &Hypothesis, plant: &Plant) -> [(f64, f64); SIZE] {
+    let unit = (0.0, hypothesis.unit_variance);
+    let wide = WideGrowth::of(hypothesis.mode);
     let growth = (wide.mean, wide.sd * wide.sd);
-    match part.cause {
+    match hypothesis.cause {
         Cause::None => [(0.0, 0.0), (0.0, 0.0), unit, unit],
         Cause::Wear(_) => [(0.0, 0.0), growth, unit, unit],
         Cause::Both => [(0.0, 0.0), (0.0, 0.0), growth, growth],
         Cause::Other => {
-            let offset = |stroke: usize| (0.0, part.unit_variance * plant.healthy_s(stroke).powi(2));
+            let offset = |stroke: usize| (0.0, hypothesis.unit_variance * plant.healthy_s(stroke).powi(2));
             let drift = |stroke: usize| (0.0, (DRIFT_SD * plant.healthy_s(stroke)).powi(2));
             [offset(0), offset(1), drift(0), drift(1)]
         }
     }
 }
 
-/// All stories before the first reading.
-pub(crate) fn parts(plant: &Plant, config: &BayesConfig, shape: f64, scale: f64) -> Vec<Part> {
+/// All hypotheses before the first reading.
+pub(crate) fn hypotheses(plant: &Plant, config: &BayesConfig, shape: f64, scale: f64) -> Vec<Hypothesis> {
     let sigma2 = scale / shape;
-    let mut parts = Vec::with_capacity(48);
+    let mut hypotheses = Vec::with_capacity(48);
     let none = [true, false].map(|exact| healthy(config, exact, shape, scale));
-    for part in none {
-        parts.push(Part { ln_weight: part.ln_weight + config.no_fault.ln(), ..part });
+    for hypothesis in none {
+        hypotheses.push(Hypothesis { ln_weight: hypothesis.ln_weight + config.no_fault.ln(), ..hypothesis });
     }
     let growing = (1.0 - config.no_fault) * (1.0 - config.wrong_start);
     let prior = &config.growth_prior;
@@ -102,11 +104,11 @@ pub(crate) fn parts(plant: &Plant, config: &BayesConfig, shape: f64, scale: f64)
         let cause = Cause::Wear(wear);
         let ln_cause = share(cause, plant).ln();
         if config.start == StartPrior::Healthy {
-            let mut add = |law: Law, mode: Mode, weight: f64, from: &[Part]| {
-                for part in from {
-                    let part = part.with_growth(WideGrowth::ANY, sigma2);
-                    let ln_weight = part.ln_weight + ln_cause + (growing * weight).ln();
-                    parts.push(Part { cause, law, mode, ln_weight, ..part });
+            let mut add = |law: Law, mode: Mode, weight: f64, from: &[Hypothesis]| {
+                for hypothesis in from {
+                    let hypothesis = hypothesis.with_growth(WideGrowth::ANY, sigma2);
+                    let ln_weight = hypothesis.ln_weight + ln_cause + (growing * weight).ln();
+                    hypotheses.push(Hypothesis { cause, law, mode, ln_weight, ..hypothesis });
                 }
             };
             let leak = wear < 2;
@@ -135,23 +137,23 @@ pub(crate) fn parts(plant: &Plant, config: &BayesConfig, shape: f64, scale: f64)
             StartPrior::Healthy => (1.0 - config.no_fault) * config.wrong_start,
             StartPrior::Unknown => 1.0 - config.no_fault,
         };
-        let mut part = Part::merged(&none, shape).with_growth(WideGrowth::ANY, sigma2);
-        part.mean[0] = ANY_SEVERITY.0;
-        part.cov[0][0] = ANY_SEVERITY.1.powi(2) / sigma2;
+        let mut hypothesis = Hypothesis::merged(&none, shape).with_growth(WideGrowth::ANY, sigma2);
+        hypothesis.mean[0] = ANY_SEVERITY.0;
+        hypothesis.cov[0][0] = ANY_SEVERITY.1.powi(2) / sigma2;
         let law = if config.growth == GrowthLaw::Exponential { Law::Exponential } else { Law::Linear };
-        parts.push(Part { cause, law, mode: Mode::Late, ln_weight: ln_cause + anywhere.ln(), ..part });
+        hypotheses.push(Hypothesis { cause, law, mode: Mode::Late, ln_weight: ln_cause + anywhere.ln(), ..hypothesis });
     }
     if config.growth != GrowthLaw::Exponential && config.start == StartPrior::Healthy {
         let mut both = none[0];
         both.cause = Cause::Both;
         let WideGrowth { mean, sd } = WideGrowth::ANY;
         both.mean = [0.0, 0.0, mean, mean];
-        both.set_variances([1e-8, 1e-8, sd * sd, sd * sd], sigma2);
+        both.set_variances([BEGUN_VARIANCE, BEGUN_VARIANCE, sd * sd, sd * sd], sigma2);
         both.ln_weight = (growing * share(Cause::Both, plant)).ln();
-        parts.push(both);
+        hypotheses.push(both);
     }
-    let mut other = drifting(&Part::merged(&none, shape), plant, shape);
+    let mut other = drifting(&Hypothesis::merged(&none, shape), plant, shape);
     other.ln_weight = (growing * share(Cause::Other, plant)).ln();
-    parts.push(other);
-    parts
+    hypotheses.push(other);
+    hypotheses
 }

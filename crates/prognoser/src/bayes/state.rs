@@ -5,9 +5,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::hypothesis::{Cause, Hypothesis, Mode, SIZE};
 use super::law::Law;
 use super::noise::NoiseState;
-use super::part::{Cause, Mode, Part, SIZE};
 
 /// Version of [`ValveRecord`]. A record of another version is not understood.
 pub const STATE_VERSION: u32 = 4;
@@ -21,9 +21,9 @@ pub(crate) fn single(value: f64) -> f32 {
     value as f32
 }
 
-/// A story in single precision, which is far below the noise of any stroke.
+/// A hypothesis in single precision, which is far below the noise of any stroke.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-struct StoredPart {
+struct StoredHypothesis {
     cause: Cause,
     law: Law,
     mode: Mode,
@@ -54,7 +54,8 @@ pub struct ValveRecord {
     pub(crate) inflation: f32,
     /// Probability so far that the valve would have ended in service.
     pub(crate) spent: f32,
-    parts: Vec<StoredPart>,
+    #[serde(rename = "parts")]
+    hypotheses: Vec<StoredHypothesis>,
 }
 
 impl ValveRecord {
@@ -66,55 +67,55 @@ impl ValveRecord {
             shape: single(shape),
             inflation: 1.0,
             spent: 0.0,
-            parts: Vec::new(),
+            hypotheses: Vec::new(),
         }
     }
 
-    /// Takes the stories out to work on them.
-    pub(crate) fn parts(&self) -> Vec<Part> {
-        let mut parts = Vec::with_capacity(self.parts.len() + 24);
-        parts.extend(self.parts.iter().map(StoredPart::unpacked));
-        parts
+    /// Takes the hypotheses out to work on them.
+    pub(crate) fn hypotheses(&self) -> Vec<Hypothesis> {
+        let mut hypotheses = Vec::with_capacity(self.hypotheses.len() + 24);
+        hypotheses.extend(self.hypotheses.iter().map(StoredHypothesis::unpacked));
+        hypotheses
     }
 
-    /// Keeps the stories.
-    pub(crate) fn keep(&mut self, parts: &[Part]) {
-        self.parts.clear();
-        self.parts.extend(parts.iter().map(StoredPart::packed));
+    /// Keeps the hypotheses.
+    pub(crate) fn keep(&mut self, hypotheses: &[Hypothesis]) {
+        self.hypotheses.clear();
+        self.hypotheses.extend(hypotheses.iter().map(StoredHypothesis::packed));
     }
 }
 
-impl StoredPart {
+impl StoredHypothesis {
     #[inline]
     #[expect(clippy::cast_possible_truncation, reason = "single precision is meant")]
-    fn packed(part: &Part) -> Self {
+    fn packed(hypothesis: &Hypothesis) -> Self {
         let mut cov = [0.0; HALF];
         let mut next = 0;
         for i in 0..SIZE {
             for j in i..SIZE {
-                cov[next] = part.cov[i][j] as f32;
+                cov[next] = hypothesis.cov[i][j] as f32;
                 next += 1;
             }
         }
         Self {
-            cause: part.cause,
-            law: part.law,
-            mode: part.mode,
-            ln_weight: part.ln_weight as f32,
-            mean: part.mean.map(|value| value as f32),
+            cause: hypothesis.cause,
+            law: hypothesis.law,
+            mode: hypothesis.mode,
+            ln_weight: hypothesis.ln_weight as f32,
+            mean: hypothesis.mean.map(|value| value as f32),
             cov,
-            scale: part.scale as f32,
-            unit_variance: part.unit_variance as f32,
-            tuned: part.tuned as f32,
-            unit: part.unit.map(|unit| unit as f32),
-            inflation: part.inflation as f32,
-            correlated: [part.noise.weight[1] as f32, part.noise.weight[2] as f32],
-            left_s: part.noise.left_s.map(|left| left as f32),
+            scale: hypothesis.scale as f32,
+            unit_variance: hypothesis.unit_variance as f32,
+            tuned: hypothesis.tuned as f32,
+            unit: hypothesis.unit.map(|unit| unit as f32),
+            inflation: hypothesis.inflation as f32,
+            correlated: [hypothesis.noise.weight[1] as f32, hypothesis.noise.weight[2] as f32],
+            left_s: hypothesis.noise.left_s.map(|left| left as f32),
         }
     }
 
     #[inline]
-    fn unpacked(&self) -> Part {
+    fn unpacked(&self) -> Hypothesis {
         let [medium, strong] = self.correlated.map(f64::from);
         let mut cov = [[0.0; SIZE]; SIZE];
         let mut next = 0;
@@ -125,7 +126,7 @@ impl StoredPart {
                 next += 1;
             }
         }
-        Part {
+        Hypothesis {
             cause: self.cause,
             law: self.law,
             mode: self.mode,

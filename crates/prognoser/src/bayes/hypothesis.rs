@@ -1,4 +1,4 @@
-//! One story of a valve: what wears, by which law, how steadily, and a Gaussian
+//! One hypothesis of a valve: what wears, by which law, how steadily, and a Gaussian
 //! of the numbers that go with it.
 
 #![expect(clippy::needless_range_loop, reason = "rows and columns of matrices")]
@@ -40,7 +40,7 @@ pub(crate) enum Mode {
     Rest,
 }
 
-/// Numbers of a part: coordinate, its growth per cycle, and the relative errors
+/// Numbers of a hypothesis: coordinate, its growth per cycle, and the relative errors
 /// of the tables' closing and opening time for this valve. For both leaks: the
 /// two severities and their growths. For a free drift: what the two times are
 /// off by, and how they drift, in s.
@@ -49,15 +49,18 @@ pub(crate) const SIZE: usize = 4;
 /// Standard deviations from which on a severity can be told from none.
 pub(crate) const SEEN_FROM: f64 = 3.0;
 
-/// Most parts that are made one: more than are kept.
+/// Most hypotheses that are made one: more than are kept.
 const MOST_MERGED: usize = 48;
 
 /// Change of the noise variance, a share of it, for which no prior is weighed anew.
 const UNTUNED: f64 = 0.02;
 
-/// A story with its weight.
+/// Share of the variance that taking a prior away may leave at least; below, the covariance would no longer be one.
+const LEAST_LEFT: f64 = 1e-3;
+
+/// A hypothesis with its weight.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Part {
+pub(crate) struct Hypothesis {
     pub cause: Cause,
     pub law: Law,
     pub mode: Mode,
@@ -74,7 +77,7 @@ pub(crate) struct Part {
     pub unit_variance: f64,
     /// Noise variance for which the priors are weighed within `cov`, s2.
     pub tuned: f64,
-    /// Relative errors of the tables' closing and opening time that a story of both leaks was begun with.
+    /// Relative errors of the tables' closing and opening time that a hypothesis of both leaks was begun with.
     pub unit: [f64; 2],
     /// What is known of the correlation of the noise.
     pub noise: NoiseState,
@@ -82,9 +85,9 @@ pub(crate) struct Part {
     pub inflation: f64,
 }
 
-impl Part {
-    /// Whether two parts tell the same story.
-    pub(crate) fn same_story(&self, other: &Self) -> bool {
+impl Hypothesis {
+    /// Whether two hypotheses are of the same kind: cause, law and mode.
+    pub(crate) fn same_kind(&self, other: &Self) -> bool {
         self.cause == other.cause && self.law == other.law && self.mode == other.mode
     }
 
@@ -123,7 +126,7 @@ impl Part {
             // taken away again where the change is negative.
             let precision = change / variance;
             let denominator = 1.0 + precision * self.cov[k][k];
-            if denominator < 1e-3 {
+            if denominator < LEAST_LEFT {
                 continue;
             }
             let gain: [f64; SIZE] = std::array::from_fn(|i| precision * self.cov[i][k] / denominator);
@@ -206,14 +209,14 @@ impl Part {
         self
     }
 
-    /// One part with the weight, mean and covariance of several, at most [`MOST_MERGED`].
-    pub(crate) fn merged(parts: &[Self], shape: f64) -> Self {
-        debug_assert!(parts.len() <= MOST_MERGED, "{} stories", parts.len());
-        let top = parts.iter().map(|part| part.ln_weight).fold(f64::NEG_INFINITY, f64::max);
+    /// One hypothesis with the weight, mean and covariance of several, at most [`MOST_MERGED`].
+    pub(crate) fn merged(hypotheses: &[Self], shape: f64) -> Self {
+        debug_assert!(hypotheses.len() <= MOST_MERGED, "{} hypotheses", hypotheses.len());
+        let top = hypotheses.iter().map(|hypothesis| hypothesis.ln_weight).fold(f64::NEG_INFINITY, f64::max);
         let mut shares = [0.0; MOST_MERGED];
         let mut total = 0.0;
-        for (share, part) in shares.iter_mut().zip(parts) {
-            *share = quick_exp(part.ln_weight - top);
+        for (share, hypothesis) in shares.iter_mut().zip(hypotheses) {
+            *share = quick_exp(hypothesis.ln_weight - top);
             total += *share;
         }
         let by_total = 1.0 / total;
@@ -227,35 +230,35 @@ impl Part {
             unit: [0.0; 2],
             noise: NoiseState { weight: [0.0; 3], left_s: [0.0; 2] },
             inflation: 0.0,
-            ..parts[0]
+            ..hypotheses[0]
         };
-        for (share, part) in shares.iter_mut().zip(parts) {
+        for (share, hypothesis) in shares.iter_mut().zip(hypotheses) {
             *share *= by_total;
             let share = *share;
             for i in 0..SIZE {
-                out.mean[i] += share * part.mean[i];
+                out.mean[i] += share * hypothesis.mean[i];
             }
-            out.scale += share * part.scale;
-            out.unit_variance += share * part.unit_variance;
-            out.noise.mix(&part.noise, share);
-            out.inflation += share * part.inflation;
+            out.scale += share * hypothesis.scale;
+            out.unit_variance += share * hypothesis.unit_variance;
+            out.noise.mix(&hypothesis.noise, share);
+            out.inflation += share * hypothesis.inflation;
             for stroke in 0..2 {
-                out.unit[stroke] += share * part.unit[stroke];
+                out.unit[stroke] += share * hypothesis.unit[stroke];
             }
         }
         let by_sigma2 = shape / out.scale;
-        for (share, part) in shares.iter().zip(parts) {
-            let own = part.scale / out.scale;
-            out.tuned += share * part.tuned / own;
+        for (share, hypothesis) in shares.iter().zip(hypotheses) {
+            let own = hypothesis.scale / out.scale;
+            out.tuned += share * hypothesis.tuned / own;
             let (inside, apart) = (share * own, share * by_sigma2);
             let mut off = [0.0; SIZE];
             for i in 0..SIZE {
-                off[i] = part.mean[i] - out.mean[i];
+                off[i] = hypothesis.mean[i] - out.mean[i];
             }
             for i in 0..SIZE {
                 let along = apart * off[i];
                 for j in 0..SIZE {
-                    out.cov[i][j] += inside * part.cov[i][j] + along * off[j];
+                    out.cov[i][j] += inside * hypothesis.cov[i][j] + along * off[j];
                 }
             }
         }
