@@ -393,7 +393,7 @@ fn effect_coordinate(
             start: 1.0,
             ..linear(0.0, 1.0, 1.0)
         },
-        Search::SizeAbout { scale } => linear(range.typical, scale, 0.0),
+        Search::SizeFrom { least } => linear(least, range.typical - least, 1.0),
         Search::ExcessOver { start, .. } => Coordinate {
             target,
             map: Map::Linear,

@@ -26,6 +26,9 @@ macro_rules! coefficients {
                 for (power, root) in self.law.root.iter_mut().enumerate() {
                     root.set_lane(lane, from.law.root[power]);
                 }
+                for (power, discharge) in self.law.discharge.iter_mut().enumerate() {
+                    discharge.set_lane(lane, from.law.discharge[power]);
+                }
                 self.law.scale.set_lane(lane, from.law.scale);
                 self.law.widest.set_lane(lane, from.law.widest);
                 self.port_blend.set_lane(lane, from.port_blend);
@@ -42,6 +45,7 @@ macro_rules! coefficients {
                         root: core::array::from_fn(|power| R::splat(law.root[power])),
                         scale: R::splat(law.scale),
                         widest: R::splat(law.widest),
+                        discharge: law.discharge.map(R::splat),
                     },
                     port_blend: Blend::splat(from.port_blend),
                     blend: Blend::splat(from.blend),

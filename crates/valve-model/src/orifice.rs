@@ -12,6 +12,10 @@
 //! root of 1 - r is taken beside it. The law of ISO 6358-1:2013, with a critical ratio b of its own, has
 //! the same form with a q of first degree, so that one code serves both.
 //!
+//! The discharge coefficient of a sharp edge is not constant: it falls as the pressures meet, also where the flow is
+//! choked (Perry 1949, "Critical flow through sharp-edged orifices", Trans. ASME 71, as a polynomial in r). The law may
+//! have a share of that.
+//!
 //! The slope of the square root is infinite at equal pressures. Within a relative pressure
 //! difference `blend` it gives way to an odd cubic that agrees with it in value and slope at the edge.
 
@@ -30,7 +34,15 @@ pub struct OrificeLaw<R> {
     pub scale: R,
     /// The relative pressure difference 1 - r from which on the flow is choked.
     pub widest: R,
+    /// The discharge coefficient over that into a vacuum, in powers of 1 - r, ascending.
+    pub discharge: [R; DISCHARGE_DEGREE + 1],
 }
+
+/// Degree of the discharge coefficient.
+pub const DISCHARGE_DEGREE: usize = 5;
+
+/// Discharge coefficient of a sharp-edged orifice in powers of the pressure ratio r, ascending (Perry 1949).
+const SHARP_EDGE: [f64; DISCHARGE_DEGREE + 1] = [0.8414, -0.1002, 0.8415, -3.9, 4.6001, -1.6827];
 
 /// The relative pressure difference within which an orifice's law is blended to a line.
 #[derive(Debug, Clone, Copy)]
@@ -93,6 +105,25 @@ impl OrificeLaw<f64> {
         Self::from_function(critical_ratio, |r| sonic * sonic * (1.0 + r - 2.0 * critical_ratio) / (width * width))
     }
 
+    /// With a share of the fall that the discharge coefficient of a sharp edge has; the flow into a vacuum is kept.
+    #[must_use]
+    pub fn with_edge(self, sharpness: f64) -> Self {
+        let mut discharge = [0.0; DISCHARGE_DEGREE + 1];
+        // Horner's scheme in r = 1 - gap.
+        for power in SHARP_EDGE.iter().rev() {
+            let before = discharge;
+            for (k, value) in discharge.iter_mut().enumerate() {
+                *value = before[k] - if k == 0 { 0.0 } else { before[k - 1] };
+            }
+            discharge[0] += power;
+        }
+        for value in &mut discharge {
+            *value *= sharpness / SHARP_EDGE[0];
+        }
+        discharge[0] += 1.0 - sharpness;
+        Self { discharge, ..self }
+    }
+
     /// Interpolates sqrt(q) at Chebyshev nodes on [critical, 1] (Trefethen, Approximation Theory and
     /// Approximation Practice, 2013, chapter 3), as a polynomial in powers.
     fn from_function(critical: f64, q: impl Fn(f64) -> f64) -> Self {
@@ -121,14 +152,16 @@ impl OrificeLaw<f64> {
             previous = current;
             current = next;
         }
-        Self { root: powers, scale: 1.0 / half, widest: 2.0 * half }
+        let mut discharge = [0.0; DISCHARGE_DEGREE + 1];
+        discharge[0] = 1.0;
+        Self { root: powers, scale: 1.0 / half, widest: 2.0 * half, discharge }
     }
 }
 
 impl OrificeLaw<f64> {
     /// q at equal pressures.
     pub fn at_equal_pressures(&self) -> f64 {
-        let root = polynomial(&self.root, 1.0);
+        let root = polynomial(&self.root, 1.0) * self.discharge[0];
         root * root
     }
 }
@@ -137,11 +170,18 @@ impl<R: Real> OrificeLaw<R> {
     /// sqrt((1 - r) q(r)) for a pressure ratio r <= 1, choked below the critical ratio.
     #[inline(always)]
     pub fn shape(&self, ratio: R, blend: Blend<R>) -> R {
-        self.shape_at(R::splat(1.0) - ratio, blend).0
+        let gap = R::splat(1.0) - ratio;
+        self.shape_at(gap, blend).0 * self.discharge_at(gap)
     }
 
-    /// The same over the gap 1 - r, which is exact where the pressures are nearly equal; and the root of the gap, of
-    /// the blend's width at least.
+    /// The discharge coefficient over that into a vacuum.
+    #[inline(always)]
+    fn discharge_at(&self, gap: R) -> R {
+        self.discharge.iter().rev().copied().reduce(|sum, power| sum.mul_add(gap, power)).unwrap_or(gap)
+    }
+
+    /// The same over the gap 1 - r, which is exact where the pressures are nearly equal, at a constant discharge
+    /// coefficient; and the root of the gap, of the blend's width at least.
     #[inline(always)]
     fn shape_at(&self, gap: R, blend: Blend<R>) -> (R, R) {
         let one = R::splat(1.0);
@@ -162,15 +202,26 @@ impl<R: Real> OrificeLaw<R> {
     /// The same between pressures whose inverses are known: quotients are what a step spends its time on.
     #[inline(always)]
     pub fn flow_between(&self, from: Pressure<R>, to: Pressure<R>, coefficient: R, blend: Blend<R>) -> R {
-        self.flow_with_root(from, to, coefficient, blend).0
+        self.flow_with_root(from, to, coefficient, blend, true).0
     }
 
-    /// The same, and the root of the relative pressure difference, of the blend's width at least.
+    /// The same, and the root of the relative pressure difference, of the blend's width at least. The discharge coefficient
+    /// is looked at where it may vary.
     #[inline(always)]
-    pub fn flow_with_root(&self, from: Pressure<R>, to: Pressure<R>, coefficient: R, blend: Blend<R>) -> (R, R) {
+    pub fn flow_with_root(
+        &self,
+        from: Pressure<R>,
+        to: Pressure<R>,
+        coefficient: R,
+        blend: Blend<R>,
+        discharge_varies: bool,
+    ) -> (R, R) {
         let (p1, p2) = (from.pa, to.pa);
         let gap = (p1 - p2).abs() * p1.select_lt(p2, to.inverse, from.inverse);
-        let (shape, root) = self.shape_at(gap, blend);
+        let (mut shape, root) = self.shape_at(gap, blend);
+        if discharge_varies {
+            shape = shape * self.discharge_at(gap);
+        }
         let magnitude = coefficient * p1.max(p2) * shape;
         (p1.select_lt(p2, -magnitude, magnitude), root)
     }
@@ -258,6 +309,23 @@ mod tests {
             };
             let reference = exact(1.4, 1.0 - gap - 1e-9) - exact(1.4, 1.0 - gap + 1e-9);
             assert!((slope(gap) / (reference / 2e-9) - 1.0).abs() < 5e-3);
+        }
+    }
+
+    #[test]
+    fn a_sharp_edge_lets_less_through_as_the_pressures_meet() {
+        let nozzle = OrificeLaw::ideal_nozzle(1.4);
+        let blend = Blend::new(1e-9);
+        for sharpness in [0.0, 0.4, 1.0] {
+            let law = nozzle.with_edge(sharpness);
+            let against_nozzle = |ratio: f64| law.shape(ratio, blend) / nozzle.shape(ratio, blend);
+            assert!((against_nozzle(0.0) - 1.0).abs() < 1e-12);
+            // 0.6001 for 0.8414.
+            let end = 1.0 + sharpness * (0.6001 / 0.8414 - 1.0);
+            assert!((against_nozzle(1.0 - 1e-6) - end).abs() < 1e-5, "{sharpness}");
+            // Also where it chokes: 0.7491 at half the pressure.
+            let half = 1.0 + sharpness * (0.749_097 / 0.8414 - 1.0);
+            assert!((against_nozzle(0.5) - half).abs() < 1e-5, "{}", against_nozzle(0.5));
         }
     }
 

@@ -317,7 +317,8 @@ impl<'a, R: Real> System<'a, R> {
         warmth2: R,
         blend: Blend<R>,
     ) -> (R, R) {
-        let (flow, root) = self.coefficients.law.flow_with_root(from, to, coefficient, blend);
+        let discharge_varies = self.has::<GROUPS>(groups::FLOWS) && self.terms.discharge;
+        let (flow, root) = self.coefficients.law.flow_with_root(from, to, coefficient, blend, discharge_varies);
         let warmth = from.pa.select_lt(to.pa, warmth2, warmth1);
         (if self.has::<GROUPS>(groups::HEATING) { flow * warmth } else { flow }, root)
     }

@@ -12,6 +12,8 @@ pub struct Terms {
     pub flows: bool,
     /// A vent whose law differs from that of the orifices.
     pub vent: bool,
+    /// Orifices whose discharge coefficient depends on the pressures.
+    pub discharge: bool,
     /// Stops with a damping of their own.
     pub stop_damping: bool,
     /// Gas temperatures as states.
@@ -46,7 +48,7 @@ pub mod groups {
     pub const CUSTOM: u8 = 1 << 5;
     /// Measured pressures.
     pub const DRIVEN: u8 = 1 << 6;
-    /// Flows into pipe and chamber, and the law of the vent.
+    /// Flows into pipe and chamber, and laws of the vent and of discharge.
     pub const FLOWS: u8 = 1 << 7;
     /// Any of them: asked at run time.
     pub const ANY: u8 = u8::MAX;
@@ -58,7 +60,7 @@ impl Terms {
         let bit = |group: u8, used: bool| if used { group } else { 0 };
         bit(groups::FORCES, self.forces)
             | bit(groups::FRICTION, self.friction)
-            | bit(groups::FLOWS, self.flows || self.vent)
+            | bit(groups::FLOWS, self.flows || self.vent || self.discharge)
             | bit(groups::HEATING, self.heating)
             | bit(groups::LINE, self.line)
             | bit(groups::SPOOL, self.spool)

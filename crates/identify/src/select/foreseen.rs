@@ -6,10 +6,14 @@ use super::race::settling;
 use super::{Family, Level, Search, Set};
 use crate::Problem;
 use crate::fit::{Fit, FitOptions, fit};
-use crate::noise::Noise;
-use crate::normal::{Linearised, Posterior};
-use crate::problem::{Linear, predict_all};
+use crate::noise::{Noise, Whitener};
+use crate::normal::{Linearised, Posterior, prior_cost};
+use crate::problem::{Linear, Record, predict_all, residuals};
 use crate::variance::{Effort, components, evidence};
+
+/// So many of the likeliest beginnings are looked at where their derivatives lead: far from where these were taken they promise
+/// too much.
+const LIKELIEST: usize = 3;
 
 impl<F: Family> Search<'_, F> {
     /// Where a set with one effect more is likely to be best, and with which errors: from the optimum of the smaller set, by
@@ -29,11 +33,22 @@ impl<F: Family> Search<'_, F> {
                 point[size] = coordinates[size].step_at(0.0, f64::INFINITY);
             }
         }
-        let mut off = points.first()?.clone();
-        off[size] = 0.0;
-        points.push(off);
-        let mut predicted = predict_all(problem, &points);
-        let without = predicted.pop()??;
+        // What the size is counted from, with the shapes of each point.
+        let off = |point: &Vec<f64>| {
+            let mut off = point.clone();
+            off[size] = 0.0;
+            off
+        };
+        let mut counted_from: Vec<Vec<f64>> = Vec::new();
+        for from in points.iter().map(off) {
+            if !counted_from.contains(&from) {
+                counted_from.push(from);
+            }
+        }
+        let of_point: Vec<Option<usize>> =
+            points.iter().map(|point| counted_from.iter().position(|from| *from == off(point))).collect();
+        let predicted = predict_all(problem, &[points.as_slice(), &counted_from].concat());
+        let (predicted, without) = predicted.split_at(points.len());
         let mut place = vec![None; smaller.problem.coordinates().len()];
         for (index, same) in shared.iter().enumerate() {
             if let Some(same) = same {
@@ -45,24 +60,48 @@ impl<F: Family> Search<'_, F> {
         };
         let groups = self.family.options().groups;
         let noise = &smaller.fit.noise;
-        let linear = points.into_iter().zip(predicted).filter_map(|(u, predicted)| {
-            let with_effect = predicted?.into_iter().zip(&without).zip(&smaller.fit.linear.columns);
+        let linear = points.into_iter().zip(predicted).zip(of_point).filter_map(|((u, predicted), off)| {
+            let (predicted, without) = (predicted.as_ref()?, without[off?].as_ref()?);
+            let with_effect = predicted.iter().zip(without).zip(&smaller.fit.linear.columns);
             let linear = with_effect.map(|((predicted, without), columns)| {
                 let by_size = predicted.iter().zip(without).map(|(with, without)| (with - without) / u[size]);
                 let mut columns = kept(columns);
                 columns.push((size, by_size.collect()));
-                Linear { predicted, columns }
+                Linear { predicted: predicted.clone(), columns }
             });
             let linear = linear.collect();
             let at = Linearised::new(problem, u, linear);
             let likely = evidence(problem, &at, &at.normal(problem, noise), &groups, noise);
             likely.is_finite().then_some((likely, at))
         });
-        let (_, at) = linear.max_by(|a, b| a.0.total_cmp(&b.0))?;
-        let noise = components(problem, &at, &groups, noise, Effort::Local);
-        let normal = at.normal(problem, &noise);
-        let step = Posterior::new(coordinates, &at.u, &normal).newton()?;
-        Some((step.to, noise))
+        let chi2 = |residuals: &[Vec<f64>]| -> f64 {
+            let whitened = |(record, residual): (&Record, &Vec<f64>)| Whitener::new(record, noise).whitened(residual);
+            problem.records().iter().zip(residuals).flat_map(whitened).map(|value| value * value).sum()
+        };
+        let mut linear: Vec<(f64, Linearised)> = linear.collect();
+        linear.sort_by(|a, b| b.0.total_cmp(&a.0));
+        // The one that is best as it stands is hardly worse than the smaller set, wherever the others lead.
+        let cost = |at: &Linearised| chi2(&at.residual) + prior_cost(coordinates, &at.u);
+        let costs = linear.iter().map(|(_, at)| cost(at)).enumerate();
+        let nearest = costs.min_by(|a, b| a.1.total_cmp(&b.1))?.0;
+        let chosen = linear.into_iter().enumerate().filter(|(place, _)| *place < LIKELIEST || *place == nearest);
+        let stepped = chosen.filter_map(|(_, (_, at))| {
+            let noise = components(problem, &at, &groups, noise, Effort::Local);
+            let mut to = Posterior::new(coordinates, &at.u, &at.normal(problem, &noise)).newton()?.to;
+            // No derivative speaks for the shapes here: the prior alone would draw them to its mean.
+            let shapes = shared.iter().enumerate().filter(|(index, same)| same.is_none() && *index != size);
+            shapes.for_each(|(index, _)| to[index] = at.u[index]);
+            Some((to, noise))
+        });
+        let stepped: Vec<(Vec<f64>, Noise)> = stepped.collect();
+        let ends: Vec<Vec<f64>> = stepped.iter().map(|(to, _)| to.clone()).collect();
+        let costs = predict_all(problem, &ends)
+            .into_iter()
+            .zip(&ends)
+            .map(|(predicted, to)| Some(chi2(&residuals(problem, &predicted?)) + prior_cost(coordinates, to)));
+        let costs: Vec<Option<f64>> = costs.collect();
+        let best = stepped.into_iter().zip(costs).filter_map(|(start, cost)| Some((start, cost?)));
+        best.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(start, _)| start)
     }
 
     /// Fits the sets that others grow out of, as these are first looked at.

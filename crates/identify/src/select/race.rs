@@ -33,6 +33,14 @@ impl<F: Family> Search<'_, F> {
             known.iter().filter_map(|set| self.evidence(set, Level::Low)).fold(f64::NEG_INFINITY, f64::max);
         for (round, derivatives) in [self.options.rounds[1], usize::MAX].into_iter().enumerate() {
             runners.sort_by(|a, b| b.fit.log_evidence.total_cmp(&a.fit.log_evidence));
+            // What the best leaves to be explained is what another can still gain on it.
+            let left = runners
+                .first()
+                .map_or(0.0, |runner| left_nats(&runner.problem, &runner.fit, &self.family.options()).max(0.0));
+            let best = runners.first().map_or(f64::NEG_INFINITY, |runner| runner.fit.log_evidence);
+            // A fit that is on its way is worth what its next step promises as well.
+            let prospect = |runner: &Runner<F::Member>| runner.fit.log_evidence + left.min(runner.fit.promised);
+            runners.sort_by(|a, b| prospect(b).total_cmp(&prospect(a)));
             // The cold and the warm fit of a set are one runner once the race is past its first round.
             if round > 0 {
                 let mut seen: Vec<Set> = Vec::new();
@@ -44,12 +52,7 @@ impl<F: Family> Search<'_, F> {
             }
             // What was exchanged in a set must be able to win against it.
             let to_beat = if is_exchange { self.screened.get(from).copied() } else { None };
-            let best = runners.first().map_or(f64::NEG_INFINITY, |runner| runner.fit.log_evidence);
             let best = to_beat.map_or(best, |of_set| best.max(of_set));
-            // What the best leaves to be explained is what another can still gain on it.
-            let left = runners
-                .first()
-                .map_or(0.0, |runner| left_nats(&runner.problem, &runner.fit, &self.family.options()).max(0.0));
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of a few runners")]
             let share = (self.options.kept * runners.len() as f64).ceil() as usize;
             let most = if round == 0 { share.max(self.options.finalists) } else { self.options.followed };

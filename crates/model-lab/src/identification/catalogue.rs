@@ -433,30 +433,30 @@ impl<'a> Catalogue<'a> {
             let Some(size) = coordinates.first().copied() else { continue };
             let lower = member.coordinates()[size].lower;
             let start = points[0].clone();
-            for factor in SIZES {
-                for sign in [1.0, -1.0] {
-                    if sign < 0.0 && lower >= 0.0 {
-                        continue;
-                    }
-                    let mut point = start.clone();
-                    point[size] = sign * factor;
-                    points.push(point);
-                }
+            let signs: &[f64] = if lower >= 0.0 { &[1.0] } else { &[1.0, -1.0] };
+            for (factor, sign) in SIZES.iter().flat_map(|factor| signs.iter().map(move |sign| (factor, sign))) {
+                let mut point = start.clone();
+                point[size] = sign * factor;
+                points.push(point);
+            }
+            // None of a share is a law of its own, at every size.
+            let is_share = |(_, parameter): &(&usize, &EffectParameter)| parameter.search == Search::Share;
+            let sized = points[points.len() - SIZES.len() * signs.len()..].to_vec();
+            for (share, _) in coordinates.iter().zip(kind.parameters()).filter(is_share) {
+                points.extend(sized.iter().cloned().map(|mut point| {
+                    point[*share] = 0.0;
+                    point
+                }));
             }
             let is_shape =
                 |(_, parameter): &(&usize, &EffectParameter)| matches!(parameter.search, Search::Shape | Search::Share);
             for (shape, _) in coordinates.iter().zip(kind.parameters()).filter(is_shape) {
-                for sign in [1.0, -1.0] {
-                    if sign < 0.0 && lower >= 0.0 {
-                        continue;
-                    }
-                    for by in SHAPES {
-                        let mut point = start.clone();
-                        // At a small size what the other parameters take of it stays linear.
-                        point[size] = sign * SIZES[0];
-                        point[*shape] += by;
-                        points.push(point);
-                    }
+                for (sign, by) in signs.iter().flat_map(|sign| SHAPES.iter().map(move |by| (sign, by))) {
+                    let mut point = start.clone();
+                    // At a small size what the other parameters take of it stays linear.
+                    point[size] = sign * SIZES[0];
+                    point[*shape] += by;
+                    points.push(point);
                 }
             }
         }

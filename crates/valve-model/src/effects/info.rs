@@ -68,10 +68,10 @@ pub enum Search {
     Size,
     /// A size that is neutral at infinity: typical / u, otherwise the same.
     InverseSize,
-    /// A size without a neutral value: typical + scale u, from u = 0 on.
-    SizeAbout {
-        /// What u counts, SI.
-        scale: f64,
+    /// A size that is absent at no value: linearly from where it does least (u = 0) through typical (u = 1), where it starts.
+    SizeFrom {
+        /// Where it does least, SI.
+        least: f64,
     },
     /// A shape: by factors about its default, e^u with u ~ N(0, 1).
     Shape,
@@ -116,7 +116,7 @@ impl EffectParameter {
     /// Whether it is a size of the effect: with all of them neutral it is absent.
     #[must_use]
     pub fn is_size(&self) -> bool {
-        matches!(self.search, Search::Size | Search::InverseSize | Search::SizeAbout { .. })
+        matches!(self.search, Search::Size | Search::InverseSize | Search::SizeFrom { .. })
     }
 
     /// Whether it is a shape that hardly anybody knows.
