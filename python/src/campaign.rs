@@ -142,7 +142,7 @@ impl Campaign {
         let input = &self.0;
         let calibration =
             py.detach(|| Calibration::new(&input.file, &input.campaign, Stop::never())).map_err(refused)?;
-        let valve = if calibration.has_strayed {
+        let valve = if calibration.has_prior_conflict {
             None
         } else {
             Some(ValveFile(calibration.adopted(&input.file, &input.campaign.name).map_err(refused)?))
@@ -173,8 +173,8 @@ impl Campaign {
             ("candidates", figures::explanation::leaderboard(&answer, name, &headline).figure()),
             ("steps", figures::explanation::staircase(name, &headline, &steps).figure()),
         ];
-        if let Some(outside) = &answer.outside {
-            drawn.push(("missing", figures::explanation::unexplained(outside, name).figure()));
+        if let Some(discrepancy) = &answer.discrepancy {
+            drawn.push(("missing", figures::explanation::unexplained(discrepancy, name).figure()));
         }
         drawn.extend(figures::explanation::next_experiment(&answer).map(|figure| ("experiment", figure.figure())));
         Answer::new(py, headline, explanation::document(&answer, name), drawn, None)

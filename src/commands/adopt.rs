@@ -7,8 +7,10 @@ use answers::adoption::{Adoption, AdoptionError, needs_formula, with_formula};
 use answers::figures::explanation::staircase;
 use model_lab::diagnosis::{DiagnoseOptions, FittedParameter};
 use quantity::Dimension;
+use serde::Serialize;
+use serde_json::Value;
 
-use super::adopt_life::Lives;
+use super::adopt_life::{Lives, LivesDocument};
 use super::log_input::LogInput;
 use super::{campaign_input, explain, ladder};
 use crate::cli::{AdoptArgs, Format};
@@ -58,16 +60,26 @@ pub fn run(args: &AdoptArgs) -> anyhow::Result<Answer> {
             output::print_text(&text)?;
         }
         Format::Json => {
-            let mut document = adoption.document();
-            document["end_of_life"] = lives.as_ref().map(Lives::value).into();
-            document["out"] = args.out.display().to_string().into();
-            output::print_json(&document)?;
+            output::print_document(&AdoptDocument {
+                adoption: adoption.document(),
+                end_of_life: lives.as_ref().map(Lives::document),
+                out: args.out.display().to_string(),
+            })?;
         }
     }
     if let Some(plot) = plot {
         plot.write(&staircase(&input.campaign.name, action, &steps).figure())?;
     }
     Ok(Answer::Fine)
+}
+
+/// An adoption with what became of it, for programs.
+#[derive(Serialize)]
+struct AdoptDocument<'a> {
+    #[serde(flatten)]
+    adoption: Value,
+    end_of_life: Option<LivesDocument<'a>>,
+    out: String,
 }
 
 /// Adds and refits, with the formula of what no effect explains where it is asked for and not in the file yet.

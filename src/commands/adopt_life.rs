@@ -1,4 +1,4 @@
-//! What each step of a valve file's ladder says of a log: the end of life with the model as it was, as it was
+//! What each of a sequence of models says of a log: the end of life with the model as it was, as it was
 //! calibrated, and with the effects added.
 
 use std::fmt::Write as _;
@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use prognoser::{Method, Prognoser, Prognosis, Status};
-use serde_json::{Value, json};
+use serde::Serialize;
 use valve_file::ValveFile;
 
 use super::log_input::LogInput;
@@ -18,8 +18,10 @@ use crate::output::{Align, TextTable};
 const SHARES: [f64; 4] = [0.25, 0.5, 0.75, 1.0];
 
 /// The end of life that a model tells after some cycle.
+#[derive(Serialize)]
 struct Told {
     eol_cycle: Option<f64>,
+    #[serde(rename = "eol_bounds")]
     bounds: Option<[f64; 2]>,
 }
 
@@ -35,6 +37,24 @@ pub struct Lives {
 struct Model {
     name: String,
     told: Result<Vec<Told>, String>,
+}
+
+/// The ends of life for programs.
+#[derive(Serialize)]
+pub struct LivesDocument<'a> {
+    log: &'a str,
+    valve: &'a str,
+    after_cycles: &'a [u64],
+    models: Vec<ModelDocument<'a>>,
+}
+
+/// What a model told, or why it has no tables.
+#[derive(Serialize)]
+struct ModelDocument<'a> {
+    model: &'a str,
+    told: Option<&'a [Told]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    no_tables: Option<&'a str>,
 }
 
 impl Lives {
@@ -87,18 +107,23 @@ impl Lives {
     }
 
     /// For programs.
-    pub fn value(&self) -> Value {
-        let told = |told: &Told| json!({ "eol_cycle": told.eol_cycle, "eol_bounds": told.bounds });
-        let model = |Model { name, told: all }: &Model| match all {
-            Ok(all) => json!({ "model": name, "told": all.iter().map(told).collect::<Vec<_>>() }),
-            Err(why) => json!({ "model": name, "told": null, "no_tables": why }),
-        };
-        json!({
-            "log": self.log,
-            "valve": self.valve,
-            "after_cycles": self.cycles,
-            "models": self.models.iter().map(model).collect::<Vec<_>>(),
-        })
+    pub fn document(&self) -> LivesDocument<'_> {
+        LivesDocument {
+            log: &self.log,
+            valve: &self.valve,
+            after_cycles: &self.cycles,
+            models: self.models.iter().map(Model::document).collect(),
+        }
+    }
+}
+
+impl Model {
+    fn document(&self) -> ModelDocument<'_> {
+        ModelDocument {
+            model: &self.name,
+            told: self.told.as_deref().ok(),
+            no_tables: self.told.as_ref().err().map(String::as_str),
+        }
     }
 }
 

@@ -8,11 +8,21 @@ use answers::calibration::{document, verdict_words};
 use identify::Stop;
 use model_lab::calibrate::{Calibration, Verdict};
 use quantity::Dimension;
+use serde::Serialize;
+use serde_json::Value;
 
 use super::{campaign_input, explain, ladder};
 use crate::cli::{CalibrateArgs, Format};
 use crate::failure::Answer;
 use crate::output::{self, Align, Outputs, PlotFile, ProgressLine, TextTable, free_name_beside, next_step, told_in};
+
+/// A calibration with what became of it, for programs.
+#[derive(Serialize)]
+struct CalibrateDocument {
+    #[serde(flatten)]
+    calibration: Value,
+    out: Option<String>,
+}
 
 /// Calibrates, prints and writes.
 pub fn run(args: &CalibrateArgs) -> anyhow::Result<Answer> {
@@ -24,7 +34,7 @@ pub fn run(args: &CalibrateArgs) -> anyhow::Result<Answer> {
     let calibration = Calibration::new(&input.file, &input.campaign, Stop::never())?;
     drop(line);
     // Values that only stand in for missing physics are in nobody's valve.
-    let withheld = calibration.has_strayed && !args.force;
+    let withheld = calibration.has_prior_conflict && !args.force;
     let written = args.out.as_deref().filter(|_| !withheld);
     if let Some(out) = out.filter(|_| !withheld) {
         out.write_whole(calibration.adopted(&input.file, &input.campaign.name)?.text().as_bytes())?;
@@ -37,9 +47,10 @@ pub fn run(args: &CalibrateArgs) -> anyhow::Result<Answer> {
             output::print_text(&text)?;
         }
         Format::Json => {
-            let mut document = document(&input, &calibration);
-            document["out"] = written.map(|out| out.display().to_string()).into();
-            output::print_json(&document)?;
+            output::print_document(&CalibrateDocument {
+                calibration: document(&input, &calibration),
+                out: written.map(|out| out.display().to_string()),
+            })?;
         }
     }
     if let Some(plot) = plot {
@@ -87,7 +98,7 @@ fn text(input: &CampaignInput, calibration: &Calibration) -> String {
     text.push_str(&parameter_table(calibration).render());
     text.push('\n');
     text.push_str(&error_words(calibration));
-    for direction in &calibration.singular {
+    for direction in &calibration.non_identifiable {
         let _ = writeln!(text, "not fixed by these data: {}", direction.words);
     }
     for (first, second, correlation) in strong_correlations(calibration) {

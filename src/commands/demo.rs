@@ -9,7 +9,7 @@ use anyhow::Context;
 use leak_table::TableBundle;
 use prognoser::{Method, Prognoser, Prognosis, TimingLog};
 use quantity::Dimension;
-use serde_json::json;
+use serde::Serialize;
 use valve_model::Conditions;
 use valve_model::simulate::DEFAULT_STEP_S;
 
@@ -27,6 +27,19 @@ use answers::strokes::Cycles;
 const TRUE_GROWTH_MM2: f64 = 0.0231;
 /// Cycles after which the state is shown.
 const SHOWN: [u64; 9] = [1, 2, 3, 5, 8, 12, 14, 18, 24];
+
+/// What the demonstration found, for programs.
+#[derive(Serialize)]
+struct DemoDocument<'a> {
+    valve: &'a str,
+    close_time_s: Option<f64>,
+    open_time_s: Option<f64>,
+    close_within_s: f64,
+    open_within_s: f64,
+    leak_to_atmosphere_at_limit_mm2: f64,
+    true_eol_cycle: f64,
+    prognoses: Vec<Prognosis>,
+}
 
 /// Simulates the valve, builds its tables, reads the log.
 pub fn run(args: &DemoArgs) -> anyhow::Result<Answer> {
@@ -71,16 +84,16 @@ pub fn run(args: &DemoArgs) -> anyhow::Result<Answer> {
     tell(&format!("Done in {:.2} s. The same with your own files:\n{NEXT}", start.elapsed().as_secs_f64()))?;
 
     if args.format == Format::Json {
-        output::print_json(&json!({
-            "valve": file.name(),
-            "close_time_s": healthy[0],
-            "open_time_s": healthy[1],
-            "close_within_s": limits.close_within_s,
-            "open_within_s": limits.open_within_s,
-            "leak_to_atmosphere_at_limit_mm2": limit_mm2,
-            "true_eol_cycle": true_eol_cycle,
-            "prognoses": prognoses,
-        }))?;
+        output::print_document(&DemoDocument {
+            valve: file.name(),
+            close_time_s: healthy[0],
+            open_time_s: healthy[1],
+            close_within_s: limits.close_within_s,
+            open_within_s: limits.open_within_s,
+            leak_to_atmosphere_at_limit_mm2: limit_mm2,
+            true_eol_cycle,
+            prognoses,
+        })?;
     }
     if let (Some(plot), Some(figure)) = (plot, figure) {
         plot.write(&figure.figure())?;

@@ -5,9 +5,11 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use identify::Stop;
+use model_lab::diagnosis::discrepancy::ModelDiscrepancy;
 use model_lab::diagnosis::experiment::DECISIVE;
-use model_lab::diagnosis::outside::Outside;
-use model_lab::diagnosis::{DiagnoseOptions, Explanation, NuisanceReport, Progress, TwinReport, Verdict, explain};
+use model_lab::diagnosis::{
+    DiagnoseOptions, Explanation, Indistinguishable, NuisanceReport, Progress, Verdict, explain,
+};
 use model_lab::errors::Errors;
 use quantity::Dimension;
 
@@ -42,8 +44,8 @@ pub fn run(args: &ExplainArgs) -> anyhow::Result<Answer> {
         plot.write(&figure.figure())?;
     }
     if let Some(plot) = plot_missing {
-        match &answer.outside {
-            Some(outside) => plot.write(&pictures::unexplained(outside, &input.campaign.name).figure())?,
+        match &answer.discrepancy {
+            Some(discrepancy) => plot.write(&pictures::unexplained(discrepancy, &input.campaign.name).figure())?,
             None => output::note("nothing sits outside the catalogue: no picture of it was drawn"),
         }
     }
@@ -91,8 +93,8 @@ fn show(line: &ProgressLine, done: &AtomicUsize, round: &AtomicUsize, progress: 
 }
 
 fn text(answer: &Explanation, input: &CampaignInput) -> String {
-    let mut twins = String::new();
-    answer.twins.iter().for_each(|twin| twin_text(&mut twins, twin));
+    let mut groups = String::new();
+    answer.indistinguishable.iter().for_each(|group| indistinguishable_text(&mut groups, group));
     let nuisances = match nuisance_lines(&answer.nuisances) {
         lines if lines.is_empty() => lines,
         lines => format!("Instruments and conditions were found to be off by:\n{lines}"),
@@ -101,8 +103,8 @@ fn text(answer: &Explanation, input: &CampaignInput) -> String {
         format!("{}: {}", input.campaign.name, headline(answer)),
         parameter_lines(&answer.parameters),
         ladder::table(&pictures::steps(answer)),
-        twins,
-        answer.outside.as_ref().map_or_else(String::new, outside_text),
+        groups,
+        answer.discrepancy.as_ref().map_or_else(String::new, discrepancy_text),
         nuisances,
         candidate_table(answer),
     ];
@@ -117,19 +119,19 @@ fn headline(answer: &Explanation) -> String {
     explanation::headline_in(answer, &|rmse_m| format!("{} {}", unit.number(rmse_m, 3), unit.name()))
 }
 
-fn twin_text(text: &mut String, twin: &TwinReport) {
-    if twin.with.is_empty() {
-        let _ = writeln!(text, "{}: no other effect explains these data as well", twin.kind.id());
+fn indistinguishable_text(text: &mut String, group: &Indistinguishable) {
+    if group.with.is_empty() {
+        let _ = writeln!(text, "{}: no other effect explains these data as well", group.kind.id());
         return;
     }
-    let _ = writeln!(text, "{} cannot be told from:", twin.kind.id());
-    for other in &twin.with {
+    let _ = writeln!(text, "{} cannot be told from:", group.kind.id());
+    for other in &group.with {
         let _ = writeln!(text, "  {} (log evidence {:+.1} nats)", other.kind.id(), -other.behind);
         for line in parameter_lines(&other.parameters).lines() {
             let _ = writeln!(text, "    {line}");
         }
     }
-    if let Some(plan) = &twin.experiment {
+    if let Some(plan) = &group.experiment {
         let verb = if plan.separation >= DECISIVE { "would tell them apart" } else { "would help most" };
         let _ =
             writeln!(text, "  {verb}: {} (expected difference of chi-squared {:.0})\n", plan.purpose, plan.separation);
@@ -172,16 +174,16 @@ fn next(args: &ExplainArgs, answer: &Explanation) -> String {
         Verdict::Adequate => adopt("write the refitted parameters into a valve file", "calibrated.toml", &[]),
         Verdict::EffectFound | Verdict::PartlyExplained => {
             let effects: Vec<&str> = answer.recommended.iter().map(|kind| kind.id()).collect();
-            let first = if answer.twins.iter().any(|twin| twin.experiment.is_some()) {
+            let first = if answer.indistinguishable.iter().any(|group| group.experiment.is_some()) {
                 " (or record the [[run]] above first, add it to the campaign, and explain again)"
             } else {
                 ""
             };
             adopt(&format!("add what was found to the valve file{first}"), "better.toml", &effects)
         }
-        Verdict::OutsideCatalogue => match &answer.outside {
-            Some(outside) => {
-                adopt("add the formula to the valve file, refitted", "better.toml", &[outside.effect.name()])
+        Verdict::OutsideCatalogue => match &answer.discrepancy {
+            Some(discrepancy) => {
+                adopt("add the formula to the valve file, refitted", "better.toml", &[discrepancy.effect.name()])
             }
             None => next_step(
                 "see where the missing force or flow sits",
@@ -195,10 +197,11 @@ fn next(args: &ExplainArgs, answer: &Explanation) -> String {
     }
 }
 
-fn outside_text(outside: &Outside) -> String {
-    let (target, along) = (outside.axis.target.id(), outside.axis.variable);
-    let mut text = format!("What is missing acts as {target} along {along}: {}\n", outside.effect.formula().source());
-    for (parameter, sigma) in outside.effect.parameters().iter().zip(&outside.parameter_sigmas) {
+fn discrepancy_text(discrepancy: &ModelDiscrepancy) -> String {
+    let (target, along) = (discrepancy.axis.target.id(), discrepancy.axis.variable);
+    let mut text =
+        format!("What is missing acts as {target} along {along}: {}\n", discrepancy.effect.formula().source());
+    for (parameter, sigma) in discrepancy.effect.parameters().iter().zip(&discrepancy.parameter_sigmas) {
         let _ = writeln!(text, "  {} = {}", parameter.name, with_error(parameter.value, *sigma, &parameter.unit));
     }
     let unit = told_in(Dimension::Length);
@@ -208,10 +211,10 @@ fn outside_text(outside: &Outside) -> String {
     let _ = write!(
         text,
         "It leaves an error of {} ({} on what was held out). As an effect of the valve file (`valve adopt --effect {}` puts it there):\n\n{}",
-        left(outside.errors),
-        outside.held_out.map_or_else(|| "-".to_owned(), left),
-        outside.effect.name(),
-        indented(&explanation::effect_toml(outside)),
+        left(discrepancy.errors),
+        discrepancy.held_out.map_or_else(|| "-".to_owned(), left),
+        discrepancy.effect.name(),
+        indented(&explanation::effect_toml(discrepancy)),
     );
     text
 }

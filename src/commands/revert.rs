@@ -1,11 +1,18 @@
 //! `valve revert`: the valve file before its last step.
 
-use serde_json::json;
+use serde::Serialize;
 use valve_file::ValveFile;
 
 use crate::cli::{Format, RevertArgs};
 use crate::failure::Answer;
 use crate::output::{self, Outputs, free_name_beside, next_step};
+
+/// What was done, for programs.
+#[derive(Serialize)]
+struct RevertDocument {
+    undone: String,
+    out: String,
+}
 
 /// Writes the earlier valve file.
 pub fn run(args: &RevertArgs) -> anyhow::Result<Answer> {
@@ -21,7 +28,7 @@ pub fn run(args: &RevertArgs) -> anyhow::Result<Answer> {
             let next = next_step("build its tables", &["build-tables", &out, "--out", &tables]);
             output::print_text(&format!("undone: {undone}\nwritten: {out}\n{next}"))?;
         }
-        Format::Json => output::print_json(&json!({ "undone": undone, "out": out }))?,
+        Format::Json => output::print_document(&RevertDocument { undone, out })?,
     }
     Ok(Answer::Fine)
 }

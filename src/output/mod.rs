@@ -44,6 +44,11 @@ pub fn print_json(value: &impl Serialize) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// Prints a JSON document with its keys in alphabetical order, at every depth.
+pub fn print_document(document: &impl Serialize) -> anyhow::Result<()> {
+    print_json(&serde_json::to_value(document)?)
+}
+
 /// Prints text; prose that is too long for a line is broken.
 pub fn print_text(text: &str) -> anyhow::Result<()> {
     let mut out = stdout();

@@ -140,9 +140,10 @@ pub fn needs_formula(file: &ValveFile, names: &[String]) -> bool {
 
 /// The valve file with the formula that a search found.
 pub fn with_formula(file: &ValveFile, answer: &Explanation) -> Result<ValveFile, AdoptionError> {
-    let outside = answer.outside.as_ref();
-    let outside = outside.ok_or_else(|| AdoptionError::NoFormula { headline: crate::explanation::headline(answer) })?;
-    Ok(file.with_custom(&outside.effect)?)
+    let discrepancy = answer.discrepancy.as_ref();
+    let discrepancy =
+        discrepancy.ok_or_else(|| AdoptionError::NoFormula { headline: crate::explanation::headline(answer) })?;
+    Ok(file.with_custom(&discrepancy.effect)?)
 }
 
 /// What to add, and the valve file without the custom effects that are to be refitted.

@@ -27,7 +27,7 @@ struct CalibrationDocument<'a> {
     campaign: &'a str,
     verdict: &'static str,
     verdict_words: &'static str,
-    strayed: bool,
+    prior_data_conflict: bool,
     reasons: &'a [String],
     parameters: Vec<ParameterDocument>,
     correlations: Correlations,
@@ -56,10 +56,10 @@ pub fn document(input: &CampaignInput, calibration: &Calibration) -> Value {
     let names: Vec<&'static str> = calibration.parameters.iter().map(|parameter| parameter.id.key()).collect();
     let count = names.len();
     let row = |row: usize| (0..count).map(|column| calibration.correlations[(row, column)]).collect();
-    let not_fixed = calibration.singular.iter().map(|direction| NotFixed {
-        information: direction.information,
-        changes: direction.changes.iter().map(|(id, change)| (id.key(), *change)).collect(),
-        words: &direction.words,
+    let not_fixed = calibration.non_identifiable.iter().map(|combination| NotFixed {
+        information: combination.information,
+        changes: combination.changes.iter().map(|(id, change)| (id.key(), *change)).collect(),
+        words: &combination.words,
     });
     value_of(&CalibrationDocument {
         schema: SCHEMA,
@@ -67,7 +67,7 @@ pub fn document(input: &CampaignInput, calibration: &Calibration) -> Value {
         campaign: &input.campaign.name,
         verdict: calibration.verdict.id(),
         verdict_words: verdict_words(calibration),
-        strayed: calibration.has_strayed,
+        prior_data_conflict: calibration.has_prior_conflict,
         reasons: &calibration.reasons,
         parameters: moved::parameters(&calibration.parameters),
         correlations: Correlations { parameters: names, matrix: (0..count).map(row).collect() },

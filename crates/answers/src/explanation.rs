@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use leak_table::mm2_from_m2;
+use model_lab::diagnosis::discrepancy::ModelDiscrepancy;
 use model_lab::diagnosis::experiment::Experiment;
-use model_lab::diagnosis::outside::Outside;
-use model_lab::diagnosis::{CandidateReport, Explanation, FittedParameter, TwinReport, Verdict};
+use model_lab::diagnosis::{CandidateReport, Explanation, FittedParameter, Indistinguishable, Verdict};
 use serde::Serialize;
 use serde_json::Value;
 use valve_model::EffectKind;
@@ -29,7 +29,7 @@ fn ids(answer: &Explanation) -> String {
 /// What was found, each effect with those that it cannot be told from.
 fn groups(answer: &Explanation) -> String {
     let group = |kind: &EffectKind| {
-        let with = answer.twins.iter().filter(|twin| twin.kind == *kind).flat_map(|twin| &twin.with);
+        let with = answer.indistinguishable.iter().filter(|group| group.kind == *kind).flat_map(|group| &group.with);
         let names: Vec<&str> = with.map(|other| other.kind.id()).collect();
         if names.is_empty() { kind.id().to_owned() } else { format!("{} (or {})", kind.id(), names.join(", or ")) }
     };
@@ -60,11 +60,11 @@ pub fn headline_in(answer: &Explanation, length: &dyn Fn(f64) -> String) -> Stri
                 "something is missing ({} are left), and no effect of the catalogue, nor a pair, explains it",
                 left(answer, length)
             );
-            match answer.outside.as_ref().and_then(|outside| Some((outside, outside.errors.rmse_m?))) {
-                Some((outside, rmse_m)) => format!(
+            match answer.discrepancy.as_ref().and_then(|discrepancy| Some((discrepancy, discrepancy.errors.rmse_m?))) {
+                Some((discrepancy, rmse_m)) => format!(
                     "{missing}; a formula for {} {} does, but for {}",
-                    acting(outside.axis.target),
-                    along(outside.axis.variable),
+                    acting(discrepancy.axis.target),
+                    along(discrepancy.axis.variable),
                     length(rmse_m)
                 ),
                 None => missing,
@@ -123,12 +123,12 @@ struct ExplanationDocument<'a> {
     parameters: Vec<EffectParameterDocument>,
     calibrated_parameters: Vec<ParameterDocument>,
     nuisances: Vec<NuisanceDocument>,
-    indistinguishable: BTreeMap<&'static str, TwinDocument<'a>>,
+    indistinguishable: BTreeMap<&'static str, IndistinguishableDocument<'a>>,
     candidates: Vec<CandidateDocument<'a>>,
     probability: Probabilities,
     steps: Vec<StepDocument>,
     remainder: RemainderDocument,
-    residual: Option<OutsideDocument<'a>>,
+    residual: Option<DiscrepancyDocument<'a>>,
     notes: &'a [String],
     interrupted: bool,
 }
@@ -145,7 +145,7 @@ pub struct EffectParameterDocument {
 
 /// What an effect cannot be told from.
 #[derive(Debug, Clone, Serialize)]
-struct TwinDocument<'a> {
+struct IndistinguishableDocument<'a> {
     with: Vec<&'static str>,
     delta_log_evidence: Vec<f64>,
     next_experiment: Option<ExperimentDocument<'a>>,
@@ -199,7 +199,7 @@ struct RemainderDocument {
 
 /// Something that no effect of the catalogue explains.
 #[derive(Debug, Clone, Serialize)]
-struct OutsideDocument<'a> {
+struct DiscrepancyDocument<'a> {
     acts_on: &'static str,
     along: &'a str,
     table: TableDocument<'a>,
@@ -246,7 +246,11 @@ pub fn document(answer: &Explanation, campaign: &str) -> Value {
         parameters: parameters(&answer.parameters),
         calibrated_parameters: moved::parameters(&answer.moved),
         nuisances: moved::nuisances(&answer.nuisances),
-        indistinguishable: answer.twins.iter().map(|twin| (twin.kind.id(), twin_document(twin))).collect(),
+        indistinguishable: answer
+            .indistinguishable
+            .iter()
+            .map(|group| (group.kind.id(), indistinguishable_document(group)))
+            .collect(),
         candidates: answer.candidates.iter().map(candidate_document).collect(),
         probability: Probabilities {
             effects: answer.inclusion.iter().map(|(kind, share)| (kind.id(), *share)).collect(),
@@ -259,7 +263,7 @@ pub fn document(answer: &Explanation, campaign: &str) -> Value {
             log_evidence: answer.remainder.nats,
             noise_multiplier: answer.remainder.multiplier,
         },
-        residual: answer.outside.as_ref().map(outside_document),
+        residual: answer.discrepancy.as_ref().map(discrepancy_document),
         notes: &answer.notes,
         interrupted: answer.interrupted,
     })
@@ -281,15 +285,15 @@ pub fn parameters(fitted: &[FittedParameter]) -> Vec<EffectParameterDocument> {
     fitted.iter().map(document).collect()
 }
 
-fn twin_document(twin: &TwinReport) -> TwinDocument<'_> {
-    TwinDocument {
-        with: twin.with.iter().map(|other| other.kind.id()).collect(),
-        delta_log_evidence: twin.with.iter().map(|other| -other.behind).collect(),
-        next_experiment: twin.experiment.as_ref().map(|plan| ExperimentDocument {
+fn indistinguishable_document(group: &Indistinguishable) -> IndistinguishableDocument<'_> {
+    IndistinguishableDocument {
+        with: group.with.iter().map(|other| other.kind.id()).collect(),
+        delta_log_evidence: group.with.iter().map(|other| -other.behind).collect(),
+        next_experiment: group.experiment.as_ref().map(|plan| ExperimentDocument {
             purpose: &plan.purpose,
             run: run_toml(plan),
             record_pressures: plan.pressures,
-            repeats: plan.repeats,
+            repeats: plan.replicates,
             separation_chi2: plan.separation,
         }),
     }
@@ -333,12 +337,12 @@ pub fn run_toml(plan: &Experiment) -> String {
     text
 }
 
-fn outside_document(found: &Outside) -> OutsideDocument<'_> {
+fn discrepancy_document(found: &ModelDiscrepancy) -> DiscrepancyDocument<'_> {
     let numbers = found.effect.parameters().iter().zip(&found.parameter_sigmas).map(|(parameter, sigma)| {
         let number = CustomParameter { value: parameter.value, standard_error: *sigma, unit: &parameter.unit };
         (parameter.name.as_str(), number)
     });
-    OutsideDocument {
+    DiscrepancyDocument {
         acts_on: found.axis.target.id(),
         along: found.axis.variable,
         table: TableDocument { at: &found.knots, value: &found.values, standard_error: &found.sigmas },
@@ -354,7 +358,7 @@ fn outside_document(found: &Outside) -> OutsideDocument<'_> {
 }
 
 /// The custom effect as it is pasted into a valve file.
-pub fn effect_toml(found: &Outside) -> String {
+pub fn effect_toml(found: &ModelDiscrepancy) -> String {
     let effect = &found.effect;
     // Writing to a string cannot fail.
     let mut text = format!(

@@ -27,4 +27,4 @@ fn value_of(document: &impl serde::Serialize) -> serde_json::Value {
 }
 
 /// The version of the documents; raised when a key changes its name or meaning.
-pub const SCHEMA: u32 = 3;
+pub const SCHEMA: u32 = 4;

@@ -1,6 +1,6 @@
 //! How well a fit predicts what it has not seen.
 //!
-//! Folds of records are left out in turn. The optimum without a fold is found by a few steps with the derivatives of the
+//! Folds of records are held out in turn. The optimum without a fold is found by a few steps with the derivatives of the
 //! whole fit, each judged by what the problem predicts there; what it predicts for the fold is the answer.
 
 use rayon::prelude::*;
@@ -19,7 +19,7 @@ pub struct HeldOut {
 }
 
 /// A record that was held out: its index, and its residuals with own coordinates at their means, and fitted.
-type LeftOut = (usize, Vec<f64>, Vec<f64>);
+type HeldOutRecord = (usize, Vec<f64>, Vec<f64>);
 
 /// Folds of records: by condition where there are several, else each record alone; empty for a single record.
 pub fn folds<P: Problem + ?Sized>(problem: &P) -> Vec<Vec<usize>> {
@@ -37,14 +37,14 @@ pub fn folds<P: Problem + ?Sized>(problem: &P) -> Vec<Vec<usize>> {
     if folds.len() == 1 { Vec::new() } else { folds }
 }
 
-/// Leaves out fold after fold; nothing where there is only one, or where somebody asks to stop.
+/// Holds out fold after fold; nothing where there is only one, or where somebody asks to stop.
 pub fn held_out<P: Problem + ?Sized>(problem: &P, fit: &Fit, folds: &[Vec<usize>]) -> Option<HeldOut> {
     if folds.len() < 2 {
         return None;
     }
     let records = problem.records().len();
     let mut result = HeldOut { at_mean: vec![Vec::new(); records], own: vec![Vec::new(); records] };
-    let of_folds: Vec<Option<Vec<LeftOut>>> = folds.par_iter().map(|fold| left_out(problem, fit, fold)).collect();
+    let of_folds: Vec<Option<Vec<HeldOutRecord>>> = folds.par_iter().map(|fold| hold_out(problem, fit, fold)).collect();
     for (record, at_mean, own) in of_folds.into_iter().collect::<Option<Vec<_>>>()?.into_iter().flatten() {
         result.at_mean[record] = at_mean;
         result.own[record] = own;
@@ -58,8 +58,8 @@ const DAMPINGS: [f64; 3] = [0.0, 0.01, 0.3];
 /// How often a point is corrected with the same derivatives for what was predicted there.
 const CORRECTIONS: usize = 2;
 
-/// Leaves out one fold: of each of its records the residuals with own coordinates at their means, and fitted.
-fn left_out<P: Problem + ?Sized>(problem: &P, fit: &Fit, fold: &[usize]) -> Option<Vec<LeftOut>> {
+/// Holds out one fold: of each of its records the residuals with own coordinates at their means, and fitted.
+fn hold_out<P: Problem + ?Sized>(problem: &P, fit: &Fit, fold: &[usize]) -> Option<Vec<HeldOutRecord>> {
     if problem.stop().is_asked() {
         return None;
     }

@@ -3,6 +3,12 @@
 /// Half the width of the moving average, s. A valve moves on a straight line over so short a time.
 const HALF_WIDTH_S: f64 = 8e-3;
 
+/// The same in spacings of the readings where these are far apart: three of them are averaged at least.
+const LEAST_SPACINGS: f64 = 1.5;
+
+/// Slowest motion that a crossing is timed in, m/s.
+const SLOWEST_M_PER_S: f64 = 1e-6;
+
 /// A trace smoothed by a moving average of times and positions alike, so that a straight motion
 /// stays where it is.
 #[derive(Debug, Clone, Default)]
@@ -19,7 +25,7 @@ impl Smoothed {
     /// Smooths a trace. Where `valid` is NaN, a sample is left out, so that a simulated trace can be
     /// smoothed just as the measured one beside it.
     pub fn new(time_s: &[f64], position_m: &[f64], valid: &[f64]) -> Self {
-        let half = HALF_WIDTH_S.max(1.5 * median_spacing(time_s));
+        let half = HALF_WIDTH_S.max(LEAST_SPACINGS * median_spacing(time_s));
         let mut smoothed = Self::default();
         let (mut from, mut to) = (0, 0);
         // Sums since the start; windows are differences of them.
@@ -91,7 +97,7 @@ pub struct Crossing {
 impl Crossing {
     /// One standard deviation of its time from the noise of a reading, s.
     pub fn standard_error_s(&self, noise_m: f64) -> f64 {
-        noise_m / f64::from(self.readings.max(1)).sqrt() / self.speed_m_per_s.max(1e-6)
+        noise_m / f64::from(self.readings.max(1)).sqrt() / self.speed_m_per_s.max(SLOWEST_M_PER_S)
     }
 }
 

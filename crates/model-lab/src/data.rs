@@ -123,7 +123,7 @@ impl Dataset {
         let timing_noise_s = campaign
             .sensors
             .timing_noise_s
-            .unwrap_or_else(|| repeat_noise(&timing_groups, &campaign.timings))
+            .unwrap_or_else(|| replicate_noise(&timing_groups, &campaign.timings))
             .max(LEAST_TIMING_NOISE_S);
         Self {
             name: campaign.name.clone(),
@@ -237,15 +237,32 @@ fn with_rounding(noise: f64, samples: &[f64]) -> f64 {
     (noise * noise + resolution * resolution / 12.0).sqrt()
 }
 
+/// Samples that are looked at for the resolution of a channel, and fewest that tell it.
+const RESOLUTION_SAMPLES: usize = 2000;
+const FEWEST_SAMPLES: usize = 10;
+
+/// Share of a channel's span below which two samples are the same.
+const SAME_SAMPLE: f64 = 1e-9;
+
+/// Noise that a position sensor has at least, m, where none is stated.
+const LEAST_POSITION_NOISE_M: f64 = 1e-7;
+
+/// Noise of stroke times that nothing tells, s: a hand's, or a controller's that looks every ten milliseconds.
+const USUAL_TIMING_NOISE_S: f64 = 5e-3;
+
+/// Median size of a normal deviate, in standard deviations.
+const MEDIAN_SIZE: f64 = 0.6745;
+
 /// The smallest difference between two samples of a channel that is rounded, 0 if it is not.
 fn resolution(samples: &[f64]) -> f64 {
-    let mut values: Vec<f64> = samples.iter().copied().filter(|value| value.is_finite()).take(2000).collect();
+    let mut values: Vec<f64> =
+        samples.iter().copied().filter(|value| value.is_finite()).take(RESOLUTION_SAMPLES).collect();
     values.sort_by(f64::total_cmp);
     let span = values.last().copied().unwrap_or(0.0) - values.first().copied().unwrap_or(0.0);
-    let gaps = || values.windows(2).map(|pair| pair[1] - pair[0]).filter(|gap| *gap > 1e-9 * span);
+    let gaps = || values.windows(2).map(|pair| pair[1] - pair[0]).filter(|gap| *gap > SAME_SAMPLE * span);
     let smallest = gaps().fold(f64::INFINITY, f64::min);
     // Rounded values repeat; of unrounded ones, hardly two are equal.
-    let repeated = values.len() > 10 && gaps().count() < values.len() / 2;
+    let repeated = values.len() > FEWEST_SAMPLES && gaps().count() < values.len() / 2;
     if repeated && smallest.is_finite() { smallest } else { 0.0 }
 }
 
@@ -256,7 +273,7 @@ fn pooled_position_noise(campaign: &Campaign) -> f64 {
         .filter_map(|run| estimate_position_noise_m(&run.trace))
         .map(|noise| noise * noise)
         .collect();
-    (variances.iter().sum::<f64>() / variances.len().max(1) as f64).sqrt().max(1e-7)
+    (variances.iter().sum::<f64>() / variances.len().max(1) as f64).sqrt().max(LEAST_POSITION_NOISE_M)
 }
 
 /// Noise from the median size of row-to-row differences, for white noise on a slow signal.
@@ -268,11 +285,11 @@ fn difference_noise(samples: &[f64]) -> f64 {
     }
     let middle = sizes.len() / 2;
     let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
-    (*median / (0.6745 * core::f64::consts::SQRT_2)).max(1.0)
+    (*median / (MEDIAN_SIZE * core::f64::consts::SQRT_2)).max(1.0)
 }
 
-/// Noise of stroke times from their repeats.
-fn repeat_noise(groups: &[TimingGroup], rows: &[TimingRow]) -> f64 {
+/// Noise of stroke times from their replicates.
+fn replicate_noise(groups: &[TimingGroup], rows: &[TimingRow]) -> f64 {
     let (mut sum, mut freedom) = (0.0, 0.0);
     for group in groups {
         for time in [|row: &TimingRow| row.close_time_s, |row: &TimingRow| row.open_time_s] {
@@ -284,5 +301,5 @@ fn repeat_noise(groups: &[TimingGroup], rows: &[TimingRow]) -> f64 {
             }
         }
     }
-    if freedom > 0.0 { (sum / freedom).sqrt() } else { 5e-3 }
+    if freedom > 0.0 { (sum / freedom).sqrt() } else { USUAL_TIMING_NOISE_S }
 }

@@ -106,7 +106,7 @@ pub fn fitted(model: &Model<ValveProblem<'_>>) -> Errors {
 
 /// The errors of a fitted model on what is held out, fold by fold; nothing where there is only one record, or where it was
 /// fitted cheaply.
-pub fn left_out(model: &Model<ValveProblem<'_>>) -> Option<Errors> {
+pub fn held_out(model: &Model<ValveProblem<'_>>) -> Option<Errors> {
     model.held_out.as_ref().map(|held| Errors::of(&model.problem, &held.own))
 }
 
@@ -147,7 +147,7 @@ impl StepReport {
         Self {
             step: step.into(),
             errors: fitted(model),
-            held_out: left_out(model),
+            held_out: held_out(model),
             discrepancy: Some(model.fit.noise.groups[0].discrepancy),
             correlation_time_s: Some(model.fit.noise.groups[0].time_s),
         }

@@ -54,7 +54,7 @@ fn a_force_that_fades_unevenly_is_found_though_in_proportion_it_would_be_a_sprin
     let valve = Valve::new(parameters, file.valve().switches(), vec![hidden], Vec::new()).expect("possible");
     let found = explained(&campaign_of(&valve, &Off::default()), NuisanceSizes::default().linearity);
     // A spring that hardens does much the same: either may come first, but both must be told.
-    let alike = found.twins.iter().flat_map(|twin| &twin.with).map(|with| &with.kind);
+    let alike = found.indistinguishable.iter().flat_map(|group| &group.with).map(|with| &with.kind);
     let told: Vec<EffectKind> = found.recommended.iter().chain(alike).copied().collect();
     assert!(found.recommended.len() == 1 && told.contains(&EffectKind::PROCESS_FORCE), "{told:?}");
 }

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use leak_table::{Condition, ConditionRange};
 use lut_builder::{Request, Wear};
 use prognoser::{Method, Prognoser, Prognosis};
-use serde_json::json;
+use serde::Serialize;
 use valve_file::ValveFile;
 
 use crate::cli::{EvaluateArgs, Format};
@@ -33,6 +33,8 @@ struct Life {
     stated: bool,
 }
 
+/// How the prognosis did on one valve.
+#[derive(Serialize)]
 struct Score {
     valve: String,
     end_cycle: u64,
@@ -40,6 +42,14 @@ struct Score {
     relative_accuracy: f64,
     coverage_90: Option<f64>,
     replaced_at: Option<u64>,
+}
+
+/// The scores for programs.
+#[derive(Serialize)]
+struct OwnLogDocument<'a> {
+    /// Valves in the log, whether they reached their end or not.
+    valves: usize,
+    lives: &'a [Score],
 }
 
 /// Reads the log, scores every valve that reached its end.
@@ -75,16 +85,7 @@ pub fn run(args: &EvaluateArgs, file: &ValveFile, path: &Path) -> anyhow::Result
     }
     match args.format {
         Format::Text => output::print_text(&render(&scores, valves))?,
-        Format::Json => {
-            let row = |one: &Score| {
-                json!({
-                    "valve": one.valve, "end_cycle": one.end_cycle, "fault": one.fault,
-                    "relative_accuracy": one.relative_accuracy, "coverage_90": one.coverage_90,
-                    "replaced_at": one.replaced_at,
-                })
-            };
-            output::print_json(&json!({ "valves": valves, "lives": scores.iter().map(row).collect::<Vec<_>>() }))?;
-        }
+        Format::Json => output::print_document(&OwnLogDocument { valves, lives: &scores })?,
     }
     Ok(Answer::Fine)
 }

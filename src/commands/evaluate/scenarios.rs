@@ -7,7 +7,7 @@ use leak_table::ConditionRange;
 use lut_builder::{Request, Wear};
 use prognoser::Method;
 use prognoser::study::scenario::{Scenario, ScenarioConfig, ScenarioResult, run_scenarios};
-use serde_json::json;
+use serde::Serialize;
 use valve_file::ValveFile;
 
 use super::world::{SUPPLY_SPAN, SimulatedWorld, TEMPERATURE_SPAN_K};
@@ -18,6 +18,14 @@ use crate::output::{self, Align, ProgressLine, TextTable};
 
 /// One-sigma noises of the times, s.
 const NOISES_S: [f64; 2] = [0.01, 0.0316];
+
+/// The results for programs.
+#[derive(Serialize)]
+struct ScenariosDocument<'a> {
+    valve: &'a str,
+    first_seed: u64,
+    scenarios: &'a [ScenarioResult],
+}
 
 /// Simulates the world, builds the tables, runs the lives, prints.
 pub fn run(args: &EvaluateArgs, file: &ValveFile) -> anyhow::Result<Answer> {
@@ -61,7 +69,8 @@ pub fn run(args: &EvaluateArgs, file: &ValveFile) -> anyhow::Result<Answer> {
     match args.format {
         Format::Text => output::print_text(&table(&results, args))?,
         Format::Json => {
-            output::print_json(&json!({ "valve": file.name(), "first_seed": args.first_seed, "scenarios": results }))?;
+            let (valve, first_seed) = (file.name(), args.first_seed);
+            output::print_document(&ScenariosDocument { valve, first_seed, scenarios: &results })?;
         }
     }
     Ok(Answer::Fine)

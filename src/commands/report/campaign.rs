@@ -77,19 +77,19 @@ fn explained(input: &CampaignInput, answer: &Explanation) -> Section {
     blocks.push(Block::Table(ladder::rows(&steps).into()));
     blocks.push(figure(explain_figures::staircase(name, &headline, &steps).figure()));
     blocks.push(figure(explain_figures::leaderboard(answer, name, &headline).figure()));
-    for twin in &answer.twins {
-        if let Some(plan) = &twin.experiment {
-            let others: Vec<&str> = twin.with.iter().map(|other| other.kind.id()).collect();
-            let (kind, others) = (twin.kind.id(), others.join(", "));
+    for group in &answer.indistinguishable {
+        if let Some(plan) = &group.experiment {
+            let others: Vec<&str> = group.with.iter().map(|other| other.kind.id()).collect();
+            let (kind, others) = (group.kind.id(), others.join(", "));
             blocks.push(Block::Text(format!("What would tell {kind} from {others}: {}", plan.purpose)));
             blocks.push(Block::Code(explanation::run_toml(plan)));
         }
     }
     blocks.extend(explain_figures::next_experiment(answer).map(|found| figure(found.figure())));
-    if let Some(outside) = &answer.outside {
-        blocks.push(figure(explain_figures::unexplained(outside, name).figure()));
+    if let Some(discrepancy) = &answer.discrepancy {
+        blocks.push(figure(explain_figures::unexplained(discrepancy, name).figure()));
         blocks.push(Block::Text("The same as an effect for the valve file:".to_owned()));
-        blocks.push(Block::Code(explanation::effect_toml(outside)));
+        blocks.push(Block::Code(explanation::effect_toml(discrepancy)));
     }
     Section { title: "What is missing".to_owned(), blocks }
 }

@@ -9,13 +9,20 @@ use std::sync::Arc;
 use answers::CampaignInput;
 use anyhow::Context;
 use report::html::Page;
-use serde_json::json;
+use serde::Serialize;
 use valve_file::ValveFile;
 
 use super::{campaign_input, tables};
 use crate::cli::{Format, ReportArgs};
 use crate::failure::Answer;
 use crate::output::{self, Outputs};
+
+/// What was written, for programs.
+#[derive(Serialize)]
+struct ReportDocument<'a> {
+    sections: Vec<&'a str>,
+    out: String,
+}
 
 /// Builds the page, section by section.
 pub fn run(args: &ReportArgs) -> anyhow::Result<Answer> {
@@ -45,8 +52,8 @@ pub fn run(args: &ReportArgs) -> anyhow::Result<Answer> {
     match args.format {
         Format::Text => output::note(&format!("written: {out}")),
         Format::Json => {
-            let titles: Vec<&str> = page.sections.iter().map(|section| section.title.as_str()).collect();
-            output::print_json(&json!({ "sections": titles, "out": out }))?;
+            let sections = page.sections.iter().map(|section| section.title.as_str()).collect();
+            output::print_document(&ReportDocument { sections, out })?;
         }
     }
     Ok(Answer::Fine)

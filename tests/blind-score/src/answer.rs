@@ -80,7 +80,7 @@ pub fn from_library(folder: &Path) -> Result<Answer> {
 
 fn answer(said: &Explanation) -> Answer {
     let groups = said.recommended.iter().map(|kind| {
-        let twins = said.twins.iter().filter(|twins| twins.kind == *kind).flat_map(|twins| &twins.with);
+        let twins = said.indistinguishable.iter().filter(|twins| twins.kind == *kind).flat_map(|twins| &twins.with);
         std::iter::once(kind.id().to_owned()).chain(twins.map(|twin| twin.kind.id().to_owned())).collect()
     });
     let fitted = said.parameters.iter().map(|p| Fitted {

@@ -1,6 +1,6 @@
 //! Pictures of an explanation.
 
-use model_lab::diagnosis::outside::Outside;
+use model_lab::diagnosis::discrepancy::ModelDiscrepancy;
 use model_lab::diagnosis::{CandidateReport, Explanation};
 use model_lab::errors::StepReport;
 use model_lab::forward::{Predicted, record};
@@ -39,7 +39,12 @@ pub fn leaderboard(answer: &Explanation, campaign: &str, headline: &str) -> Lead
     let standing = |kinds: &[EffectKind]| {
         if is_set(kinds, &answer.recommended) {
             Standing::Recommended
-        } else if answer.twins.iter().flat_map(|twins| &twins.with).any(|twin| is_set(kinds, &twin.kinds)) {
+        } else if answer
+            .indistinguishable
+            .iter()
+            .flat_map(|groups| &groups.with)
+            .any(|group| is_set(kinds, &group.kinds))
+        {
             Standing::Alike
         } else {
             Standing::Rejected
@@ -86,32 +91,32 @@ pub fn steps(answer: &Explanation) -> Vec<StepReport> {
 }
 
 fn formula_step(answer: &Explanation) -> Option<StepReport> {
-    let outside = answer.outside.as_ref()?;
-    Some(StepReport::of(format!("formula ({})", outside.effect.name()), outside.errors, outside.held_out))
+    let discrepancy = answer.discrepancy.as_ref()?;
+    Some(StepReport::of(format!("formula ({})", discrepancy.effect.name()), discrepancy.errors, discrepancy.held_out))
 }
 
 /// Points of a formula's curve.
 const CURVE: u32 = 400;
 
 /// Where something sits that no effect explains: the table without a law, and the formula for it.
-pub fn unexplained(outside: &Outside, campaign: &str) -> UnexplainedFigure {
-    let (label, factor) = match outside.axis.variable {
+pub fn unexplained(discrepancy: &ModelDiscrepancy, campaign: &str) -> UnexplainedFigure {
+    let (label, factor) = match discrepancy.axis.variable {
         "x" => ("position (mm)", 1e3),
         "v" => ("velocity (mm/s), + opens", 1e3),
         _ => ("time since the command (s)", 1.0),
     };
-    let (quantity, scale) = match outside.axis.target {
+    let (quantity, scale) = match discrepancy.axis.target {
         CustomTarget::Force => ("missing force (N), + opens", 1.0),
         CustomTarget::Friction => ("missing friction (N)", 1.0),
         CustomTarget::PipeFlow => ("missing flow into the pipe (g/s)", 1e3),
         CustomTarget::ChamberFlow => ("missing flow into the chamber (g/s)", 1e3),
     };
-    let (from, to) = (outside.knots[0], outside.knots[outside.knots.len() - 1]);
+    let (from, to) = (discrepancy.knots[0], discrepancy.knots[discrepancy.knots.len() - 1]);
     let places = (0..=CURVE).map(|i| from + (to - from) * f64::from(i) / f64::from(CURVE));
-    let table = outside.knots.iter().zip(&outside.values).zip(&outside.sigmas);
+    let table = discrepancy.knots.iter().zip(&discrepancy.values).zip(&discrepancy.sigmas);
     UnexplainedFigure {
         title: format!("{campaign}: no effect of the catalogue explains it"),
-        subtitle: format!("what is missing, fitted without a law, and {}", outside.effect.formula().source()),
+        subtitle: format!("what is missing, fitted without a law, and {}", discrepancy.effect.formula().source()),
         axis: label.to_owned(),
         quantity: quantity.to_owned(),
         table: table
@@ -121,14 +126,14 @@ pub fn unexplained(outside: &Outside, campaign: &str) -> UnexplainedFigure {
                 standard_error: sigma * scale,
             })
             .collect(),
-        formula: places.map(|at| [at * factor, outside.formula_at(at) * scale]).collect(),
+        formula: places.map(|at| [at * factor, discrepancy.formula_at(at) * scale]).collect(),
     }
 }
 
 /// What the closest two effects that cannot be told apart predict for the run that would tell them apart.
 pub fn next_experiment(answer: &Explanation) -> Option<ExperimentFigure> {
-    let twins = answer.twins.iter().find(|twins| twins.experiment.is_some())?;
-    let (plan, other) = (twins.experiment.as_ref()?, twins.with.first()?);
+    let groups = answer.indistinguishable.iter().find(|groups| groups.experiment.is_some())?;
+    let (plan, other) = (groups.experiment.as_ref()?, groups.with.first()?);
     let time_s: Vec<f64> = (0..=CURVE).map(|i| plan.run.end_s * f64::from(i) / f64::from(CURVE)).collect();
     let predict = |kind: EffectKind, valve: &Valve| {
         let mut predicted = Predicted::default();
@@ -140,7 +145,7 @@ pub fn next_experiment(answer: &Explanation) -> Option<ExperimentFigure> {
     Some(ExperimentFigure {
         title: format!("next: {}", plan.purpose),
         subtitle: format!("expected difference of chi-squared: {:.0}", plan.separation),
-        predictions: vec![predict(twins.kind, &answer.valve), predict(other.kind, &other.valve)],
+        predictions: vec![predict(groups.kind, &answer.valve), predict(other.kind, &other.valve)],
         noise_mm: answer.noise_m.unwrap_or(1e-4) * 1e3,
         time_s,
     })

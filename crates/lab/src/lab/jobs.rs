@@ -9,7 +9,7 @@ use identify::Stop;
 use model_lab::calibrate::Calibration;
 use model_lab::diagnosis::adopt::sequence;
 use model_lab::diagnosis::experiment::DECISIVE;
-use model_lab::diagnosis::{DiagnoseOptions, Explanation, Progress, TwinReport, explain};
+use model_lab::diagnosis::{DiagnoseOptions, Explanation, Indistinguishable, Progress, explain};
 use model_lab::errors::StepReport;
 use model_lab::space::Target;
 use serde::Deserialize;
@@ -150,7 +150,7 @@ impl Jobs {
             "headline": explanation::headline(&found),
             "document": explanation::document(&found, &input.campaign.name),
             "model": explained_model(&found),
-            "twins": found.twins.iter().map(|twins| twin(&found, twins)).collect::<Vec<_>>(),
+            "twins": found.indistinguishable.iter().map(|twins| twin(&found, twins)).collect::<Vec<_>>(),
             "noise_mm": found.noise_m.map(|noise| 1e3 * noise),
         }))
     }
@@ -190,7 +190,7 @@ fn explained_model(found: &Explanation) -> Model {
 }
 
 /// What cannot be told from a recommended effect, each as sliders, and the run that would tell.
-fn twin(found: &Explanation, twins: &TwinReport) -> Value {
+fn twin(found: &Explanation, twins: &Indistinguishable) -> Value {
     let moved: Vec<&'static str> = found.moved.iter().map(|moved| moved.id.key()).collect();
     let of_valve = |valve: &Valve| {
         let at = |key: &'static str| {
@@ -219,7 +219,7 @@ fn twin(found: &Explanation, twins: &TwinReport) -> Value {
             "separation": plan.separation,
             "decides": plan.separation >= DECISIVE,
             "pressures": plan.pressures,
-            "repeats": plan.repeats,
+            "repeats": plan.replicates,
             "toml": explanation::run_toml(plan),
             "time_s": times_s,
             "position_mm": positions,

@@ -11,9 +11,12 @@ const LEAST_INFORMATION: f64 = 1.0;
 /// Components of a direction below this share of its largest are left out of its words.
 const NAMED: f64 = 0.2;
 
-/// A combination of parameters that can change without the data noticing.
+/// Two changes whose sizes differ by less than this factor's logarithm are told as a ratio or a product.
+const ALIKE: f64 = 0.25;
+
+/// A practically non-identifiable combination of parameters: it can change without the data noticing.
 #[derive(Debug, Clone, PartialEq)]
-pub struct SingularDirection {
+pub struct NonIdentifiable {
     /// What the data tell about it, relative to what the tolerances tell: below 1, less.
     pub information: f64,
     /// By which shares the parameters change together, largest first.
@@ -27,7 +30,7 @@ const HELD: f64 = 1e12;
 
 /// The combinations that the data fix no better than the tolerances, the least known first.
 /// `covariance` is that of the coordinates, in units of the tolerances; what the tolerances tell is taken out of it.
-pub fn singular_directions(space: &Space, covariance: &DMatrix<f64>) -> Vec<SingularDirection> {
+pub fn non_identifiable(space: &Space, covariance: &DMatrix<f64>) -> Vec<NonIdentifiable> {
     let free: Vec<usize> = (0..covariance.nrows()).filter(|index| covariance[(*index, *index)] > 0.0).collect();
     let block = DMatrix::from_fn(free.len(), free.len(), |i, j| covariance[(free[i], free[j])]);
     let mut information = DMatrix::from_diagonal_element(covariance.nrows(), covariance.ncols(), HELD);
@@ -39,7 +42,7 @@ pub fn singular_directions(space: &Space, covariance: &DMatrix<f64>) -> Vec<Sing
         }
     }
     let eigen = information.symmetric_eigen();
-    let mut directions: Vec<SingularDirection> = (0..covariance.nrows())
+    let mut directions: Vec<NonIdentifiable> = (0..covariance.nrows())
         .filter(|index| eigen.eigenvalues[*index] < LEAST_INFORMATION)
         .map(|index| {
             let vector = eigen.eigenvectors.column(index);
@@ -62,7 +65,7 @@ pub fn singular_directions(space: &Space, covariance: &DMatrix<f64>) -> Vec<Sing
                 }
             }
             let words = words(&changes);
-            SingularDirection { information: eigen.eigenvalues[index].max(0.0), changes, words }
+            NonIdentifiable { information: eigen.eigenvalues[index].max(0.0), changes, words }
         })
         .collect();
     directions.sort_by(|a, b| a.information.total_cmp(&b.information));
@@ -74,7 +77,7 @@ fn words(changes: &[(ParameterId, f64)]) -> String {
     match changes {
         [] => "a combination outside the tolerated parameters".to_owned(),
         [(id, _)] => format!("{} hardly shows in these data: its tolerance decides its value", name(*id)),
-        [(a, change_a), (b, change_b)] if (change_a.abs() / change_b.abs()).ln().abs() < 0.25 => {
+        [(a, change_a), (b, change_b)] if (change_a.abs() / change_b.abs()).ln().abs() < ALIKE => {
             let how = if change_a * change_b > 0.0 { "ratio" } else { "product" };
             format!("{} and {} only act through their {how}", name(*a), name(*b))
         }

@@ -6,7 +6,7 @@
 //! missing physics.
 
 mod identifiability;
-mod repeats;
+mod lack_of_fit;
 mod verdict;
 
 use campaign::Campaign;
@@ -15,7 +15,7 @@ use nalgebra::DMatrix;
 use valve_file::{HistoryEntry, ValveFile, ValveFileError};
 use valve_model::{ParameterId, Valve};
 
-pub use identifiability::{SingularDirection, singular_directions};
+pub use identifiability::{NonIdentifiable, non_identifiable};
 pub use verdict::Verdict;
 
 use crate::data::Dataset;
@@ -60,8 +60,8 @@ pub struct Calibration {
     pub parameters: Vec<MovedParameter>,
     /// Correlations of their errors.
     pub correlations: DMatrix<f64>,
-    /// Combinations that the data do not fix better than the tolerances do.
-    pub singular: Vec<SingularDirection>,
+    /// Practically non-identifiable combinations: the data do not fix them better than the tolerances do.
+    pub non_identifiable: Vec<NonIdentifiable>,
     /// The errors of the datasheet's values, then of the calibrated ones.
     pub steps: [StepReport; 2],
     /// What instruments and conditions were found to be off by.
@@ -70,8 +70,9 @@ pub struct Calibration {
     pub verdict: Verdict,
     /// Why, in a sentence each.
     pub reasons: Vec<String>,
-    /// Whether parameters had to go further than their tolerances let them: then they stand in for missing physics.
-    pub has_strayed: bool,
+    /// Whether parameters had to go further than their tolerances let them (a conflict of prior and data): then they stand in for
+    /// missing physics.
+    pub has_prior_conflict: bool,
     /// The valve with the fitted parameters.
     pub valve: Valve,
 }
@@ -93,19 +94,19 @@ impl Calibration {
         let certainty = Certainty::new(&model.problem, &model.fit);
         let parameters = moved_parameters(&model.problem, &model.fit, &certainty);
         let datasheet = errors::at(&model.problem, &model.problem.at_their_word()).ok_or_else(cannot)?;
-        let strayed = verdict::strayed(&parameters);
-        let (verdict, reasons) = verdict::judge(&model, &strayed);
+        let conflicts = verdict::prior_data_conflicts(&parameters);
+        let (verdict, reasons) = verdict::judge(&model, &conflicts);
         let count = model.problem.space.coordinates.len();
         let covariance = certainty.covariance().view((0, 0), (count, count)).clone_owned();
         Ok(Self {
             parameters,
             correlations: correlations(&covariance),
-            singular: singular_directions(&model.problem.space, &covariance),
+            non_identifiable: non_identifiable(&model.problem.space, &covariance),
             steps: [StepReport::datasheet(datasheet), StepReport::new("calibrated", &model)],
             nuisances: nuisance_reports(&model, &certainty),
             verdict,
             reasons,
-            has_strayed: !strayed.is_empty(),
+            has_prior_conflict: !conflicts.is_empty(),
             valve,
         })
     }

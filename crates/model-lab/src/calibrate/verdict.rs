@@ -4,7 +4,7 @@ use identify::FitOptions;
 use identify::left::{left_nats, left_to_explain};
 use identify::select::{Model, SelectOptions};
 
-use super::repeats::lack_of_fit;
+use super::lack_of_fit::lack_of_fit;
 use crate::diagnosis::MovedParameter;
 use crate::identification::ValveProblem;
 use crate::identification::setup::Kind;
@@ -15,9 +15,9 @@ const FAR_PULL: f64 = 3.0;
 /// Standard deviations of the sum of squared pulls that are.
 const FAR_TOGETHER: f64 = 4.0;
 
-/// What repeated strokes have in common counts as nothing beside what they differ by below this ratio of mean squares: one of
+/// What replicated strokes have in common counts as nothing beside what they differ by below this ratio of mean squares: one of
 /// the order of ten independent readings each exceeds it in one case of ten.
-const LARGEST_LACK: f64 = 2.3;
+const LARGEST_LACK_OF_FIT: f64 = 2.3;
 
 /// What a calibration comes to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -41,8 +41,8 @@ impl Verdict {
     }
 }
 
-/// What is wrong with where a fit had to go: parameters too far from where they are believed to be.
-pub(super) fn strayed(parameters: &[MovedParameter]) -> Vec<String> {
+/// Conflicts of prior and data: parameters that a fit puts too far from where they are believed to be.
+pub(super) fn prior_data_conflicts(parameters: &[MovedParameter]) -> Vec<String> {
     let far = parameters.iter().filter(|one| one.pull.abs() > FAR_PULL);
     let mut reasons: Vec<String> =
         far.map(|one| format!("{} would have to be {:.1} tolerances off", one.id.key(), one.pull)).collect();
@@ -59,7 +59,7 @@ pub(super) fn strayed(parameters: &[MovedParameter]) -> Vec<String> {
 
 /// The verdict and its reasons, by the numbers with which a search begins: where it would look no further everything is
 /// explained.
-pub(super) fn judge(model: &Model<ValveProblem<'_>>, strayed: &[String]) -> (Verdict, Vec<String>) {
+pub(super) fn judge(model: &Model<ValveProblem<'_>>, conflicts: &[String]) -> (Verdict, Vec<String>) {
     let limits = SelectOptions::default();
     let options = FitOptions::new(model.problem.setup().groups.clone());
     let noise = &model.fit.noise.groups;
@@ -71,13 +71,13 @@ pub(super) fn judge(model: &Model<ValveProblem<'_>>, strayed: &[String]) -> (Ver
     } else {
         noise[2].multiplier > crate::diagnosis::LARGEST_MULTIPLIER
     };
-    let mut reasons = strayed.to_vec();
+    let mut reasons = conflicts.to_vec();
     if !is_left && reasons.is_empty() {
         let all = "tolerances, noise and what instruments and conditions may be off by explain everything";
         return (Verdict::Explained, vec![all.to_owned()]);
     }
-    let repeats = lack_of_fit(model).filter(|lack| *lack < LARGEST_LACK);
-    if repeats.is_some() && !is_large && reasons.is_empty() {
+    let replicates = lack_of_fit(model).filter(|statistic| *statistic < LARGEST_LACK_OF_FIT);
+    if replicates.is_some() && !is_large && reasons.is_empty() {
         let differ = "what is left is no more than strokes repeated under one condition differ by among each other";
         return (Verdict::Explained, vec![differ.to_owned()]);
     }
@@ -92,9 +92,9 @@ pub(super) fn judge(model: &Model<ValveProblem<'_>>, strayed: &[String]) -> (Ver
         } else {
             format!("stroke times differ by {:.1} times their noise", noise[2].multiplier)
         });
-    } else if strayed.is_empty() {
+    } else if conflicts.is_empty() {
         reasons.push("instruments and conditions would have to be off by more than they usually are".to_owned());
     }
-    let is_beyond = !strayed.is_empty() || (is_large && left > limits.accept);
+    let is_beyond = !conflicts.is_empty() || (is_large && left > limits.accept);
     (if is_beyond { Verdict::BeyondTolerance } else { Verdict::SomethingLeft }, reasons)
 }

@@ -16,6 +16,10 @@ const LEAST_ERROR_S: f64 = 1e-3;
 /// An error is seen when it is this many of its standard errors.
 const SEEN_SIGMAS: f64 = 3.5;
 
+/// A trend is clear when it is this many of its standard errors, and this share of the error itself.
+const TREND_SIGMAS: f64 = 2.5;
+const TREND_SHARE: f64 = 0.3;
+
 /// A phase is named beside a worse one of the same stroke from this share of its error.
 const WORTH_NAMING: f64 = 0.25;
 
@@ -32,14 +36,14 @@ pub struct PhaseError {
     pub mean_s: f64,
     /// Root mean square over strokes, s.
     pub rms_s: f64,
-    /// Standard error of one stroke's error: sensor noise and scatter between repeats, s.
+    /// Standard error of one stroke's error: sensor noise and stroke-to-stroke variability, s.
     pub standard_error_s: f64,
     /// How it changes with the conditions.
     pub trends: Vec<Trend>,
 }
 
 impl PhaseError {
-    /// Whether it stands out from noise and scatter.
+    /// Whether it stands out from noise and variability.
     pub fn is_seen(&self) -> bool {
         // The mean of many strokes shows less than their root mean square.
         let mean_error = self.standard_error_s / (self.strokes.max(1) as f64).sqrt();
@@ -49,9 +53,9 @@ impl PhaseError {
 
     /// The trends that stand out.
     pub fn clear_trends(&self) -> impl Iterator<Item = &Trend> {
-        self.trends
-            .iter()
-            .filter(|trend| trend.change.abs() > (2.5 * trend.standard_error).max(0.3 * self.rms_s).max(LEAST_ERROR_S))
+        self.trends.iter().filter(|trend| {
+            trend.change.abs() > (TREND_SIGMAS * trend.standard_error).max(TREND_SHARE * self.rms_s).max(LEAST_ERROR_S)
+        })
     }
 }
 
@@ -104,9 +108,9 @@ fn phase_error(runs: &[RunComparison], direction: Direction, phase: Option<Phase
     if errors.is_empty() {
         return None;
     }
-    let scatter = repeat_variance(&errors);
+    let variability = replicate_variance(&errors);
     for (_, _, standard_error) in &mut errors {
-        *standard_error = (*standard_error * *standard_error + scatter).sqrt();
+        *standard_error = (*standard_error * *standard_error + variability).sqrt();
     }
     let count = errors.len() as f64;
     let mean = |value: &dyn Fn(&(Conditions, f64, f64)) -> f64| errors.iter().map(value).sum::<f64>() / count;
@@ -122,7 +126,7 @@ fn phase_error(runs: &[RunComparison], direction: Direction, phase: Option<Phase
 }
 
 /// Variance of an error between strokes under the same conditions beyond what the sensor explains.
-fn repeat_variance(errors: &[(Conditions, f64, f64)]) -> f64 {
+fn replicate_variance(errors: &[(Conditions, f64, f64)]) -> f64 {
     let (mut sum, mut freedom, mut noise) = (0.0, 0.0, 0.0);
     for (index, (conditions, _, _)) in errors.iter().enumerate() {
         if errors[..index].iter().any(|(other, _, _)| other == conditions) {

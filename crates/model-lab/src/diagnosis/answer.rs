@@ -2,8 +2,8 @@
 
 use valve_model::{EffectKind, ParameterId, Valve};
 
+use super::discrepancy::ModelDiscrepancy;
 use super::experiment::Experiment;
-use super::outside::Outside;
 use crate::errors::{Errors, StepReport};
 
 /// The verdict.
@@ -112,9 +112,9 @@ pub struct CandidateReport {
     pub rejected: Option<String>,
 }
 
-/// What cannot be told from a recommended effect.
+/// An effect that explains the data as well as a recommended one.
 #[derive(Debug, Clone)]
-pub struct Twin {
+pub struct Alternative {
     /// The effect that could stand in.
     pub kind: EffectKind,
     /// The whole set of effects with it.
@@ -129,11 +129,11 @@ pub struct Twin {
 
 /// What cannot be told from a recommended effect, and what would tell.
 #[derive(Debug, Clone)]
-pub struct TwinReport {
+pub struct Indistinguishable {
     /// The recommended effect.
     pub kind: EffectKind,
     /// The others.
-    pub with: Vec<Twin>,
+    pub with: Vec<Alternative>,
     /// What would tell it from the closest.
     pub experiment: Option<Experiment>,
 }
@@ -165,7 +165,7 @@ pub struct Explanation {
     /// What instruments and conditions were found to be off by.
     pub nuisances: Vec<NuisanceReport>,
     /// For each recommended effect, what cannot be told from it.
-    pub twins: Vec<TwinReport>,
+    pub indistinguishable: Vec<Indistinguishable>,
     /// Every candidate tried, best first.
     pub candidates: Vec<CandidateReport>,
     /// The model sequence.
@@ -174,8 +174,8 @@ pub struct Explanation {
     pub inclusion: Vec<(EffectKind, f64)>,
     /// What the last step leaves.
     pub remainder: Remainder,
-    /// What sits outside the catalogue.
-    pub outside: Option<Outside>,
+    /// The model discrepancy that nothing in the catalogue explains.
+    pub discrepancy: Option<ModelDiscrepancy>,
     /// The valve with the recommended effects, everything refitted.
     pub valve: Valve,
     /// One standard deviation of a position's noise, m, as it was found.

@@ -1,4 +1,4 @@
-//! The next experiment: the run on which two explanations differ most in units of noise.
+//! The next experiment: the run on which two explanations differ most in units of noise (T-optimal discrimination).
 //!
 //! Each planned run is simulated with both fitted models. What the tolerated parameters could still
 //! absorb, given what the data have said about them, is taken off (Atkinson and Fedorov, Biometrika
@@ -22,7 +22,7 @@ pub struct Experiment {
     /// Whether the chamber and pipe pressures should be recorded too.
     pub pressures: bool,
     /// Strokes under these conditions.
-    pub repeats: usize,
+    pub replicates: usize,
     /// Expected difference of chi-squared between the two explanations.
     pub separation: f64,
 }
@@ -32,6 +32,32 @@ const ADDED_PRESSURE_NOISE_PA: f64 = 500.0;
 
 /// Noise of a position channel that is to be added, m.
 const ADDED_POSITION_NOISE_M: f64 = 1e-4;
+
+/// What may be planned, and what it costs.
+struct Plans {
+    /// Supply pressures beyond those that were seen, gauge: a share of the lowest, and of the highest.
+    supply: (f64, f64),
+    /// The partial stroke is vented after this share of the closing time, well before the valve is shut.
+    partial: f64,
+    /// The short hold is this many partial strokes long: the valve has just shut.
+    short_hold: f64,
+    /// Area of the leak to atmosphere that is opened, share of the solenoid's, and that of the one from the supply in
+    /// terms of it: both slow a stroke clearly and stall none.
+    leak: (f64, f64),
+    /// Strokes where one is replicated.
+    replicates: usize,
+    /// Cost of mounting pressure sensors, in strokes.
+    sensors: f64,
+}
+
+const PLANS: Plans =
+    Plans { supply: (0.85, 1.3), partial: 0.8, short_hold: 1.3, leak: (0.2, 0.5), replicates: 5, sensors: 5.0 };
+
+/// Time between the samples that predictions are compared at, s: each stands for two of a usual recorder.
+const SAMPLE_S: f64 = 2e-3;
+
+/// Variance of a coordinate that is held, in units of its tolerance: none to speak of.
+const HELD_VARIANCE: f64 = 1e-12;
 
 /// Separation from which an experiment is expected to decide.
 pub const DECISIVE: f64 = 20.0;
@@ -64,11 +90,11 @@ pub fn best_experiment(
     let has_pressures = setup.units.iter().any(crate::identification::setup::Unit::has_pressures);
     let mut plans = plans(setup, &one.valve()?);
     for plan in &mut plans {
-        plan.separation = separation(plan, one, other, noise, has_pressures) * plan.repeats as f64;
+        plan.separation = separation(plan, one, other, noise, has_pressures) * plan.replicates as f64;
     }
     // A run that needs another sensor or more strokes must be worth it.
     let worth = |plan: &Experiment| {
-        let cost = if plan.pressures && !has_pressures { 5.0 } else { 1.0 } * plan.repeats as f64;
+        let cost = if plan.pressures && !has_pressures { PLANS.sensors } else { 1.0 } * plan.replicates as f64;
         plan.separation / cost
     };
     plans.into_iter().max_by(|a, b| worth(a).total_cmp(&worth(b)))
@@ -98,20 +124,20 @@ fn plans(setup: &Setup, valve: &Valve) -> Vec<Experiment> {
         driven: None,
         start: Start::Rest,
     };
-    let half_way = closing_time(valve, &stroke(nominal, hold)).map_or(0.5 * hold, |time| 0.8 * time);
-    let plan = |purpose: &str, run: Run, pressures: bool, repeats: usize| Experiment {
+    let half_way = closing_time(valve, &stroke(nominal, hold)).map_or(0.5 * hold, |time| PLANS.partial * time);
+    let plan = |purpose: &str, run: Run, pressures: bool, replicates: usize| Experiment {
         purpose: purpose.into(),
         run,
         pressures,
-        repeats,
+        replicates,
         separation: 0.0,
     };
-    let leak = 0.2 * p.solenoid_orifice_area_m2;
+    let leak = PLANS.leak.0 * p.solenoid_orifice_area_m2;
     vec![
-        plan("a lower supply pressure", stroke(at(0.85 * lowest), hold), false, 1),
-        plan("a higher supply pressure", stroke(at(1.3 * highest), hold), false, 1),
+        plan("a lower supply pressure", stroke(at(PLANS.supply.0 * lowest), hold), false, 1),
+        plan("a higher supply pressure", stroke(at(PLANS.supply.1 * highest), hold), false, 1),
         plan("a partial stroke, vented before the valve is shut", stroke(nominal, half_way), false, 1),
-        plan("a short hold", stroke(nominal, 1.3 * half_way), false, 1),
+        plan("a short hold", stroke(nominal, PLANS.short_hold * half_way), false, 1),
         plan(
             "a leak to atmosphere opened",
             stroke(Conditions { leak_to_atmosphere_m2: leak, ..nominal }, hold),
@@ -120,13 +146,13 @@ fn plans(setup: &Setup, valve: &Valve) -> Vec<Experiment> {
         ),
         plan(
             "a leak from the supply opened",
-            stroke(Conditions { leak_from_supply_m2: 0.5 * leak, ..nominal }, hold),
+            stroke(Conditions { leak_from_supply_m2: PLANS.leak.1 * leak, ..nominal }, hold),
             false,
             1,
         ),
         plan("the pressures recorded too", stroke(nominal, hold), true, 1),
         plan("a partial stroke with the pressures recorded too", stroke(nominal, half_way), true, 1),
-        plan("repeats under the usual conditions", stroke(nominal, hold), false, 5),
+        plan("repeats under the usual conditions", stroke(nominal, hold), false, PLANS.replicates),
     ]
 }
 
@@ -140,10 +166,9 @@ fn closing_time(valve: &Valve, run: &Run) -> Option<f64> {
 
 /// Records of a run under several valves, in units of the noise.
 fn predictions(plan: &Experiment, valves: &[Valve], noise: f64, pressures: bool) -> Vec<Vec<f64>> {
-    let step = 2e-3;
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a run has far fewer samples")]
-    let count = (plan.run.end_s / step) as usize;
-    let times: Vec<f64> = (0..count).map(|i| i as f64 * step).collect();
+    let count = (plan.run.end_s / SAMPLE_S) as usize;
+    let times: Vec<f64> = (0..count).map(|i| i as f64 * SAMPLE_S).collect();
     let runs: Vec<Prepared> = valves.iter().map(|valve| Prepared::new(valve, &plan.run, DEFAULT_STEP_S)).collect();
     let mut all = vec![Vec::new(); valves.len()];
     let mut predicted = Predicted::default();
@@ -194,7 +219,7 @@ fn separation(plan: &Experiment, one: &Hypothesis<'_>, other: &Hypothesis<'_>, n
 fn regular(mut covariance: DMatrix<f64>) -> DMatrix<f64> {
     for index in 0..covariance.nrows() {
         if covariance[(index, index)] <= 0.0 {
-            covariance[(index, index)] = 1e-12;
+            covariance[(index, index)] = HELD_VARIANCE;
         }
     }
     covariance

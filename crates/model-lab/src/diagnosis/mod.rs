@@ -2,8 +2,8 @@
 
 pub mod adopt;
 mod answer;
+pub mod discrepancy;
 pub mod experiment;
-pub mod outside;
 mod report;
 pub mod uncertainty;
 
@@ -18,7 +18,8 @@ use crate::identification::{Catalogue, NuisanceSizes, Subject};
 pub use report::{LARGEST_MULTIPLIER, nuisance_reports};
 
 pub use answer::{
-    CandidateReport, Explanation, FittedParameter, MovedParameter, NuisanceReport, Remainder, Twin, TwinReport, Verdict,
+    Alternative, CandidateReport, Explanation, FittedParameter, Indistinguishable, MovedParameter, NuisanceReport,
+    Remainder, Verdict,
 };
 
 /// What a search tells while it runs.

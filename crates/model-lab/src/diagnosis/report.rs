@@ -6,9 +6,9 @@ use identify::{FitOptions, Problem, Scope, Smoothness, fit};
 use rayon::prelude::*;
 use valve_model::EffectKind;
 
-use super::answer::{CandidateReport, Explanation, NuisanceReport, Remainder, Twin, TwinReport, Verdict};
+use super::answer::{Alternative, CandidateReport, Explanation, Indistinguishable, NuisanceReport, Remainder, Verdict};
+use super::discrepancy::model_discrepancy;
 use super::experiment::{Hypothesis, best_experiment};
-use super::outside::outside;
 use super::uncertainty::{Certainty, effect_parameters, moved_parameters};
 use super::{DiagnoseOptions, Progress};
 use crate::errors::{self, StepReport};
@@ -49,8 +49,8 @@ pub(super) fn assemble<'a>(
     let stop = catalogue.stop;
     let fit_options = FitOptions::new(catalogue.subject.setup(Level::High).groups.clone());
     let is_good_enough = |model: &Fitted<'_>| {
-        let left_out = || errors::left_out(model).and_then(|errors| errors.rmse_m);
-        options.good_enough_m.is_some_and(|enough| left_out().is_some_and(|rmse| rmse < enough))
+        let held_out = || errors::held_out(model).and_then(|errors| errors.rmse_m);
+        options.good_enough_m.is_some_and(|enough| held_out().is_some_and(|rmse| rmse < enough))
     };
     let mut notes = notes(catalogue);
     let mut best = accepted;
@@ -83,17 +83,17 @@ pub(super) fn assemble<'a>(
     let (remainder, is_good_enough) = (left, is_good_enough(best));
     let certainty = Certainty::new(&best.problem, &best.fit);
     tell(Progress::Doing("what cannot be told apart"));
-    let twins = twins(catalogue, found, best, &recommended, &certainty, options);
+    let indistinguishable = indistinguishable(catalogue, found, best, &recommended, &certainty, options);
     let is_half_way = share_left(found, best).is_some_and(|share| share > LARGEST_SHARE);
     let something_is_left = is_unnamed
         || (is_large(best, &remainder) || is_half_way) && remainder.nats > options.select.accept && !is_good_enough;
-    let mut found_outside = None;
+    let mut discrepancy = None;
     if something_is_left && !stop.is_asked() {
         tell(Progress::Doing("forces and flows without a law"));
-        found_outside = outside(catalogue, best, options);
+        discrepancy = model_discrepancy(catalogue, best, options);
     }
     let interrupted = found.interrupted || stop.is_asked();
-    let group = twins.iter().map(|twin| 1 + twin.with.len()).max().unwrap_or(1);
+    let group = indistinguishable.iter().map(|group| 1 + group.with.len()).max().unwrap_or(1);
     let strange: Vec<EffectKind> =
         recommended.iter().copied().filter(|kind| best.problem.space.has_strange_shape(&best.fit.u, *kind)).collect();
     notes.extend(strange.iter().map(|kind| {
@@ -119,12 +119,12 @@ pub(super) fn assemble<'a>(
         parameters: effect_parameters(&best.problem, &best.fit, &certainty, &recommended, !stop.is_asked()),
         nuisances: nuisance_reports(best, &certainty),
         moved: pulled,
-        twins,
+        indistinguishable,
         candidates: candidates(catalogue, found, options),
         steps: steps(catalogue, found, &recommended),
         inclusion: inclusion(catalogue, found),
         remainder,
-        outside: found_outside,
+        discrepancy,
         valve: best.problem.space.valve(&best.fit.u).unwrap_or_else(|| unreachable!("a fit visits possible valves")),
         noise_m: noise_m(best),
         recommended,
@@ -255,11 +255,11 @@ pub fn nuisance_reports(best: &Model<ValveProblem<'_>>, certainty: &Certainty) -
 
 /// The models that were fitted to the end, with their probabilities among each other.
 fn probabilities<'f, 'a>(found: &'f Selection<ValveProblem<'a>>) -> Vec<(&'f Fitted<'a>, f64)> {
-    let fine: Vec<&Fitted<'a>> = found.models.iter().filter(|model| model.level == Level::High).collect();
-    let most = fine.iter().map(|model| model.fit.log_evidence).fold(f64::NEG_INFINITY, f64::max);
-    let weights: Vec<f64> = fine.iter().map(|model| (model.fit.log_evidence - most).exp()).collect();
+    let high: Vec<&Fitted<'a>> = found.models.iter().filter(|model| model.level == Level::High).collect();
+    let most = high.iter().map(|model| model.fit.log_evidence).fold(f64::NEG_INFINITY, f64::max);
+    let weights: Vec<f64> = high.iter().map(|model| (model.fit.log_evidence - most).exp()).collect();
     let sum: f64 = weights.iter().sum();
-    fine.into_iter().zip(weights).map(|(model, weight)| (model, weight / sum)).collect()
+    high.into_iter().zip(weights).map(|(model, weight)| (model, weight / sum)).collect()
 }
 
 fn inclusion(catalogue: &Catalogue<'_>, found: &Selection<ValveProblem<'_>>) -> Vec<(EffectKind, f64)> {
@@ -332,7 +332,7 @@ fn candidates(
                 gain,
                 probability: all.iter().find(|(one, _)| std::ptr::eq(*one, model)).map(|(_, share)| *share),
                 errors: errors::fitted(model),
-                held_out: errors::left_out(model),
+                held_out: errors::held_out(model),
                 delta_bic,
                 rejected,
             }
@@ -344,14 +344,14 @@ fn candidates(
 
 /// For each recommended effect, what could stand in for it: sets with it exchanged that are as likely, under one model
 /// error or the other.
-fn twins(
+fn indistinguishable(
     catalogue: &Catalogue<'_>,
     found: &Selection<ValveProblem<'_>>,
     best: &Fitted<'_>,
     recommended: &[EffectKind],
     certainty: &Certainty,
     options: &DiagnoseOptions,
-) -> Vec<TwinReport> {
+) -> Vec<Indistinguishable> {
     let mut rivals: Vec<(&Fitted<'_>, f64)> = found
         .models
         .iter()
@@ -383,7 +383,7 @@ fn twins(
         .collect();
     let mut reports = Vec::new();
     for kind in recommended {
-        let with: Vec<Twin> = judged
+        let with: Vec<Alternative> = judged
             .iter()
             .filter_map(|(model, behind)| {
                 let kinds = catalogue.kinds_of(&model.set);
@@ -392,7 +392,7 @@ fn twins(
                     return None;
                 }
                 let other = Certainty::new(&model.problem, &model.fit);
-                Some(Twin {
+                Some(Alternative {
                     kind: new[0],
                     parameters: effect_parameters(&model.problem, &model.fit, &other, &new, false),
                     kinds,
@@ -401,14 +401,14 @@ fn twins(
                 })
             })
             .collect();
-        let experiment = with.first().and_then(|twin| {
-            let (model, _) = judged.iter().find(|(model, _)| catalogue.kinds_of(&model.set) == twin.kinds)?;
+        let experiment = with.first().and_then(|closest| {
+            let (model, _) = judged.iter().find(|(model, _)| catalogue.kinds_of(&model.set) == closest.kinds)?;
             let one = Hypothesis { space: &best.problem.space, u: &best.fit.u, covariance: certainty.covariance() };
             let certainty = Certainty::new(&model.problem, &model.fit);
             let other = Hypothesis { space: &model.problem.space, u: &model.fit.u, covariance: certainty.covariance() };
             best_experiment(catalogue.subject.setup(Level::High), &one, &other, noise_m(best))
         });
-        reports.push(TwinReport { kind: *kind, with, experiment });
+        reports.push(Indistinguishable { kind: *kind, with, experiment });
     }
     reports
 }

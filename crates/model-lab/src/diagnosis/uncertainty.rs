@@ -1,7 +1,7 @@
 //! How sure fitted values are.
 //!
-//! The covariance of a fit knows noise, nuisances and the model error. It is widened where single records disagree by
-//! more than it says: a jackknife over records, to first order. The sizes of effects are widened where fits that hold them
+//! The covariance of a fit knows noise, nuisances and the model error. Where single records disagree by more than it says,
+//! the cluster-robust one takes its place: a jackknife over records, to first order. The sizes of effects are widened where fits that hold them
 //! beside their optimum are better than the covariance says: a profile of the likelihood.
 
 use identify::normal::{Normal, Posterior};
@@ -16,6 +16,10 @@ use valve_model::effects::{ActsOn, EffectParameter, Search};
 use super::answer::{FittedParameter, MovedParameter};
 use crate::identification::ValveProblem;
 use crate::space::Target;
+
+/// Steps of numerical derivatives, in standard deviations, and between which these are believed, in prior ones.
+const STEP: f64 = 0.1;
+const BELIEVED: (f64, f64) = (1e-6, 1.0);
 
 /// Fewer records than this say nothing of how they disagree.
 const FEWEST_RECORDS: usize = 4;
@@ -81,7 +85,7 @@ impl Certainty {
             .map(|index| {
                 let coordinate = &problem.coordinates()[index];
                 let width = self.covariance[(index, index)].max(0.0).sqrt();
-                let step = 0.1 * width.clamp(1e-6, 1.0);
+                let step = STEP * width.clamp(BELIEVED.0, BELIEVED.1);
                 let step = if u[index] + step > coordinate.upper { -step } else { step };
                 let mut moved = u.to_vec();
                 moved[index] += step;

@@ -17,6 +17,9 @@ pub(super) const STEP_S: f64 = 1e-3;
 /// Pressure step with which the effective mass is found, Pa.
 const PROBE_PA: f64 = 1e3;
 
+/// Least gas in a volume, kg: a rounding below nothing is none.
+const LEAST_GAS_KG: f64 = 1e-9;
+
 /// What the model says along a recorded motion, at rising times.
 #[derive(Debug, Clone, Default)]
 pub struct Along {
@@ -196,8 +199,8 @@ impl Follower<'_> {
 /// A state some time later, its motion left to the caller.
 fn moved(state: &State<f64>, rate: &State<f64>, h: f64) -> State<f64> {
     State {
-        chamber_mass: (state.chamber_mass + h * rate.chamber_mass).max(1e-9),
-        pipe_mass: (state.pipe_mass + h * rate.pipe_mass).max(1e-9),
+        chamber_mass: (state.chamber_mass + h * rate.chamber_mass).max(LEAST_GAS_KG),
+        pipe_mass: (state.pipe_mass + h * rate.pipe_mass).max(LEAST_GAS_KG),
         chamber_temperature: state.chamber_temperature + h * rate.chamber_temperature,
         pipe_temperature: state.pipe_temperature + h * rate.pipe_temperature,
         line_pressure: state.line_pressure + h * rate.line_pressure,

@@ -25,6 +25,14 @@ use crate::data::{Channel, Dataset, RunData};
 /// Time between a stop and the first window, s; its middle is half a window further.
 const AWAY_S: f64 = 5e-3;
 
+/// Standard deviations of the position's noise, and share of the stroke, by which a piston away from a stop differs from it.
+const MARGIN_SIGMAS: f64 = 5.0;
+const MARGIN_SHARE: f64 = 0.005;
+
+/// Bins of closing and opening are at the same place up to this, m, and this share of the position.
+const SAME_PLACE_M: f64 = 1e-3;
+const SAME_PLACE_SHARE: f64 = 0.02;
+
 /// Missing force and flow of a campaign.
 #[derive(Debug, Clone)]
 pub struct ResidualForce {
@@ -105,7 +113,7 @@ impl ResidualForce {
             .filter_map(|closing| {
                 let near = |bin: &&Bin| (bin.at - closing.at).abs();
                 let opening = opening.iter().min_by(|a, b| near(a).total_cmp(&near(b)))?;
-                (near(&opening) < 1e-3 + 0.02 * closing.at).then(|| ForceAt {
+                (near(&opening) < SAME_PLACE_M + SAME_PLACE_SHARE * closing.at).then(|| ForceAt {
                     position_m: 0.5 * (closing.at + opening.at),
                     friction_n: 0.5 * (closing.force_n - opening.force_n),
                     push_n: 0.5 * (closing.force_n + opening.force_n),
@@ -116,11 +124,16 @@ impl ResidualForce {
     }
 }
 
+/// How far a piston must be from a stop to be away from it, m.
+fn margin_m(noise_m: f64, stroke_m: f64) -> f64 {
+    (MARGIN_SIGMAS * noise_m).max(MARGIN_SHARE * stroke_m)
+}
+
 /// The smoothed motion of a run and its strokes away from the stops.
 fn spans(index: usize, run: &RunData, stroke_m: f64) -> Option<(Smoothed, Vec<Span>)> {
     let position = run.channels.iter().find(|channel| channel.channel == Channel::Position)?;
     let smoothed = Smoothed::new(&run.times_s, &position.samples, &position.samples);
-    let margin = (5.0 * position.noise).max(0.005 * stroke_m);
+    let margin = margin_m(position.noise, stroke_m);
     let mut found = Vec::new();
     for (number, command) in run.run.commands.iter().enumerate() {
         let until = run.run.commands.get(number + 1).map_or(run.run.end_s, |next| next.time_s);
@@ -153,7 +166,7 @@ impl Free {
     pub fn new(run: RunData, stroke_m: f64) -> Option<Self> {
         let position = run.channels.iter().find(|channel| channel.channel == Channel::Position)?;
         let smoothed = Smoothed::new(&run.times_s, &position.samples, &position.samples);
-        let margin = (5.0 * position.noise).max(0.005 * stroke_m);
+        let margin = margin_m(position.noise, stroke_m);
         let is_free = |x: &f64| *x > margin && *x < stroke_m - margin;
         let mut spans: Vec<Span> = Vec::new();
         let mut was_free = false;

@@ -13,6 +13,12 @@ use crate::crossing::Direction;
 /// Length of a window, s.
 pub const WINDOW_S: f64 = 40e-3;
 
+/// Windows begin this share of their length apart: they overlap, as the bumps that weigh them are small at both ends.
+const APART: f64 = 0.25;
+
+/// Longest gap between readings, share of a window.
+const LARGEST_GAP: f64 = 0.15;
+
 /// Fewest readings in a window.
 const FEWEST: usize = 10;
 
@@ -83,7 +89,7 @@ pub fn windows(span: &Span, (times, samples): (&[f64], &[f64]), along: &Along, w
     let mut start = span.from_s;
     while start + WINDOW_S <= span.to_s {
         found.extend(window(span, start, (times, samples), along, with));
-        start += 0.25 * WINDOW_S;
+        start += APART * WINDOW_S;
     }
     if !with.gas_is_measured {
         flows(&mut found, with);
@@ -103,7 +109,7 @@ fn window(
     let readings: Vec<(f64, f64)> =
         (from..to).filter(|index| samples[*index].is_finite()).map(|index| (times[index], samples[index])).collect();
     let count = readings.len();
-    if count < FEWEST || readings.windows(2).any(|pair| pair[1].0 - pair[0].0 > 0.15 * WINDOW_S) {
+    if count < FEWEST || readings.windows(2).any(|pair| pair[1].0 - pair[0].0 > LARGEST_GAP * WINDOW_S) {
         return None;
     }
     // The straight part of the motion is known exactly under the integral; the bump weighs the rest.

@@ -1,4 +1,4 @@
-//! Lack of fit against pure error: whether a model is off by more than strokes repeated under one condition differ.
+//! Lack of fit against pure error: whether a model is off by more than replicated strokes differ.
 
 use identify::Problem;
 use identify::select::Model;
@@ -7,28 +7,28 @@ use valve_model::CommandEdge;
 use crate::identification::ValveProblem;
 use crate::identification::setup::{Kind, Unit};
 
-/// Sums of squares of repeated readings: of their means, each as often as it was repeated, and of what they differ by, for
-/// each degree of freedom. Of readings that only scatter both are expected to be the same.
+/// Sums of squares of replicated readings: of their means, each as often as it was replicated, and of what they differ by,
+/// for each degree of freedom. Where noise is all there is both are expected to be the same.
 #[derive(Debug, Clone, Copy, Default)]
 struct Squares {
-    lack: f64,
-    pure: f64,
+    lack_of_fit: f64,
+    pure_error: f64,
 }
 
 impl Squares {
-    fn add(&mut self, repeated: &[f64]) {
-        if repeated.len() < 2 {
+    fn add(&mut self, replicated: &[f64]) {
+        if replicated.len() < 2 {
             return;
         }
-        let count = repeated.len() as f64;
-        let mean = repeated.iter().sum::<f64>() / count;
-        self.lack += count * mean * mean;
-        self.pure += repeated.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (count - 1.0);
+        let count = replicated.len() as f64;
+        let mean = replicated.iter().sum::<f64>() / count;
+        self.lack_of_fit += count * mean * mean;
+        self.pure_error += replicated.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (count - 1.0);
     }
 }
 
-/// The mean square of what repeated strokes have in common of a model's residuals over that of what they differ by (Fisher's
-/// F); nothing where no stroke was repeated.
+/// The lack-of-fit statistic: the mean square of what replicated strokes have in common of a model's residuals over that of what they differ by (Fisher's
+/// F); nothing where no stroke was replicated.
 pub fn lack_of_fit(model: &Model<ValveProblem<'_>>) -> Option<f64> {
     let records = model.problem.records();
     let units = &model.problem.setup().units;
@@ -66,7 +66,7 @@ pub fn lack_of_fit(model: &Model<ValveProblem<'_>>) -> Option<f64> {
             Kind::Trace(_) => {}
         }
     }
-    (squares.pure > 0.0).then(|| squares.lack / squares.pure)
+    (squares.pure_error > 0.0).then(|| squares.lack_of_fit / squares.pure_error)
 }
 
 fn first_command_s(unit: &Unit) -> f64 {
@@ -101,13 +101,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_repeats_have_in_common_is_lack_of_fit() {
+    fn what_replicates_have_in_common_is_lack_of_fit() {
         let mut squares = Squares::default();
         squares.add(&[1.0, -1.0]);
         squares.add(&[5.0]);
-        assert_eq!((squares.lack, squares.pure), (0.0, 2.0));
+        assert_eq!((squares.lack_of_fit, squares.pure_error), (0.0, 2.0));
         squares.add(&[2.0, 2.0, 2.0]);
-        assert_eq!((squares.lack, squares.pure), (12.0, 2.0));
+        assert_eq!((squares.lack_of_fit, squares.pure_error), (12.0, 2.0));
         assert_eq!(between(&[(0.0, 1.0), (2.0, 3.0)], 0.5), Some(1.5));
         assert_eq!(between(&[(0.0, 1.0), (2.0, 3.0)], 2.5), None);
     }

@@ -1,4 +1,4 @@
-//! Where a force or a flow sits that no effect of the catalogue explains, and a formula for it.
+//! The model discrepancy: where a force or a flow sits that no effect of the catalogue explains, and a formula for it.
 //!
 //! A free-form table (straight lines between knots) along one axis at a time is fitted together with parameters and
 //! nuisances. Those that are most likely name the place; short formulas that start from their shape are then fitted, and
@@ -7,7 +7,7 @@
 use identify::held_out::{folds, held_out};
 use identify::normal::Linearised;
 use identify::select::{Level, Model};
-use identify::variance::{Effort, components, evidence};
+use identify::variance::{Effort as Thoroughness, components, evidence};
 use identify::{Differences, Fit, FitOptions, Problem, fit};
 use rayon::prelude::*;
 use valve_model::custom::{CustomEffect, CustomParameter, CustomTarget, VARIABLE_NAMES, Variables};
@@ -17,17 +17,51 @@ use crate::errors::{self, Errors};
 use crate::identification::{Catalogue, Setup, ValveProblem};
 use crate::space::Space;
 
-/// Knots of a table.
-const KNOTS: usize = 13;
+/// Numbers that steer the search: each bounds what is fitted, and with it the time.
+struct Effort {
+    /// Knots of a table: the finest shape that is looked for is a twelfth of the axis.
+    knots: usize,
+    /// Tables that are followed to formulas, the likeliest first.
+    followed: usize,
+    /// Formulas of each table that are fitted a little.
+    begun: usize,
+    /// Rounds of such a fit; its noise is that of its table.
+    begun_rounds: usize,
+    /// Formulas of each table that are fitted to the end.
+    finished: usize,
+    /// Rounds in which a table is fitted with a noise that is annealed, and then settled: it only has to show a place and a
+    /// shape.
+    table_rounds: (usize, usize),
+}
 
-/// Tables that are followed to formulas.
-const FOLLOWED: usize = 2;
+const EFFORT: Effort = Effort { knots: 13, followed: 2, begun: 6, begun_rounds: 3, finished: 3, table_rounds: (3, 1) };
 
-/// Formulas of each table that are fitted a little.
-const BEGUN: usize = 6;
+/// Choked mass flow of air through an area, with pressure over root of gas constant and temperature: sqrt(gamma) times
+/// (2 / (gamma + 1)) to the power (gamma + 1) / (2 gamma - 2), for gamma = 1.4.
+const CHOKED_FLOW: f64 = 0.685;
 
-/// Formulas of each table that are fitted to the end.
-const FINISHED: usize = 3;
+/// The largest force that a table or a formula may have, share of the largest of spring and weight; one that is larger is
+/// no detail that a model lacks.
+const LARGEST_FORCE: f64 = 0.2;
+
+/// The same of a flow, share of what the solenoid passes at most.
+const LARGEST_FLOW: f64 = 0.3;
+
+/// Speed up to which an axis of speed goes, in mean speeds of a stroke: a piston is about twice as fast in its midst.
+const FASTEST: f64 = 2.0;
+
+/// Time since the last command up to which an axis of time goes, share of the longest record, in whose rest nothing moves.
+const LONGEST: f64 = 0.6;
+
+/// Narrowest feature of a formula, share of its axis: beyond that one reading decides.
+const NARROWEST: f64 = 0.02;
+
+/// Wave lengths that waves start with, shares of the axis.
+const WAVES: [f64; 3] = [0.2, 0.35, 0.6];
+
+/// What a damping by the square of the speed starts with, and may be at most: its force at the largest speed, in largest
+/// forces. It is only reached for an instant, so that it may be larger than those.
+const DAMPING: (f64, f64) = (0.1, 20.0);
 
 /// What a table lies along.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -47,9 +81,9 @@ const AXES: [Axis; 6] = [
     Axis { target: CustomTarget::PipeFlow, variable: "t_since_command" },
 ];
 
-/// What sits outside the catalogue.
+/// A discrepancy of the model that no effect of the catalogue explains.
 #[derive(Debug, Clone)]
-pub struct Outside {
+pub struct ModelDiscrepancy {
     /// The axis.
     pub axis: Axis,
     /// Knots of the table, SI.
@@ -70,7 +104,7 @@ pub struct Outside {
     pub held_out: Option<Errors>,
 }
 
-impl Outside {
+impl ModelDiscrepancy {
     /// The formula at a place along its axis, SI.
     pub fn formula_at(&self, at: f64) -> f64 {
         let values = VARIABLE_NAMES.map(|name| match name {
@@ -89,21 +123,25 @@ struct Tried<'a> {
 }
 
 /// Finds where what is missing sits, on top of a model; nothing where no formula predicts what was held out better.
-pub fn outside<'a>(
+pub fn model_discrepancy<'a>(
     catalogue: &Catalogue<'a>,
     best: &Model<ValveProblem<'a>>,
     options: &DiagnoseOptions,
-) -> Option<Outside> {
+) -> Option<ModelDiscrepancy> {
     let setup = catalogue.subject.setup(Level::Low);
     let space = &best.problem.space;
     let scales = Scales::new(setup, space, &best.fit.u);
-    let quick = FitOptions { annealed: 3, settled: 1, ..FitOptions::new(setup.groups.clone()) };
+    let quick = FitOptions {
+        annealed: EFFORT.table_rounds.0,
+        settled: EFFORT.table_rounds.1,
+        ..FitOptions::new(setup.groups.clone())
+    };
     let tables: Vec<(Axis, Vec<f64>, CustomEffect)> = AXES
         .iter()
         .filter(|axis| !(setup.is_driven && axis.target == CustomTarget::PipeFlow))
         .filter_map(|axis| table(*axis, &scales).map(|(knots, effect)| (*axis, knots, effect)))
         .collect();
-    let likely = foreseen(catalogue, best, tables, |(.., effect)| effect, &best.fit, FOLLOWED);
+    let likely = foreseen(catalogue, best, tables, |(.., effect)| effect, &best.fit, EFFORT.followed);
     let tables: Vec<(Axis, Vec<f64>, Tried<'a>)> = likely
         .into_par_iter()
         .filter_map(|(axis, knots, effect)| {
@@ -113,23 +151,23 @@ pub fn outside<'a>(
     // What lies close to a fit needs no annealing.
     let near =
         |fit: &Fit| FitOptions { annealed: 0, known: Some(fit.noise.clone()), ..FitOptions::new(setup.groups.clone()) };
-    let mut found: Option<(f64, Outside)> = None;
+    let mut found: Option<(f64, ModelDiscrepancy)> = None;
     for (axis, knots, table) in tables {
         if catalogue.stop.is_asked() {
             break;
         }
         let (values, sigmas) = own(&table);
         let likely =
-            foreseen(catalogue, best, shapes(axis, &knots, &values, &scales), |shape| shape, &table.fit, BEGUN);
+            foreseen(catalogue, best, shapes(axis, &knots, &values, &scales), |shape| shape, &table.fit, EFFORT.begun);
         let mut formulas: Vec<Tried<'a>> = likely
             .into_par_iter()
             .filter_map(|effect| {
-                let options = FitOptions { settled: 3, ..near(&table.fit) };
+                let options = FitOptions { settled: EFFORT.begun_rounds, ..near(&table.fit) };
                 tried(catalogue, best, &effect, Level::Low, &table.fit.u, &options)
             })
             .collect();
         formulas.sort_by(|a, b| b.fit.log_evidence.total_cmp(&a.fit.log_evidence));
-        formulas.truncate(FINISHED);
+        formulas.truncate(EFFORT.finished);
         let finished: Vec<Tried<'a>> = formulas
             .into_par_iter()
             .filter_map(|one| {
@@ -141,7 +179,7 @@ pub fn outside<'a>(
             let gain = one.fit.log_evidence - best.fit.log_evidence;
             let held =
                 held_out(&one.problem, &one.fit, &folds(&one.problem)).map(|held| Errors::of(&one.problem, &held.own));
-            let before = errors::left_out(best);
+            let before = errors::held_out(best);
             let predicts = match (held, before) {
                 (Some(held), Some(before)) => {
                     held.normalised_rms < (1.0 - options.select.held_out_fall) * before.normalised_rms
@@ -155,7 +193,7 @@ pub fn outside<'a>(
             let (_, parameter_sigmas) = own(&one);
             found = Some((
                 gain,
-                Outside {
+                ModelDiscrepancy {
                     axis,
                     knots: knots.clone(),
                     values: values.clone(),
@@ -169,7 +207,7 @@ pub fn outside<'a>(
             ));
         }
     }
-    found.map(|(_, outside)| outside)
+    found.map(|(_, discrepancy)| discrepancy)
 }
 
 /// Of what adds a custom effect to a model the few that are most likely, the likeliest first: foreseen about a fit by its
@@ -207,7 +245,7 @@ fn foreseen<T: Send>(
             }
             let groups = &catalogue.subject.setup(Level::Low).groups;
             let at = Linearised::new(&problem, u, linear);
-            let noise = components(&problem, &at, groups, &around.noise, Effort::Local);
+            let noise = components(&problem, &at, groups, &around.noise, Thoroughness::Local);
             let likely = evidence(&problem, &at, &at.normal(&problem, &noise), groups, &noise);
             likely.is_finite().then_some((likely, one))
         })
@@ -278,12 +316,13 @@ impl Scales {
         let spring_n = p.spring_stiffness_n_per_m * (p.stroke_m + p.preload_compression_m);
         let force_n = spring_n.max(weight_n);
         let zrt = p.compressibility * p.specific_gas_constant_j_per_kg_k * p.temperature_k;
-        let flow_kg_per_s = 0.685 * p.flow_coefficient * p.solenoid_orifice_area_m2 * p.supply_pressure_pa / zrt.sqrt();
+        let flow_kg_per_s =
+            CHOKED_FLOW * p.flow_coefficient * p.solenoid_orifice_area_m2 * p.supply_pressure_pa / zrt.sqrt();
         let longest_s = setup.units.iter().map(|run| run.run.end_s).fold(1.0, f64::max);
         Self {
             stroke_m: p.stroke_m,
-            fastest_m_per_s: 2.0 * p.stroke_m / setup.travel_s,
-            longest_s: 0.6 * longest_s,
+            fastest_m_per_s: FASTEST * p.stroke_m / setup.travel_s,
+            longest_s: LONGEST * longest_s,
             force_n,
             flow_kg_per_s,
         }
@@ -292,8 +331,8 @@ impl Scales {
     /// A typical size of what is added to a target.
     fn size(&self, target: CustomTarget) -> f64 {
         match target {
-            CustomTarget::Force | CustomTarget::Friction => 0.2 * self.force_n,
-            CustomTarget::PipeFlow | CustomTarget::ChamberFlow => 0.3 * self.flow_kg_per_s,
+            CustomTarget::Force | CustomTarget::Friction => LARGEST_FORCE * self.force_n,
+            CustomTarget::PipeFlow | CustomTarget::ChamberFlow => LARGEST_FLOW * self.flow_kg_per_s,
         }
     }
 
@@ -322,12 +361,12 @@ fn lowest(target: CustomTarget, size: f64) -> f64 {
 /// A table along an axis, all zero.
 fn table(axis: Axis, scales: &Scales) -> Option<(Vec<f64>, CustomEffect)> {
     let (from, to) = scales.range(axis.variable);
-    let spacing = (to - from) / (KNOTS - 1) as f64;
-    let knots: Vec<f64> = (0..KNOTS).map(|i| from + spacing * i as f64).collect();
+    let spacing = (to - from) / (EFFORT.knots - 1) as f64;
+    let knots: Vec<f64> = (0..EFFORT.knots).map(|i| from + spacing * i as f64).collect();
     let size = scales.size(axis.target);
-    let names: Vec<String> = (0..KNOTS).map(|i| format!("k{i}")).collect();
+    let names: Vec<String> = (0..EFFORT.knots).map(|i| format!("k{i}")).collect();
     let formula = format!("table({}, {from:e}, {to:e}, {})", axis.variable, names.join(", "));
-    let parameters = (0..KNOTS)
+    let parameters = (0..EFFORT.knots)
         .map(|i| CustomParameter {
             name: format!("k{i}"),
             value: 0.0,
@@ -373,7 +412,7 @@ fn shapes(axis: Axis, knots: &[f64], values: &[f64], scales: &Scales) -> Vec<Cus
         unit: axis_unit.into(),
     };
     let centre = |value: f64| place("centre", value, from, to);
-    let wide = |value: f64| place("width", value, 0.02 * width, width);
+    let wide = |value: f64| place("width", value, NARROWEST * width, width);
     let (first, last) = (values[0], values[values.len() - 1]);
     let rise = values[peak] - floor;
     let bump = format!("level + height*exp(-(({z} - centre)/width)^2)");
@@ -396,7 +435,7 @@ fn shapes(axis: Axis, knots: &[f64], values: &[f64], scales: &Scales) -> Vec<Cus
         ),
     ];
     let wave = format!("level + height*sin(2*3.141592653589793*({z} - centre)/width)");
-    for share in [0.2, 0.35, 0.6] {
+    for share in WAVES {
         forms.push((
             wave.clone(),
             vec![level(floor), amount("height", rise), centre(knots[peak] - 0.25 * share * width), wide(share * width)],
@@ -405,9 +444,9 @@ fn shapes(axis: Axis, knots: &[f64], values: &[f64], scales: &Scales) -> Vec<Cus
     if z == "v" {
         let damping = CustomParameter {
             name: "damping".into(),
-            value: 0.1 * size / to.powi(2),
+            value: DAMPING.0 * size / to.powi(2),
             lower: 0.0,
-            upper: 20.0 * size / to.powi(2),
+            upper: DAMPING.1 * size / to.powi(2),
             unit: String::new(),
         };
         forms.push(("damping*v^2".into(), vec![damping.clone()]));
