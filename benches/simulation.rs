@@ -34,7 +34,7 @@ const FLEET: usize = 10_000;
 fn leaking_runs(valve: &Valve) -> Vec<Prepared> {
     let conditions = leaking(valve, Fault::Atmosphere, 0.1e-6);
     let run =
-        Run { conditions, commands: cycle_commands(&CYCLE), end_s: CYCLE.end_s, driven: None, start: Start::Rest };
+        Run { conditions, commands: cycle_commands(&CYCLE), end_s: CYCLE.end_s, prescribed: None, start: Start::Rest };
     vec![Prepared::new(valve, &run, DEFAULT_STEP_S); LANES]
 }
 

@@ -41,7 +41,7 @@ fn runs(valve: &Valve) -> Vec<Prepared> {
     conditions[5].temperature_k = 270.0;
     let run = |((index, conditions), commands): ((usize, Conditions), Vec<CommandEdge>)| {
         let run =
-            Run { conditions, commands, end_s: CYCLE.end_s - 0.5 * index as f64, driven: None, start: Start::Rest };
+            Run { conditions, commands, end_s: CYCLE.end_s - 0.5 * index as f64, prescribed: None, start: Start::Rest };
         Prepared::new(valve, &run, DEFAULT_STEP_S)
     };
     conditions.into_iter().enumerate().zip(commands()).map(run).collect()

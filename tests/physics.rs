@@ -78,7 +78,7 @@ proptest! {
         let mut conditions = Conditions::nominal(valve.parameters());
         conditions.leak_to_atmosphere_m2 = out * 1e-6;
         conditions.leak_from_supply_m2 = into * 1e-6;
-        let run = Run { conditions, commands: cycle_commands(&SCHEDULE), end_s: SCHEDULE.end_s, driven: None, start: Start::Rest };
+        let run = Run { conditions, commands: cycle_commands(&SCHEDULE), end_s: SCHEDULE.end_s, prescribed: None, start: Start::Rest };
         let p = valve.parameters();
         let spring = p.spring_stiffness_n_per_m * (p.stroke_m + p.preload_compression_m);
         let push = (p.supply_pressure_pa * p.piston_area_m2 + spring) / p.contact_stiffness_n_per_m;
@@ -145,7 +145,7 @@ fn survives(what: &str, effects: Vec<Effect>, change: impl FnOnce(&mut Parameter
             conditions,
             commands: cycle_commands(&SCHEDULE),
             end_s: SCHEDULE.end_s,
-            driven: None,
+            prescribed: None,
             start: Start::Rest,
         };
         simulate(&[Prepared::new(&valve, &run, DEFAULT_STEP_S)], true, |_, nodes, _| {

@@ -114,7 +114,7 @@ fn the_trace() {
         conditions: Conditions::nominal(valve.parameters()),
         commands: vec![CommandEdge::new(0.0, true), CommandEdge::new(4.0, false)],
         end_s: 9.0,
-        driven: None,
+        prescribed: None,
         start: Start::Rest,
     };
     let expected = rows(include_str!("data/reference/trace.csv"));

@@ -69,5 +69,5 @@ pub fn conditions(valve: &Valve, bytes: &mut Bytes<'_>) -> Conditions {
 
 /// One cycle.
 pub fn run(conditions: Conditions) -> Run {
-    Run { conditions, commands: cycle_commands(&SCHEDULE), end_s: SCHEDULE.end_s, driven: None, start: Start::Rest }
+    Run { conditions, commands: cycle_commands(&SCHEDULE), end_s: SCHEDULE.end_s, prescribed: None, start: Start::Rest }
 }

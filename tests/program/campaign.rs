@@ -78,7 +78,7 @@ impl Recording {
         let conditions = Conditions { supply_pressure_pa, ..Conditions::nominal(&parameters) };
         let stroke = Valve::new(parameters, valve.switches(), valve.effects().to_vec(), valve.custom().to_vec());
         let commands = vec![CommandEdge::new(closes_s, true), CommandEdge::new(opens_s, false)];
-        let run = Run { conditions, commands, end_s: 6.5, driven: None, start: Start::Rest };
+        let run = Run { conditions, commands, end_s: 6.5, prescribed: None, start: Start::Rest };
         let mut nodes = Trajectory::default();
         let stroke = stroke.expect("a possible valve");
         simulate(&[Prepared::new(&stroke, &run, 5e-4)], false, |_, path, _| nodes = path.clone());

@@ -29,7 +29,7 @@ impl Cycles {
             })
             .collect();
         let end_s = f64::from(cycles) * schedule.end_s;
-        let run = Run { conditions, commands: commands.clone(), end_s, driven: None, start: Start::Rest };
+        let run = Run { conditions, commands: commands.clone(), end_s, prescribed: None, start: Start::Rest };
         let mut path = Trajectory::default();
         simulate(&[Prepared::new(valve, &run, step_s)], true, |_, nodes, _| path = nodes.clone());
         // An opening counts until its cycle ends, a closing until the command to open.

@@ -70,7 +70,7 @@ pub struct Fit {
     /// Which coordinates ended at a bound.
     pub held: Vec<bool>,
     /// What a further step promises, nats.
-    pub promised: f64,
+    pub predicted_gain: f64,
     /// Whether that is less than what was asked for.
     pub converged: bool,
     /// Points at which the derivatives were taken.
@@ -86,10 +86,10 @@ impl Fit {
     }
 }
 
-/// Share of what a step promised that it must have brought for its derivatives to be used again.
+/// Share of what a step predicted_gain that it must have brought for its derivatives to be used again.
 const TRUSTED: f64 = 0.3;
 
-/// Share of what a step promised from which no other is tried.
+/// Share of what a step predicted_gain from which no other is tried.
 const PLENTY: f64 = 0.6;
 
 /// So often in a row no step may be better, each time with more damping and less reach, before a phase is over.
@@ -113,14 +113,14 @@ struct Trial {
     normal: Normal,
     cost: f64,
     factor: f64,
-    promised: f64,
+    predicted_gain: f64,
 }
 
 /// A step that was taken.
 struct Taken {
     u: Vec<f64>,
     residual: Vec<Vec<f64>>,
-    /// Fall of the cost as a share of what was promised.
+    /// Fall of the cost as a share of what was predicted_gain.
     share: f64,
     /// Precision of each coordinate, the metric of updates.
     weights: Vec<f64>,
@@ -182,19 +182,19 @@ impl<P: Problem + ?Sized> Fitting<'_, P> {
         let coordinates = self.problem.coordinates();
         let posterior = Posterior::new(coordinates, &at.u, &whitened.normal);
         self.sigmas = posterior.precision.diagonal().iter().map(|precision| precision.sqrt().recip()).collect();
-        if posterior.newton().is_none_or(|step| step.promised < 2.0 * least) {
+        if posterior.newton().is_none_or(|step| step.predicted_gain < 2.0 * least) {
             return None;
         }
-        let worthwhile = |step: &Step| step.promised > 2.0 * LEAST_SHARE * least;
+        let worthwhile = |step: &Step| step.predicted_gain > 2.0 * LEAST_SHARE * least;
         let mut tried = Vec::new();
         for factors in &self.options.dampings {
             let steps = factors.iter().filter_map(|factor| {
                 let step = posterior.step(factor * self.damping, self.reach).filter(worthwhile)?;
-                Some((step.to, *factor, step.promised))
+                Some((step.to, *factor, step.predicted_gain))
             });
             let steps = steps.collect();
             self.try_all(&whitened, steps, &mut tried);
-            let enough = |trial: &Trial| posterior.cost - trial.cost > PLENTY * trial.promised;
+            let enough = |trial: &Trial| posterior.cost - trial.cost > PLENTY * trial.predicted_gain;
             if tried.iter().any(enough) {
                 break;
             }
@@ -203,7 +203,7 @@ impl<P: Problem + ?Sized> Fitting<'_, P> {
             let seconds = tried.iter().take(CORRECTED).filter_map(|trial: &Trial| {
                 let posterior = Posterior::new(coordinates, &trial.u, &trial.normal);
                 let step = posterior.step(trial.factor * self.damping, self.reach).filter(worthwhile)?;
-                Some((step.to, trial.factor, trial.promised))
+                Some((step.to, trial.factor, trial.predicted_gain))
             });
             let seconds = seconds.collect();
             self.try_all(&whitened, seconds, &mut tried);
@@ -212,7 +212,7 @@ impl<P: Problem + ?Sized> Fitting<'_, P> {
             }
         }
         let best = tried.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost))?;
-        let Trial { u, residual, cost, factor, promised, .. } = best;
+        let Trial { u, residual, cost, factor, predicted_gain, .. } = best;
         let gain = 0.5 * (posterior.cost - cost);
         if gain <= 0.0 {
             self.reach *= SHORTER;
@@ -222,23 +222,24 @@ impl<P: Problem + ?Sized> Fitting<'_, P> {
         // Damping and reach follow what worked.
         let moves = u.iter().zip(&at.u).zip(coordinates).map(|((to, from), c)| (to - from).abs() / c.sigma);
         let moved = moves.fold(0.0, f64::max);
-        self.reach = if 2.0 * gain < TRUSTED * promised { SHORTER * moved } else { self.reach.max(LONGER * moved) };
+        self.reach =
+            if 2.0 * gain < TRUSTED * predicted_gain { SHORTER * moved } else { self.reach.max(LONGER * moved) };
         self.damping = (factor * self.damping).clamp(1e-6, 1e4);
         let weights = posterior.precision.diagonal().iter().copied().collect();
-        Some(Taken { u, residual, share: 2.0 * gain / promised, weights })
+        Some(Taken { u, residual, share: 2.0 * gain / predicted_gain, weights })
     }
 
     /// Predicts at points and adds what came out.
     fn try_all(&mut self, whitened: &Whitened, points: Vec<(Vec<f64>, f64, f64)>, tried: &mut Vec<Trial>) {
         self.predictions += points.len();
         let wanted: Vec<Vec<f64>> = points.iter().map(|(u, ..)| u.clone()).collect();
-        for (predicted, (u, factor, promised)) in predict_all(self.problem, &wanted).into_iter().zip(points) {
+        for (predicted, (u, factor, predicted_gain)) in predict_all(self.problem, &wanted).into_iter().zip(points) {
             let Some(predicted) = predicted else { continue };
             let residual = residuals(self.problem, &predicted);
             let normal = whitened.with_residuals(&residual);
             let cost = normal.chi2 + normal.log_determinant + prior_cost(self.problem.coordinates(), &u);
             if cost.is_finite() {
-                tried.push(Trial { u, residual, normal, cost, factor, promised });
+                tried.push(Trial { u, residual, normal, cost, factor, predicted_gain });
             }
         }
     }
@@ -299,7 +300,7 @@ impl<P: Problem + ?Sized> Fitting<'_, P> {
             }
             None => self.starting_noise(&sizes),
         };
-        let mut promised = f64::INFINITY;
+        let mut predicted_gain = f64::INFINITY;
         let most = self.derivatives + self.options.settled;
         let mut since = Since::default();
         while !self.problem.stop().is_asked() {
@@ -309,9 +310,9 @@ impl<P: Problem + ?Sized> Fitting<'_, P> {
             }
             let normal = at.normal(self.problem, &noise);
             let posterior = Posterior::new(self.problem.coordinates(), &at.u, &normal);
-            promised = posterior.newton().map_or(f64::INFINITY, |step| 0.5 * step.promised);
+            predicted_gain = posterior.newton().map_or(f64::INFINITY, |step| 0.5 * step.predicted_gain);
             let tolerance = self.tolerance(&noise, &normal);
-            let has_converged = promised < tolerance;
+            let has_converged = predicted_gain < tolerance;
             if since.derivatives == 0 && (has_converged || self.derivatives >= most) {
                 break;
             }
@@ -326,7 +327,7 @@ impl<P: Problem + ?Sized> Fitting<'_, P> {
         }
         let normal = at.normal(self.problem, &noise);
         let log_evidence = evidence(self.problem, &at, &normal, &self.options.groups, &noise);
-        let converged = promised < self.tolerance(&noise, &normal);
+        let converged = predicted_gain < self.tolerance(&noise, &normal);
         let coordinates = self.problem.coordinates();
         let held = coordinates.iter().zip(&at.u).map(|(coordinate, u)| coordinate.is_at_bound(*u)).collect();
         Some(Fit {
@@ -335,7 +336,7 @@ impl<P: Problem + ?Sized> Fitting<'_, P> {
             log_evidence,
             linear: at,
             held,
-            promised,
+            predicted_gain,
             converged,
             derivatives: self.derivatives,
             predictions: self.predictions,

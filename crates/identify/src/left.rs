@@ -33,7 +33,7 @@ pub fn excess(error: f64) -> f64 {
 }
 
 /// Root mean square of residuals in units of the rows' noise with its multiplier.
-pub fn rms_in_noise<P: Problem>(problem: &P, noise: &Noise, residual: &[Vec<f64>]) -> f64 {
+pub fn normalised_rms<P: Problem>(problem: &P, noise: &Noise, residual: &[Vec<f64>]) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0);
     for (record, residual) in problem.records().iter().zip(residual) {
         let mut rest = residual.as_slice();

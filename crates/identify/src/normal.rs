@@ -267,7 +267,7 @@ pub struct Step {
     /// Where it leads.
     pub to: Vec<f64>,
     /// By how much the cost falls, to second order.
-    pub promised: f64,
+    pub predicted_gain: f64,
     /// Which coordinates end at a bound.
     pub held: Vec<bool>,
 }
@@ -348,9 +348,9 @@ impl<'a> Posterior<'a> {
             })
             .collect();
         let step = DVector::from_iterator(n, to.iter().zip(self.u).map(|(to, from)| to - from));
-        let promised = 2.0 * self.pull.dot(&step) - step.dot(&(&self.precision * &step));
+        let predicted_gain = 2.0 * self.pull.dot(&step) - step.dot(&(&self.precision * &step));
         let held = to.iter().zip(self.coordinates).map(|(to, coordinate)| coordinate.is_at_bound(*to)).collect();
-        Some((Step { to, promised, held }, factor))
+        Some((Step { to, predicted_gain, held }, factor))
     }
 
     /// The step in which some coordinates move by what is fixed and the others as is best, and the factor of those.
@@ -380,7 +380,7 @@ impl<'a> Posterior<'a> {
             let free = self.order.iter().copied().filter(|index| !step.held[*index]);
             factor = Factor::new(&self.precision, free.collect())?;
         }
-        let mut value = -0.5 * (self.cost - step.promised) - 0.5 * LN_2_PI * self.rows as f64;
+        let mut value = -0.5 * (self.cost - step.predicted_gain) - 0.5 * LN_2_PI * self.rows as f64;
         value -= self.coordinates.iter().map(|coordinate| coordinate.sigma.ln()).sum::<f64>();
         value -= factor.half_log_determinant();
         for index in factor.indices() {
@@ -451,7 +451,7 @@ mod tests {
         };
         let coordinates = [coordinate];
         let held = Posterior::new(&coordinates, &[3.0], &at(3.0));
-        assert!(held.newton().is_some_and(|step| step.promised.abs() < 1e-12));
+        assert!(held.newton().is_some_and(|step| step.predicted_gain.abs() < 1e-12));
         assert!((held.beyond_bounds() - 5.0 * (8.0_f64 - 3.0).powi(2)).abs() < 1e-9, "{}", held.beyond_bounds());
         let free = Posterior::new(&coordinates, &[8.0], &at(8.0));
         assert!(free.beyond_bounds() < 1e-12);

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use campaign::{Campaign, Run as RecordedRun, TimingRow, ValveFacts, estimate_position_noise_m};
-use valve_model::driven::Driven;
+use valve_model::prescribed::Prescribed;
 use valve_model::{CommandEdge, Conditions, Run, Schedule, Start, Valve};
 
 use crate::driving::thinned;
@@ -162,12 +162,12 @@ fn conditions(from: &campaign::RunConditions) -> Conditions {
 
 fn run_data(recorded: &RecordedRun, campaign: &Campaign, position_noise: f64) -> RunData {
     let trace = &recorded.trace;
-    let driven = driven(recorded, campaign);
+    let prescribed = prescribed(recorded, campaign);
     let run = Run {
         conditions: conditions(&recorded.conditions),
         commands: recorded.commands.iter().map(|edge| CommandEdge::new(edge.time_s, edge.close)).collect(),
         end_s: trace.time_s.last().copied().unwrap_or(0.0),
-        driven: driven.map(Arc::new),
+        prescribed: prescribed.map(Arc::new),
         start: Start::Rest,
     };
     let mut channels = vec![channel(Channel::Position, &trace.position_m, position_noise)];
@@ -186,26 +186,26 @@ fn run_data(recorded: &RecordedRun, campaign: &Campaign, position_noise: f64) ->
 }
 
 /// The measured pressures that drive the model, with gaps bridged: those that are declared, and the supply's.
-fn driven(recorded: &RecordedRun, campaign: &Campaign) -> Option<Driven> {
+fn prescribed(recorded: &RecordedRun, campaign: &Campaign) -> Option<Prescribed> {
     let inputs = campaign.inputs;
     let trace = &recorded.trace;
     let bridged = |samples: &Option<Vec<f64>>, wanted: bool| {
         samples.as_ref().filter(|_| wanted).map(|samples| bridge(&trace.time_s, samples))
     };
-    let driven = Driven {
+    let prescribed = Prescribed {
         time_s: trace.time_s.clone(),
         pipe_pressure_pa: bridged(&trace.pipe_pressure_pa, inputs.pipe_pressure),
         chamber_pressure_pa: bridged(&trace.chamber_pressure_pa, inputs.chamber_pressure),
         supply_pressure_pa: bridged(&trace.supply_pressure_pa, !inputs.pipe_pressure && !inputs.chamber_pressure),
     };
-    let drives = driven.pipe_pressure_pa.is_some()
-        || driven.chamber_pressure_pa.is_some()
-        || driven.supply_pressure_pa.is_some();
+    let drives = prescribed.pipe_pressure_pa.is_some()
+        || prescribed.chamber_pressure_pa.is_some()
+        || prescribed.supply_pressure_pa.is_some();
     let noise_pa = |samples: &[f64]| {
         let noise = campaign.sensors.pressure_noise_pa.unwrap_or_else(|| difference_noise(samples));
         with_rounding(noise, samples)
     };
-    drives.then(|| thinned(driven, noise_pa))
+    drives.then(|| thinned(prescribed, noise_pa))
 }
 
 /// Fills gaps by straight lines, the ends by the nearest value.

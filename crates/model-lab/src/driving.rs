@@ -5,7 +5,7 @@
 //! stretch of rows departs from them by more than noise does. The pressure of a pipe or a chamber rises within a few rows, each
 //! of which counts: such a record stays as it is.
 
-use valve_model::driven::Driven;
+use valve_model::prescribed::Prescribed;
 
 /// The most rows that one mean is taken of.
 const MOST_ROWS: usize = 64;
@@ -15,16 +15,20 @@ const MOST_ROWS: usize = 64;
 const DEPARTS: f64 = 5.0;
 
 /// A record of the supply alone through means of as many rows as noise allows; `noise_pa` tells that of its samples.
-pub fn thinned(driven: Driven, noise_pa: impl Fn(&[f64]) -> f64) -> Driven {
-    let Driven { time_s, pipe_pressure_pa: None, chamber_pressure_pa: None, supply_pressure_pa: Some(supply_pa) } =
-        &driven
+pub fn thinned(prescribed: Prescribed, noise_pa: impl Fn(&[f64]) -> f64) -> Prescribed {
+    let Prescribed { time_s, pipe_pressure_pa: None, chamber_pressure_pa: None, supply_pressure_pa: Some(supply_pa) } =
+        &prescribed
     else {
-        return driven;
+        return prescribed;
     };
     let noise_pa = noise_pa(supply_pa);
     let mut halves = std::iter::successors(Some(MOST_ROWS), |rows| Some(rows / 2)).take_while(|rows| *rows > 1);
-    let Some(rows) = halves.find(|rows| is_straight(time_s, supply_pa, noise_pa, *rows)) else { return driven };
-    Driven { time_s: means(time_s, rows), supply_pressure_pa: Some(means(supply_pa, rows)), ..Driven::default() }
+    let Some(rows) = halves.find(|rows| is_straight(time_s, supply_pa, noise_pa, *rows)) else { return prescribed };
+    Prescribed {
+        time_s: means(time_s, rows),
+        supply_pressure_pa: Some(means(supply_pa, rows)),
+        ..Prescribed::default()
+    }
 }
 
 fn means(values: &[f64], rows: usize) -> Vec<f64> {
@@ -59,12 +63,12 @@ mod tests {
     const NOISE_PA: f64 = 300.0;
 
     /// 20 s at 1 kHz with noise of the size that is told (even, by a rule; it repeats after a while), and a motion.
-    fn record(motion: impl Fn(f64) -> f64) -> Driven {
+    fn record(motion: impl Fn(f64) -> f64) -> Prescribed {
         let time_s: Vec<f64> = (0..20_000).map(|row| f64::from(row) * 1e-3).collect();
         let even = |row: usize| (row as f64 * 0.754_877_666 + (row * row) as f64 * 0.569_840_29).fract() - 0.5;
         let noisy = |(row, time): (usize, &f64)| 5e5 + motion(*time) + NOISE_PA * 12_f64.sqrt() * even(row);
         let values = time_s.iter().enumerate().map(noisy).collect();
-        Driven { time_s, supply_pressure_pa: Some(values), ..Driven::default() }
+        Prescribed { time_s, supply_pressure_pa: Some(values), ..Prescribed::default() }
     }
 
     fn rows_kept(motion: impl Fn(f64) -> f64) -> usize {

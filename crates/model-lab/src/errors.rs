@@ -10,7 +10,7 @@ use identify::problem::{Problem, predict_all, residuals};
 use identify::select::Model;
 
 use crate::identification::ValveProblem;
-use crate::identification::setup::{Kind, Unit};
+use crate::identification::setup::{Kind, Recording};
 
 /// The errors of residuals.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -47,23 +47,23 @@ impl Squares {
 impl Errors {
     /// Of residuals by record.
     pub fn of(problem: &ValveProblem<'_>, residual: &[Vec<f64>]) -> Self {
-        Self::of_units(problem, residual, |_| true)
+        Self::of_recordings(problem, residual, |_| true)
     }
 
-    /// Of the residuals of some of the units alone.
-    pub fn of_units(problem: &ValveProblem<'_>, residual: &[Vec<f64>], keep: impl Fn(&Unit) -> bool) -> Self {
+    /// Of the residuals of some of the recordings alone.
+    pub fn of_recordings(problem: &ValveProblem<'_>, residual: &[Vec<f64>], keep: impl Fn(&Recording) -> bool) -> Self {
         let (mut noise, mut position, mut time) = (Squares::default(), Squares::default(), Squares::default());
         let stroke_m = problem.setup().stroke_m;
-        let units = problem.setup().units.iter().zip(problem.records()).zip(residual);
-        for ((unit, record), residual) in units.filter(|((unit, _), _)| keep(unit)) {
+        let recordings = problem.setup().recordings.iter().zip(problem.records()).zip(residual);
+        for ((recording, record), residual) in recordings.filter(|((recording, _), _)| keep(recording)) {
             for (row, residual) in record.rows().zip(residual) {
                 noise.add(residual / row.sigma);
             }
             let first = record.series.first().map_or(&[][..], |series| &series.rows);
-            match &unit.kind {
+            match &recording.kind {
                 Kind::Trace(_) => {
                     residual[..first.len()].iter().for_each(|residual| position.add(*residual));
-                    stroke_time_errors(unit, first, residual, stroke_m).for_each(|error| time.add(error));
+                    stroke_time_errors(recording, first, residual, stroke_m).for_each(|error| time.add(error));
                 }
                 Kind::Times(_) => residual.iter().for_each(|residual| time.add(*residual)),
             }
@@ -79,11 +79,16 @@ impl Errors {
 }
 
 /// Measured minus simulated stroke times of a trace, s: those of strokes that both motions go.
-fn stroke_time_errors(unit: &Unit, rows: &[Row], residual: &[f64], stroke_m: f64) -> impl Iterator<Item = f64> {
-    let commands = &unit.run.commands;
+fn stroke_time_errors(
+    recording: &Recording,
+    rows: &[Row],
+    residual: &[f64],
+    stroke_m: f64,
+) -> impl Iterator<Item = f64> {
+    let commands = &recording.run.commands;
     commands.iter().enumerate().filter_map(move |(index, edge)| {
-        let until_s = commands.get(index + 1).map_or(f64::INFINITY, |next| next.time_s + unit.origin_s);
-        let from = rows.partition_point(|row| row.time_s < edge.time_s + unit.origin_s);
+        let until_s = commands.get(index + 1).map_or(f64::INFINITY, |next| next.time_s + recording.origin_s);
+        let from = rows.partition_point(|row| row.time_s < edge.time_s + recording.origin_s);
         let end = rows.partition_point(|row| row.time_s < until_s);
         let rows = rows.get(from..end)?;
         // Until a level is passed downwards; an opening is a closing seen in a mirror.

@@ -10,8 +10,8 @@ use model_lab::Space;
 use model_lab::identification::{Nuisance, NuisanceSizes, Subject};
 use recorded::{NOISE_M, Noise, campaign};
 use valve_file::ValveFile;
-use valve_model::driven::Driven;
 use valve_model::measurement::Record;
+use valve_model::prescribed::Prescribed;
 use valve_model::{
     ChamberStart, CommandEdge, Conditions, Effect, EffectKind, ParameterId, Prepared, Run, Start, Valve, simulate,
 };
@@ -91,10 +91,10 @@ fn run_through_pipe(valve: &Valve, rise_s: f64, position_m: f64, more: f64, nois
         conditions,
         commands: edges.iter().map(|(time_s, close)| CommandEdge::new(*time_s, *close)).collect(),
         end_s: END_S,
-        driven: Some(Arc::new(Driven {
+        prescribed: Some(Arc::new(Prescribed {
             time_s: time_s.clone(),
             pipe_pressure_pa: Some(pressures.clone()),
-            ..Driven::default()
+            ..Prescribed::default()
         })),
         start: Start::Moving {
             position_m,
@@ -146,7 +146,7 @@ fn subject() -> Subject {
 #[test]
 fn each_cycle_begins_with_the_motion_that_its_record_shows() {
     let subject = subject();
-    let units = &subject.setup(Level::High).units;
+    let units = &subject.setup(Level::High).recordings;
     assert_eq!(units.len(), 2 * PULSES_S.len(), "{:?}", units.iter().map(|unit| &unit.name).collect::<Vec<_>>());
     // By the third pulse the piston has reached its open stop.
     for cycle in [0, 1, 3, 4] {
@@ -154,9 +154,9 @@ fn each_cycle_begins_with_the_motion_that_its_record_shows() {
     }
     // A cycle is driven by its own stretch of the recorded pressure alone.
     for unit in units {
-        let driven = unit.run.driven.as_ref().expect("driven");
-        assert!(driven.time_s.len() < 2300, "{} samples", driven.time_s.len());
-        assert!(driven.time_s[0] <= 0.0, "{} s", driven.time_s[0]);
+        let prescribed = unit.run.prescribed.as_ref().expect("prescribed");
+        assert!(prescribed.time_s.len() < 2300, "{} samples", prescribed.time_s.len());
+        assert!(prescribed.time_s[0] <= 0.0, "{} s", prescribed.time_s[0]);
     }
 }
 
@@ -173,7 +173,7 @@ fn a_cycle_begins_before_the_pressure_that_tells_of_its_command_rises() {
     }
     campaign.inputs.pipe_pressure = true;
     let subject = Subject::new(&file, &campaign, &NuisanceSizes::default());
-    for (unit, pulse_s) in subject.setup(Level::High).units.iter().zip(PULSES_S) {
+    for (unit, pulse_s) in subject.setup(Level::High).recordings.iter().zip(PULSES_S) {
         assert!(unit.origin_s < pulse_s, "{}: begins {} s after the rise", unit.name, unit.origin_s - pulse_s);
     }
 }
@@ -190,7 +190,7 @@ fn a_cycle_begins_where_the_piston_rests_though_its_command_comes_in_mid_fall() 
     campaign.inputs.pipe_pressure = true;
     let subject = Subject::new(&file, &campaign, &NuisanceSizes::default());
     // By the third pulse the piston has reached its open stop.
-    let last = subject.setup(Level::High).units.last().expect("three cycles").clone();
+    let last = subject.setup(Level::High).recordings.last().expect("three cycles").clone();
     assert!(last.origin_s < PULSES_S[2], "begins {} s after the rise", last.origin_s - PULSES_S[2]);
     assert!(last.origin_s > PULSES_S[1] + PULSE_S, "begins at {} s", last.origin_s);
 }

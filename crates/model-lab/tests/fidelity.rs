@@ -19,7 +19,7 @@ fn subject(noise_m: f64) -> Subject {
 
 /// The longest step of any record, s.
 fn step_s(setup: &Setup) -> f64 {
-    setup.units.iter().map(|unit| unit.fidelity.step_s).fold(0.0, f64::max)
+    setup.recordings.iter().map(|unit| unit.fidelity.step_s).fold(0.0, f64::max)
 }
 
 /// Noise of the noisiest row of positions, m.

@@ -1,6 +1,6 @@
 //! The numbers of the base equations.
 
-use crate::orifice::{Blend, OrificeLaw};
+use crate::orifice::{Laminar, OrificeLaw};
 use crate::real::Real;
 
 macro_rules! coefficients {
@@ -11,12 +11,12 @@ macro_rules! coefficients {
             $( $(#[$doc])* pub $field: R, )*
             /// The law of all orifices.
             pub law: OrificeLaw<R>,
-            /// How it is blended at the port.
-            pub port_blend: Blend<R>,
-            /// How it is blended at the solenoid and at leaks.
-            pub blend: Blend<R>,
-            /// How it is blended where a supply line of its own pressure feeds them.
-            pub line_blend: Blend<R>,
+            /// How it is regularised at the port.
+            pub port_laminar: Laminar<R>,
+            /// How it is regularised at the solenoid and at leaks.
+            pub laminar: Laminar<R>,
+            /// How it is regularised where a supply line of its own pressure feeds them.
+            pub line_laminar: Laminar<R>,
         }
 
         impl<R: Real> Coefficients<R> {
@@ -31,9 +31,9 @@ macro_rules! coefficients {
                 }
                 self.law.scale.set_lane(lane, from.law.scale);
                 self.law.widest.set_lane(lane, from.law.widest);
-                self.port_blend.set_lane(lane, from.port_blend);
-                self.blend.set_lane(lane, from.blend);
-                self.line_blend.set_lane(lane, from.line_blend);
+                self.port_laminar.set_lane(lane, from.port_laminar);
+                self.laminar.set_lane(lane, from.laminar);
+                self.line_laminar.set_lane(lane, from.line_laminar);
             }
 
             /// The same valve in every lane.
@@ -47,9 +47,9 @@ macro_rules! coefficients {
                         widest: R::splat(law.widest),
                         discharge: law.discharge.map(R::splat),
                     },
-                    port_blend: Blend::splat(from.port_blend),
-                    blend: Blend::splat(from.blend),
-                    line_blend: Blend::splat(from.line_blend),
+                    port_laminar: Laminar::splat(from.port_laminar),
+                    laminar: Laminar::splat(from.laminar),
+                    line_laminar: Laminar::splat(from.line_laminar),
                 }
             }
         }

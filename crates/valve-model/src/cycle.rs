@@ -44,7 +44,7 @@ pub fn cycles(
                 conditions: *conditions,
                 commands: commands.clone(),
                 end_s: schedule.end_s,
-                driven: None,
+                prescribed: None,
                 start: Start::Rest,
             };
             Prepared::new(valve, &run, fidelity)

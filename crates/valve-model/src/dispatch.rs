@@ -106,8 +106,8 @@ const FRICTION_HEATING: u8 = groups::FRICTION | groups::HEATING;
 const FRICTION_LINE: u8 = groups::FRICTION | groups::LINE;
 
 /// A cylinder that its recorded pressure drives, on stops that are damped.
-const DRIVEN_FORCES: u8 = groups::DRIVEN | groups::FORCES;
-const DRIVEN_FRICTION: u8 = groups::DRIVEN | groups::FORCES | groups::FRICTION;
+const PRESCRIBED_FORCES: u8 = groups::PRESCRIBED | groups::FORCES;
+const PRESCRIBED_FRICTION: u8 = groups::PRESCRIBED | groups::FORCES | groups::FRICTION;
 
 /// In a loop for the very groups of terms, where they are one of those that a search mostly asks for.
 #[inline(always)]
@@ -125,8 +125,8 @@ fn own_loop<R: Real>(runs: &[LaneRun<'_>], recorder: &mut Recorder, take: &mut T
         FORCES_LINE => integrate::<R, FORCES_LINE>(runs, recorder, take),
         FRICTION_HEATING => integrate::<R, FRICTION_HEATING>(runs, recorder, take),
         FRICTION_LINE => integrate::<R, FRICTION_LINE>(runs, recorder, take),
-        DRIVEN_FORCES => integrate::<R, DRIVEN_FORCES>(runs, recorder, take),
-        DRIVEN_FRICTION => integrate::<R, DRIVEN_FRICTION>(runs, recorder, take),
+        PRESCRIBED_FORCES => integrate::<R, PRESCRIBED_FORCES>(runs, recorder, take),
+        PRESCRIBED_FRICTION => integrate::<R, PRESCRIBED_FRICTION>(runs, recorder, take),
         _ => any_loop::<R>(runs, recorder, take),
     }
 }

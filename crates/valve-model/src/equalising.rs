@@ -3,7 +3,7 @@
 //! At a relative pressure difference g the rate of that goes as 1/sqrt(g). Where it is beyond what the step can follow,
 //! the flow through the port is changed by so much that the *difference* of the two pressures moves at a share of its
 //! rate, `port_ease` sqrt(g). No gas comes or goes by that, and where the difference stands still nothing changes at all:
-//! it settles to what it would settle to, only no faster than in a step or so. A law that is blended to a line over a
+//! it settles to what it would settle to, only no faster than in a step or so. A law that is regularised over a
 //! wider difference would be as stable, but bias the difference wherever gas flows.
 
 use crate::effects::Moment;
@@ -40,17 +40,17 @@ impl<R: Real> System<'_, R> {
             let trial = flows.through_port.select_lt(zero, -large, large);
             let there = self.with_more_through_port::<GROUPS>(at, flows, rate, trial);
             let per_trial = here - self.parting::<GROUPS>(at, &there, volume);
-            if self.has::<GROUPS>(groups::DRIVEN) && self.terms.driven_pipe && self.terms.driven_chamber {
+            if self.has::<GROUPS>(groups::PRESCRIBED) && self.terms.prescribed_pipe && self.terms.prescribed_chamber {
                 return zero;
             }
             return here * trial / per_trial;
         }
         let mut per_flow = volume * (volume + c.pipe_volume);
-        if self.has::<GROUPS>(groups::DRIVEN) {
-            if self.terms.driven_pipe {
+        if self.has::<GROUPS>(groups::PRESCRIBED) {
+            if self.terms.prescribed_pipe {
                 per_flow = volume * c.pipe_volume;
             }
-            if self.terms.driven_chamber {
+            if self.terms.prescribed_chamber {
                 per_flow = volume * volume;
             }
         }
@@ -72,12 +72,12 @@ impl<R: Real> System<'_, R> {
         let mut pipe = volume * volume * pipe;
         let squeezed = held * (c.piston_area * state.v);
         let mut chamber = c.pipe_volume * volume.mul_add(chamber, squeezed);
-        if self.has::<GROUPS>(groups::DRIVEN) {
+        if self.has::<GROUPS>(groups::PRESCRIBED) {
             let zero = R::splat(0.0);
-            if self.terms.driven_pipe {
+            if self.terms.prescribed_pipe {
                 pipe = zero;
             }
-            if self.terms.driven_chamber {
+            if self.terms.prescribed_chamber {
                 chamber = zero;
             }
         }

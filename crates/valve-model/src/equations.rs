@@ -7,13 +7,13 @@ use crate::custom::{CustomEffect, CustomTarget};
 use crate::demand::{Cause, Demand, FOLLOWED_RATE};
 use crate::effects::{ActsOn, Assembly, Laws};
 use crate::fidelity::Fidelity;
-use crate::orifice::{Blend, EASED_BLEND, OrificeLaw};
+use crate::orifice::{EASED_LAMINAR, Laminar, OrificeLaw};
 use crate::params::STANDARD_GRAVITY_M_PER_S2;
 use crate::terms::Terms;
 use crate::valve::Valve;
 
-/// No blend needs to be narrower than this.
-pub(crate) const NARROWEST_BLEND: f64 = 1e-5;
+/// No laminar width needs to be narrower than this.
+pub(crate) const NARROWEST_LAMINAR: f64 = 1e-5;
 
 /// Bound of the rates that catalogue effects bring in, 1/s: sliding bristles, gas at the walls and
 /// cushions settle no faster. What they settle to is not changed, and no stroke shows a difference.
@@ -95,9 +95,9 @@ impl Equations {
             bristle_damping: 0.0,
             quickest: fidelity.roughness / FASTEST_PER_S,
             law: OrificeLaw::ideal_nozzle(p.ratio_of_specific_heats),
-            port_blend: Blend::new(EASED_BLEND),
-            blend: Blend::new(NARROWEST_BLEND),
-            line_blend: Blend::new(NARROWEST_BLEND),
+            port_laminar: Laminar::new(EASED_LAMINAR),
+            laminar: Laminar::new(NARROWEST_LAMINAR),
+            line_laminar: Laminar::new(NARROWEST_LAMINAR),
         };
         let cushion = c.supply * c.piston_area * c.piston_area / p.dead_volume_m3;
         c.make_inert(c.contact.max(cushion), fidelity);

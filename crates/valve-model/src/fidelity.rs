@@ -3,7 +3,7 @@
 /// The step of the integrator unless said otherwise, s.
 pub const DEFAULT_STEP_S: f64 = 1e-3;
 
-/// Substeps that a lane may take where a supply line feeds the pipe: the blend shrinks with their square, down to a
+/// Substeps that a lane may take where a supply line feeds the pipe: the laminar width shrinks with their square, down to a
 /// relative pressure difference of some 1e-4, where no stroke time feels it any more.
 pub(crate) const MOST_SUBSTEPS: u32 = 16;
 
@@ -21,7 +21,7 @@ pub struct Fidelity {
     /// Steps that one may span at most while the piston rests on a stop. Which ones may depends on the terms of a valve: where
     /// models are compared with and without an effect, with fewer the difference is the effect's alone.
     pub most_span: u32,
-    /// How many times wider than in a step of a millisecond the orifice law may be blended to a line, and how many times
+    /// How many times wider than in a step of a millisecond the orifice law may be regularised, and how many times
     /// lower the bound of the quickest rates may be; at least 1.
     pub roughness: f64,
     /// The piston may be as inert as a mass of this, kg, where that lets steps be longer; its weight stays. 0 for the

@@ -17,7 +17,7 @@
 //! have a share of that.
 //!
 //! The slope of the square root is infinite at equal pressures. Within a relative pressure
-//! difference `blend` it gives way to an odd cubic that agrees with it in value and slope at the edge.
+//! difference `laminar` it gives way to an odd cubic that agrees with it in value and slope at the edge.
 
 use crate::real::Real;
 
@@ -44,41 +44,42 @@ pub const DISCHARGE_DEGREE: usize = 5;
 /// Discharge coefficient of a sharp-edged orifice in powers of the pressure ratio r, ascending (Perry 1949).
 const SHARP_EDGE: [f64; DISCHARGE_DEGREE + 1] = [0.8414, -0.1002, 0.8415, -3.9, 4.6001, -1.6827];
 
-/// The relative pressure difference within which an orifice's law is blended to a line.
+/// The laminar regularisation of an orifice's law: the relative pressure difference within which it gives way to a cubic with a
+/// finite slope, as a laminar flow has.
 #[derive(Debug, Clone, Copy)]
-pub struct Blend<R> {
+pub struct Laminar<R> {
     /// The difference.
     pub width: R,
     /// Its inverse.
     pub inverse: R,
 }
 
-impl Blend<f64> {
-    /// A blend of this width.
+impl Laminar<f64> {
+    /// One of this width.
     pub fn new(width: f64) -> Self {
         Self { width, inverse: 1.0 / width }
     }
 }
 
-impl<R: Real> Blend<R> {
-    /// The same blend in every lane.
-    pub fn splat(from: Blend<f64>) -> Self {
+impl<R: Real> Laminar<R> {
+    /// The same in every lane.
+    pub fn splat(from: Laminar<f64>) -> Self {
         Self { width: R::splat(from.width), inverse: R::splat(from.inverse) }
     }
 
-    /// Puts a blend into a lane.
-    pub fn set_lane(&mut self, lane: usize, from: Blend<f64>) {
+    /// Puts one into a lane.
+    pub fn set_lane(&mut self, lane: usize, from: Laminar<f64>) {
         self.width.set_lane(lane, from.width);
         self.inverse.set_lane(lane, from.inverse);
     }
 }
 
-/// Where the flow is eased and not blended, the law is blended this much all the same, so that it has a slope at equal
+/// Where the flow is eased and not regularised, the law is regularised this much all the same, so that it has a slope at equal
 /// pressures: over less than a pascal.
-pub(crate) const EASED_BLEND: f64 = 1e-7;
+pub(crate) const EASED_LAMINAR: f64 = 1e-7;
 
-/// Slope of the blend at equal pressures, in units of that of the chord.
-pub const BLEND_SLOPE: f64 = 1.25;
+/// Slope of the laminar part at equal pressures, in units of that of the chord.
+pub const LAMINAR_SLOPE: f64 = 1.25;
 
 impl OrificeLaw<f64> {
     /// The ideal nozzle for a ratio of specific heats, with the flow coefficient's factor
@@ -100,7 +101,7 @@ impl OrificeLaw<f64> {
     /// ISO 6358 with critical ratio b and the choked flow of the ideal nozzle.
     pub fn iso_6358(gamma: f64, critical_ratio: f64) -> Self {
         let nozzle = Self::ideal_nozzle(gamma);
-        let sonic = nozzle.shape(0.0, Blend::new(1e-9));
+        let sonic = nozzle.shape(0.0, Laminar::new(1e-9));
         let width = 1.0 - critical_ratio;
         Self::from_function(critical_ratio, |r| sonic * sonic * (1.0 + r - 2.0 * critical_ratio) / (width * width))
     }
@@ -169,9 +170,9 @@ impl OrificeLaw<f64> {
 impl<R: Real> OrificeLaw<R> {
     /// sqrt((1 - r) q(r)) for a pressure ratio r <= 1, choked below the critical ratio.
     #[inline(always)]
-    pub fn shape(&self, ratio: R, blend: Blend<R>) -> R {
+    pub fn shape(&self, ratio: R, laminar: Laminar<R>) -> R {
         let gap = R::splat(1.0) - ratio;
-        self.shape_at(gap, blend).0 * self.discharge_at(gap)
+        self.shape_at(gap, laminar).0 * self.discharge_at(gap)
     }
 
     /// The discharge coefficient over that into a vacuum.
@@ -181,31 +182,31 @@ impl<R: Real> OrificeLaw<R> {
     }
 
     /// The same over the gap 1 - r, which is exact where the pressures are nearly equal, at a constant discharge
-    /// coefficient; and the root of the gap, of the blend's width at least.
+    /// coefficient; and the root of the gap, of the laminar width at least.
     #[inline(always)]
-    fn shape_at(&self, gap: R, blend: Blend<R>) -> (R, R) {
+    fn shape_at(&self, gap: R, laminar: Laminar<R>) -> (R, R) {
         let one = R::splat(1.0);
         let gap = gap.min(self.widest);
         let smooth = polynomial(&self.root, one - gap * self.scale);
-        let s = (gap * blend.inverse).min(one);
-        let odd = s * (s * s).mul_add(R::splat(-0.25), R::splat(BLEND_SLOPE));
-        let root = gap.max(blend.width).sqrt();
+        let s = (gap * laminar.inverse).min(one);
+        let odd = s * (s * s).mul_add(R::splat(-0.25), R::splat(LAMINAR_SLOPE));
+        let root = gap.max(laminar.width).sqrt();
         (root * smooth * odd, root)
     }
 
     /// Mass flow from `p1` to `p2`, kg/s, for a coefficient C A / sqrt(Z R T); negative where it runs back.
     #[inline(always)]
-    pub fn flow(&self, p1: R, p2: R, coefficient: R, blend: Blend<R>) -> R {
-        self.flow_between(Pressure::of(p1), Pressure::of(p2), coefficient, blend)
+    pub fn flow(&self, p1: R, p2: R, coefficient: R, laminar: Laminar<R>) -> R {
+        self.flow_between(Pressure::of(p1), Pressure::of(p2), coefficient, laminar)
     }
 
     /// The same between pressures whose inverses are known: quotients are what a step spends its time on.
     #[inline(always)]
-    pub fn flow_between(&self, from: Pressure<R>, to: Pressure<R>, coefficient: R, blend: Blend<R>) -> R {
-        self.flow_with_root(from, to, coefficient, blend, true).0
+    pub fn flow_between(&self, from: Pressure<R>, to: Pressure<R>, coefficient: R, laminar: Laminar<R>) -> R {
+        self.flow_with_root(from, to, coefficient, laminar, true).0
     }
 
-    /// The same, and the root of the relative pressure difference, of the blend's width at least. The discharge coefficient
+    /// The same, and the root of the relative pressure difference, of the laminar width at least. The discharge coefficient
     /// is looked at where it may vary.
     #[inline(always)]
     pub fn flow_with_root(
@@ -213,12 +214,12 @@ impl<R: Real> OrificeLaw<R> {
         from: Pressure<R>,
         to: Pressure<R>,
         coefficient: R,
-        blend: Blend<R>,
+        laminar: Laminar<R>,
         discharge_varies: bool,
     ) -> (R, R) {
         let (p1, p2) = (from.pa, to.pa);
         let gap = (p1 - p2).abs() * p1.select_lt(p2, to.inverse, from.inverse);
-        let (mut shape, root) = self.shape_at(gap, blend);
+        let (mut shape, root) = self.shape_at(gap, laminar);
         if discharge_varies {
             shape = shape * self.discharge_at(gap);
         }
@@ -283,7 +284,7 @@ mod tests {
             let law = OrificeLaw::ideal_nozzle(gamma);
             let worst = (0..=999)
                 .map(|i| f64::from(i) / 1000.0)
-                .map(|r| (law.shape(r, Blend::new(1e-9)) / exact(gamma, r) - 1.0).abs())
+                .map(|r| (law.shape(r, Laminar::new(1e-9)) / exact(gamma, r) - 1.0).abs())
                 .fold(0.0, f64::max);
             assert!(worst < 1e-12, "gamma {gamma}: {worst:e}");
         }
@@ -294,18 +295,18 @@ mod tests {
         let gamma: f64 = 1.4;
         let law = OrificeLaw::ideal_nozzle(gamma);
         let sonic = (gamma * libm::pow(2.0 / (gamma + 1.0), (gamma + 1.0) / (gamma - 1.0))).sqrt();
-        assert!((law.flow(6e5, 1e5, 1e-9, Blend::new(1e-3)) - 1e-9 * 6e5 * sonic).abs() < 1e-18);
-        assert_eq!(law.flow(6e5, 1e5, 1e-9, Blend::new(1e-3)), law.flow(6e5, 2e5, 1e-9, Blend::new(1e-3)));
+        assert!((law.flow(6e5, 1e5, 1e-9, Laminar::new(1e-3)) - 1e-9 * 6e5 * sonic).abs() < 1e-18);
+        assert_eq!(law.flow(6e5, 1e5, 1e-9, Laminar::new(1e-3)), law.flow(6e5, 2e5, 1e-9, Laminar::new(1e-3)));
     }
 
     #[test]
     fn flow_is_odd_and_smooth_at_equal_pressures() {
         let law = OrificeLaw::ideal_nozzle(1.4);
-        assert_eq!(law.flow(3e5, 3e5, 1e-9, Blend::new(1e-3)), 0.0);
-        assert_eq!(law.flow(3e5, 2e5, 1e-9, Blend::new(1e-3)), -law.flow(2e5, 3e5, 1e-9, Blend::new(1e-3)));
+        assert_eq!(law.flow(3e5, 3e5, 1e-9, Laminar::new(1e-3)), 0.0);
+        assert_eq!(law.flow(3e5, 2e5, 1e-9, Laminar::new(1e-3)), -law.flow(2e5, 3e5, 1e-9, Laminar::new(1e-3)));
         for gap in [0.999e-3, 1.001e-3] {
             let slope = |at: f64| {
-                (law.shape(1.0 - at - 1e-9, Blend::new(1e-3)) - law.shape(1.0 - at + 1e-9, Blend::new(1e-3))) / 2e-9
+                (law.shape(1.0 - at - 1e-9, Laminar::new(1e-3)) - law.shape(1.0 - at + 1e-9, Laminar::new(1e-3))) / 2e-9
             };
             let reference = exact(1.4, 1.0 - gap - 1e-9) - exact(1.4, 1.0 - gap + 1e-9);
             assert!((slope(gap) / (reference / 2e-9) - 1.0).abs() < 5e-3);
@@ -315,10 +316,10 @@ mod tests {
     #[test]
     fn a_sharp_edge_lets_less_through_as_the_pressures_meet() {
         let nozzle = OrificeLaw::ideal_nozzle(1.4);
-        let blend = Blend::new(1e-9);
+        let laminar = Laminar::new(1e-9);
         for sharpness in [0.0, 0.4, 1.0] {
             let law = nozzle.with_edge(sharpness);
-            let against_nozzle = |ratio: f64| law.shape(ratio, blend) / nozzle.shape(ratio, blend);
+            let against_nozzle = |ratio: f64| law.shape(ratio, laminar) / nozzle.shape(ratio, laminar);
             assert!((against_nozzle(0.0) - 1.0).abs() < 1e-12);
             // 0.6001 for 0.8414.
             let end = 1.0 + sharpness * (0.6001 / 0.8414 - 1.0);
@@ -333,8 +334,8 @@ mod tests {
     fn iso_6358_keeps_the_sonic_flow_and_falls_as_an_ellipse() {
         let nozzle = OrificeLaw::ideal_nozzle(1.4);
         let law = OrificeLaw::iso_6358(1.4, 0.3);
-        assert!((law.shape(0.2, Blend::new(1e-3)) / nozzle.shape(0.2, Blend::new(1e-3)) - 1.0).abs() < 1e-13);
+        assert!((law.shape(0.2, Laminar::new(1e-3)) / nozzle.shape(0.2, Laminar::new(1e-3)) - 1.0).abs() < 1e-13);
         let ellipse = (1.0_f64 - (0.4_f64 / 0.7).powi(2)).sqrt();
-        assert!((law.shape(0.7, Blend::new(1e-3)) / nozzle.shape(0.2, Blend::new(1e-3)) - ellipse).abs() < 1e-13);
+        assert!((law.shape(0.7, Laminar::new(1e-3)) / nozzle.shape(0.2, Laminar::new(1e-3)) - ellipse).abs() < 1e-13);
     }
 }

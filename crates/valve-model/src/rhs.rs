@@ -8,7 +8,7 @@ use crate::coefficients::Coefficients;
 use crate::custom::{CustomEffect, CustomTarget, Variables};
 use crate::effects::{Laws, Moment};
 use crate::equations::Equations;
-use crate::orifice::{Blend, Pressure};
+use crate::orifice::{Laminar, Pressure};
 use crate::real::Real;
 use crate::state::{Flows, Inputs, State};
 use crate::terms::{Terms, groups};
@@ -103,10 +103,10 @@ impl<'a, R: Real> System<'a, R> {
         let mut chamber_gas =
             Pressure { pa: energy * energy_pipe * quotient, inverse: volume * volume_pipe * quotient };
         let mut pipe_gas = Pressure { pa: pipe, inverse: volume_energy * quotient };
-        if self.has::<GROUPS>(groups::DRIVEN) && self.terms.driven_chamber {
+        if self.has::<GROUPS>(groups::PRESCRIBED) && self.terms.prescribed_chamber {
             chamber_gas = Pressure::of(inputs.chamber_pressure);
         }
-        if self.has::<GROUPS>(groups::DRIVEN) && self.terms.driven_pipe {
+        if self.has::<GROUPS>(groups::PRESCRIBED) && self.terms.prescribed_pipe {
             pipe_gas = Pressure::of(inputs.pipe_pressure);
         }
         (chamber_gas, pipe_gas)
@@ -115,7 +115,7 @@ impl<'a, R: Real> System<'a, R> {
     /// The pressure of the supply: that of the run, or the measured one.
     #[inline(always)]
     fn supply<const GROUPS: u8>(&self, inputs: &Inputs<R>) -> Pressure<R> {
-        if self.has::<GROUPS>(groups::DRIVEN) && self.terms.driven_supply {
+        if self.has::<GROUPS>(groups::PRESCRIBED) && self.terms.prescribed_supply {
             return Pressure::of(inputs.supply_pressure);
         }
         self.supply
@@ -213,7 +213,7 @@ impl<'a, R: Real> System<'a, R> {
         let (zero, half) = (R::splat(0.0), R::splat(0.5));
         let has_line = self.has::<GROUPS>(groups::LINE);
         let source = if has_line { Pressure::of(state.line_pressure) } else { self.supply::<GROUPS>(inputs) };
-        let fed = if has_line { c.line_blend } else { c.blend };
+        let fed = if has_line { c.line_laminar } else { c.laminar };
         // Gas that is not at the run's temperature T flows as sqrt(T/T upstream).
         let one = R::splat(1.0);
         let (run, mut from_pipe, mut from_chamber) = (one, one, one);
@@ -228,7 +228,7 @@ impl<'a, R: Real> System<'a, R> {
             let (flow, fed_root) = self.flow::<GROUPS>(source, pipe_gas, c.fill * inputs.spool, run, from_pipe, fed);
             let closed = one - inputs.spool;
             let (out, vent_root) =
-                self.flow::<GROUPS>(self.exhaust, pipe_gas, c.vent * closed, run, from_pipe, c.blend);
+                self.flow::<GROUPS>(self.exhaust, pipe_gas, c.vent * closed, run, from_pipe, c.laminar);
             (filled, vented) = (flow, if self.has::<GROUPS>(groups::FLOWS) { out * vent_factor } else { out });
             root = half.select_lt(inputs.spool, fed_root, vent_root);
         } else {
@@ -240,12 +240,12 @@ impl<'a, R: Real> System<'a, R> {
             if self.has::<GROUPS>(groups::FLOWS) {
                 coefficient = coefficient * half.select_lt(inputs.spool, one, vent_factor);
             }
-            let mut blend = c.blend;
+            let mut laminar = c.laminar;
             if has_line {
-                blend.width = half.select_lt(inputs.spool, fed.width, blend.width);
-                blend.inverse = half.select_lt(inputs.spool, fed.inverse, blend.inverse);
+                laminar.width = half.select_lt(inputs.spool, fed.width, laminar.width);
+                laminar.inverse = half.select_lt(inputs.spool, fed.inverse, laminar.inverse);
             }
-            let (flow, flow_root) = self.flow::<GROUPS>(upstream, pipe_gas, coefficient, run, from_pipe, blend);
+            let (flow, flow_root) = self.flow::<GROUPS>(upstream, pipe_gas, coefficient, run, from_pipe, laminar);
             root = flow_root;
             if has_line {
                 filled = half.select_lt(inputs.spool, flow, zero);
@@ -261,12 +261,12 @@ impl<'a, R: Real> System<'a, R> {
             root = zero.select_lt(c.leak_in, root.min(leak_root), root);
         }
         if self.leaks_out {
-            let (flow, leak_root) = self.flow::<GROUPS>(pipe_gas, self.ambient, c.leak_out, from_pipe, run, c.blend);
+            let (flow, leak_root) = self.flow::<GROUPS>(pipe_gas, self.ambient, c.leak_out, from_pipe, run, c.laminar);
             leaked_out = flow;
             root = zero.select_lt(c.leak_out, root.min(leak_root), root);
         }
         let (through_port, port_root) =
-            self.flow::<GROUPS>(pipe_gas, chamber_gas, c.port, from_pipe, from_chamber, c.port_blend);
+            self.flow::<GROUPS>(pipe_gas, chamber_gas, c.port, from_pipe, from_chamber, c.port_laminar);
         let mut kept = c.pipe_ease * root;
         if kept.any_lt(one) {
             // Where the port is eased as well, the chamber takes part, and nothing is to flow in the end; where it is not,
@@ -315,10 +315,10 @@ impl<'a, R: Real> System<'a, R> {
         coefficient: R,
         warmth1: R,
         warmth2: R,
-        blend: Blend<R>,
+        laminar: Laminar<R>,
     ) -> (R, R) {
         let discharge_varies = self.has::<GROUPS>(groups::FLOWS) && self.terms.discharge;
-        let (flow, root) = self.coefficients.law.flow_with_root(from, to, coefficient, blend, discharge_varies);
+        let (flow, root) = self.coefficients.law.flow_with_root(from, to, coefficient, laminar, discharge_varies);
         let warmth = from.pa.select_lt(to.pa, warmth2, warmth1);
         (if self.has::<GROUPS>(groups::HEATING) { flow * warmth } else { flow }, root)
     }

@@ -7,13 +7,13 @@ use std::sync::Arc;
 use crate::command::{CommandEdge, Segment, segments_after};
 use crate::conditions::Conditions;
 use crate::dispatch::{InstructionSet, integrate_scalar, integrate_with};
-use crate::driven::Driven;
 use crate::equations::Equations;
+use crate::equilibrium::vented_rest;
 pub use crate::fidelity::DEFAULT_STEP_S;
 use crate::fidelity::Fidelity;
-use crate::integrator::{LaneRun, Pace, Recorder};
+use crate::integrator::{LaneRun, Recorder, StepControl};
 use crate::params::ParameterError;
-use crate::rest::vented_rest;
+use crate::prescribed::Prescribed;
 use crate::start::Start;
 use crate::state::{Inputs, State};
 use crate::trajectory::Trajectory;
@@ -30,7 +30,7 @@ pub struct Run {
     /// Its end, s.
     pub end_s: f64,
     /// Measured pressures that drive the model, if any.
-    pub driven: Option<Arc<Driven>>,
+    pub prescribed: Option<Arc<Prescribed>>,
     /// Where it starts.
     pub start: Start,
 }
@@ -61,7 +61,7 @@ pub enum RunError {
     },
     /// The measured pressures that drive it are no record.
     #[error("the measured pressures that drive the run have {0}")]
-    Driven(String),
+    Prescribed(String),
 }
 
 /// A run made ready: equations, segments, substeps and the state it starts from.
@@ -70,8 +70,8 @@ pub struct Prepared {
     equations: Equations,
     segments: Vec<Segment>,
     initial: State<f64>,
-    pace: Pace,
-    driven: Option<Arc<Driven>>,
+    control: StepControl,
+    prescribed: Option<Arc<Prescribed>>,
     refused: Option<RunError>,
 }
 
@@ -84,26 +84,26 @@ impl Prepared {
         let mut segments = run.segments(valve);
         equations.terms.spool |= run.commands.iter().any(|edge| edge.spool > 0.0 && edge.spool < 1.0);
         let mut inputs = Inputs { spool: segments.first().map_or(0.0, |first| first.spool), ..Inputs::default() };
-        if let Some(driven) = &run.driven {
-            equations.terms.driven_pipe = driven.pipe_pressure_pa.is_some();
-            equations.terms.driven_chamber = driven.chamber_pressure_pa.is_some();
-            equations.terms.driven_supply = driven.supply_pressure_pa.is_some();
-            let first = driven.at(0.0);
+        if let Some(prescribed) = &run.prescribed {
+            equations.terms.prescribed_pipe = prescribed.pipe_pressure_pa.is_some();
+            equations.terms.prescribed_chamber = prescribed.chamber_pressure_pa.is_some();
+            equations.terms.prescribed_supply = prescribed.supply_pressure_pa.is_some();
+            let first = prescribed.at(0.0);
             (inputs.pipe_pressure, inputs.chamber_pressure) = (first.pipe, first.chamber);
-            if equations.terms.driven_supply {
+            if equations.terms.prescribed_supply {
                 equations.coefficients.supply = first.supply;
             }
         }
         inputs.supply_pressure = equations.coefficients.supply;
         let refused = refusal(&equations, run, fidelity).err();
-        let pace = equations.pace(fidelity);
+        let control = equations.step_control(fidelity);
         let initial = if refused.is_some() {
             segments.clear();
             vented_rest(&equations, &inputs)
         } else {
             run.start.state(&equations, &inputs)
         };
-        Self { equations, segments, initial, pace, driven: run.driven.clone(), refused }
+        Self { equations, segments, initial, control, prescribed: run.prescribed.clone(), refused }
     }
 
     /// Whether it can be begun, and why not. One that cannot ends at once with [`crate::Outcome::Refused`].
@@ -117,7 +117,7 @@ impl Prepared {
     pub fn until_open(mut self, valve: &Valve) -> Self {
         let vents_last = self.segments.last().is_some_and(|segment| segment.spool == 0.0 && segment.spool_rate == 0.0);
         if vents_last {
-            self.pace.ends_at_m = valve.switches().open_at * valve.parameters().stroke_m;
+            self.control.ends_at_m = valve.switches().open_at * valve.parameters().stroke_m;
         }
         self
     }
@@ -136,7 +136,7 @@ impl Prepared {
 
     /// The longest step that it will take, s.
     pub fn step_s(&self) -> f64 {
-        self.pace.step_s
+        self.control.step_s
     }
 
     fn lane_run(&self) -> LaneRun<'_> {
@@ -144,8 +144,8 @@ impl Prepared {
             equations: &self.equations,
             segments: &self.segments,
             initial: self.initial,
-            pace: self.pace,
-            driven: self.driven.as_deref(),
+            control: self.control,
+            prescribed: self.prescribed.as_deref(),
             refused: self.refused.is_some(),
         }
     }
@@ -168,8 +168,8 @@ impl Prepared {
 /// Whether a run can be begun.
 fn refusal(equations: &Equations, run: &Run, fidelity: Fidelity) -> Result<(), RunError> {
     equations.affordable(fidelity, run.end_s)?;
-    if let Some(fault) = run.driven.as_ref().and_then(|driven| driven.fault()) {
-        return Err(RunError::Driven(fault));
+    if let Some(fault) = run.prescribed.as_ref().and_then(|prescribed| prescribed.fault()) {
+        return Err(RunError::Prescribed(fault));
     }
     if let Some(&CommandEdge { time_s, spool }) = run.commands.iter().find(|edge| !(0.0..=1.0).contains(&edge.spool)) {
         return Err(RunError::Command { time_s, spool });

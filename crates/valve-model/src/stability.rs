@@ -1,15 +1,15 @@
 //! Which step keeps every state stable, and whether a run can be afforded with it.
 //!
 //! Each rate at which a disturbance decays, or swings, asks for a step of its own; the orifice law, whose slope is
-//! infinite at equal pressures, is blended to a line just as widely as the step then wants.
+//! infinite at equal pressures, is regularised just as widely as the step then wants.
 
 use crate::conditions::Conditions;
 use crate::custom::{CustomEffect, CustomTarget};
 use crate::demand::{Cause, Demand, FOLLOWED_RATE};
-use crate::equations::{Equations, NARROWEST_BLEND};
+use crate::equations::{Equations, NARROWEST_LAMINAR};
 use crate::fidelity::Fidelity;
-use crate::integrator::{BLOCK, Pace};
-use crate::orifice::BLEND_SLOPE;
+use crate::integrator::{BLOCK, StepControl};
+use crate::orifice::LAMINAR_SLOPE;
 use crate::params::{ParameterError, ParameterId};
 use crate::valve::Valve;
 
@@ -23,16 +23,16 @@ const EASED_RATE: f64 = 1.6;
 /// The same for the solenoid and the leaks.
 const SOLENOID_RATE: f64 = 0.7;
 
-/// Largest relative pressure difference over which the port's law may be blended to a line. Nothing
-/// flows through it at rest, so that its blend biases no pressure there.
-const WIDEST_PORT_BLEND: f64 = 1e-2;
+/// Largest relative pressure difference over which the port's law may be regularised. Nothing
+/// flows through it at rest, so that its laminar width biases no pressure there.
+const WIDEST_PORT_LAMINAR: f64 = 1e-2;
 
 /// The same for the solenoid and the leaks, which do carry a standing flow.
-const WIDEST_BLEND: f64 = 2e-4;
+const WIDEST_LAMINAR: f64 = 2e-4;
 
 /// The same for what a supply line feeds; substeps make it narrow where line and pipe are nearly at one
 /// pressure.
-const WIDEST_LINE_BLEND: f64 = 5e-2;
+const WIDEST_LINE_LAMINAR: f64 = 5e-2;
 
 /// Largest relative pressure difference over which the pipe may be eased on a stop, seen through the smaller volume: some
 /// hundred pascals at the supply's pressure, through which it then takes a few steps.
@@ -47,7 +47,7 @@ const MOST_STEPS: f64 = 4e6;
 /// Parts that a step may always be cut into, however long the run is.
 const PARTS_AT_LEAST: f64 = 16.0;
 
-/// The rates of the blended orifice law at equal pressures for a blend of width 1, 1/s; they grow as its inverse
+/// The rates of the regularised orifice law at equal pressures for a laminar width of 1, 1/s; they grow as its inverse
 /// root.
 struct FlowRates {
     port: f64,
@@ -60,7 +60,7 @@ impl Equations {
     fn flow_rates(&self) -> FlowRates {
         let (c, volumes) = (&self.coefficients, &self.volumes);
         let warming = if self.terms.heating { c.gamma } else { 1.0 };
-        let steepest = warming * c.zrt * BLEND_SLOPE * libm::sqrt(c.law.at_equal_pressures());
+        let steepest = warming * c.zrt * LAMINAR_SLOPE * libm::sqrt(c.law.at_equal_pressures());
         let port = steepest * c.port * (1.0 / volumes.pipe + 1.0 / volumes.dead);
         let solenoid = steepest * (c.fill.max(c.vent) + c.leak_in + c.leak_out) / volumes.pipe;
         // A small line follows the pipe quickly where their pressures are nearly one, and only there.
@@ -75,7 +75,7 @@ impl Equations {
         let decay = |damping: f64| damping * c.inverse_mass;
         let where_it = |used: bool, rate: f64| if used { rate } else { 0.0 };
         let rough = roughness.powi(4);
-        let blended = |rate: f64, widest: f64| rate / libm::sqrt(rough * widest);
+        let regularised = |rate: f64, widest: f64| rate / libm::sqrt(rough * widest);
         // A piston that weighs nothing is at fault itself.
         let mass = Cause::base(ParameterId::MovingMass, c.mass, -0.5, "softer stops and less friction");
         let contact = Cause::base(ParameterId::ContactStiffness, c.contact, 0.5, "a larger moving mass");
@@ -96,58 +96,67 @@ impl Equations {
             followed(where_it(terms.friction, decay(c.viscous + c.bristle_damping)), mass),
             // What bounded rates ask for is no parameter's doing, and at most two parts of a step.
             followed(where_it(terms.friction || terms.heating || terms.forces, 1.0 / c.quickest), mass),
-            Demand { rate: blended(flows.port, WIDEST_PORT_BLEND), limit: PORT_RATE, cause: port },
+            Demand { rate: regularised(flows.port, WIDEST_PORT_LAMINAR), limit: PORT_RATE, cause: port },
             Demand {
-                rate: blended(flows.solenoid, WIDEST_BLEND),
+                rate: regularised(flows.solenoid, WIDEST_LAMINAR),
                 limit: SOLENOID_RATE,
                 cause: pipe("a smaller orifice of the solenoid"),
             },
         ];
         let rubs = swing(c.contact + c.bristle_stiffness);
         let bristles = terms.friction.then(|| followed(rubs, self.bristles.unwrap_or(mass)));
-        let line =
-            self.line.map(|cause| Demand { rate: blended(flows.line, WIDEST_LINE_BLEND), limit: SOLENOID_RATE, cause });
+        let line = self.line.map(|cause| Demand {
+            rate: regularised(flows.line, WIDEST_LINE_LAMINAR),
+            limit: SOLENOID_RATE,
+            cause,
+        });
         base.into_iter().chain(bristles).chain(line).chain(self.demands.iter().copied())
     }
 
     /// How many steps one may span while the piston rests firmly on a stop: as many as let the gas be followed all the
     /// same. A line's pressure, measured ones and formulas for flows, or for anything in time, may ask for every step.
-    fn most_span(&self, flows: &FlowRates, pace: &Pace, at_most: u32) -> u32 {
+    fn most_span(&self, flows: &FlowRates, control: &StepControl, at_most: u32) -> u32 {
         let terms = self.terms;
         let into_gas = |target| matches!(target, CustomTarget::PipeFlow | CustomTarget::ChamberFlow);
         let asks = |effect: &CustomEffect| into_gas(effect.target()) || effect.formula().depends_on_time();
-        if terms.line || terms.driven_pipe || terms.driven_chamber || terms.flows || self.custom.iter().any(asks) {
+        if terms.line
+            || terms.prescribed_pipe
+            || terms.prescribed_chamber
+            || terms.flows
+            || self.custom.iter().any(asks)
+        {
             return 1;
         }
         let together = self.volumes.pipe / (self.volumes.pipe + self.volumes.dead);
-        let share = pace.taking_part(together);
-        let eased_over = |span: u32| (share * flows.solenoid * pace.step_s * f64::from(span) / SOLENOID_RATE).powi(2);
+        let share = control.taking_part(together);
+        let eased_over =
+            |span: u32| (share * flows.solenoid * control.step_s * f64::from(span) / SOLENOID_RATE).powi(2);
         // The pipe lags behind a supply that moves, by as much as it is eased.
-        let mut span = at_most.min(if terms.driven_supply { MOST_SPAN_BESIDE_A_RECORD } else { BLOCK });
+        let mut span = at_most.min(if terms.prescribed_supply { MOST_SPAN_BESIDE_A_RECORD } else { BLOCK });
         while span > 1 && eased_over(span) > WIDEST_EASED {
             span /= 2;
         }
         span
     }
 
-    /// The step and the blends of the orifice law that keep every state stable, from the rates at which
+    /// The step and the laminar widths of the orifice law that keep every state stable, from the rates at which
     /// a disturbance of each decays: a step of at most what is asked for, or a whole fraction of it.
-    pub fn pace(&self, fidelity: impl Into<Fidelity>) -> Pace {
+    pub fn step_control(&self, fidelity: impl Into<Fidelity>) -> StepControl {
         let Fidelity { step_s, most_substeps, most_span, roughness, .. } = fidelity.into();
         let flows = self.flow_rates();
         let parts = self.demands(&flows, roughness).map(|demand| demand.parts(step_s)).fold(1.0, f64::max);
         let step_s = step_s / parts;
         // Measured pressures move as they like, and what is eased would lag behind them.
-        let eased = !(self.terms.driven_pipe || self.terms.driven_chamber);
-        let blend = |rate: f64, limit: f64| {
+        let eased = !(self.terms.prescribed_pipe || self.terms.prescribed_chamber);
+        let laminar = |rate: f64, limit: f64| {
             let root = rate * step_s / limit;
-            (root * root).max(NARROWEST_BLEND)
+            (root * root).max(NARROWEST_LAMINAR)
         };
-        let pace = Pace {
+        let control = StepControl {
             step_s,
-            port_blend: blend(flows.port, PORT_RATE),
-            blend: blend(flows.solenoid, SOLENOID_RATE),
-            line_blend: if self.terms.line { blend(flows.line, SOLENOID_RATE) } else { 0.0 },
+            port_laminar: laminar(flows.port, PORT_RATE),
+            laminar: laminar(flows.solenoid, SOLENOID_RATE),
+            line_laminar: if self.terms.line { laminar(flows.line, SOLENOID_RATE) } else { 0.0 },
             port_ease: if eased { EASED_RATE / (flows.port * step_s) } else { f64::INFINITY },
             pipe_ease: SOLENOID_RATE / (flows.solenoid * step_s),
             follows_port: eased && self.terms.friction,
@@ -155,7 +164,7 @@ impl Equations {
             most_substeps: most_substeps.max(1),
             ends_at_m: f64::INFINITY,
         };
-        Pace { most_span: self.most_span(&flows, &pace, most_span), ..pace }
+        StepControl { most_span: self.most_span(&flows, &control, most_span), ..control }
     }
 
     /// Whether a run of this length can be afforded; if not, which parameter is to blame.

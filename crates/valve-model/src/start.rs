@@ -1,7 +1,7 @@
 //! Where a run starts: at rest on a stop, or in the midst of a motion.
 
 use crate::equations::Equations;
-use crate::rest::{closed_rest, line_pressure, root, vented_rest};
+use crate::equilibrium::{closed_rest, line_pressure, root, vented_rest};
 use crate::rhs::System;
 use crate::state::{Inputs, State};
 use crate::terms::groups;
@@ -110,13 +110,14 @@ struct Motion<'a> {
 impl Motion<'_> {
     fn state(&self, chamber: ChamberStart, pipe_pressure_pa: Option<f64>) -> State<f64> {
         let terms = self.equations.terms;
-        let driven = |drives: bool, pressure: f64| drives.then_some(pressure);
+        let prescribed = |drives: bool, pressure: f64| drives.then_some(pressure);
         let system = System::new(self.equations);
-        let chamber = driven(terms.driven_chamber, self.inputs.chamber_pressure).unwrap_or_else(|| match chamber {
-            ChamberStart::Known(pressure) => pressure,
-            ChamberStart::Balance { beyond_pa } => (self.balancing_pressure(&system) + beyond_pa).max(1.0),
-        });
-        let pipe = driven(terms.driven_pipe, self.inputs.pipe_pressure)
+        let chamber =
+            prescribed(terms.prescribed_chamber, self.inputs.chamber_pressure).unwrap_or_else(|| match chamber {
+                ChamberStart::Known(pressure) => pressure,
+                ChamberStart::Balance { beyond_pa } => (self.balancing_pressure(&system) + beyond_pa).max(1.0),
+            });
+        let pipe = prescribed(terms.prescribed_pipe, self.inputs.pipe_pressure)
             .or(pipe_pressure_pa)
             .unwrap_or_else(|| self.passing_pressure(&system, chamber));
         self.with_pressures(&system, chamber, pipe)

@@ -25,11 +25,11 @@ pub struct Terms {
     /// Custom effects.
     pub custom: bool,
     /// The pipe pressure is measured, not simulated.
-    pub driven_pipe: bool,
+    pub prescribed_pipe: bool,
     /// The chamber pressure is measured, not simulated.
-    pub driven_chamber: bool,
+    pub prescribed_chamber: bool,
     /// The supply pressure is measured, not constant.
-    pub driven_supply: bool,
+    pub prescribed_supply: bool,
 }
 
 /// Groups of terms as bits: for which of them a loop is compiled.
@@ -47,7 +47,7 @@ pub mod groups {
     /// Custom effects.
     pub const CUSTOM: u8 = 1 << 5;
     /// Measured pressures.
-    pub const DRIVEN: u8 = 1 << 6;
+    pub const PRESCRIBED: u8 = 1 << 6;
     /// Flows into pipe and chamber, and laws of the vent and of discharge.
     pub const FLOWS: u8 = 1 << 7;
     /// Any of them: asked at run time.
@@ -65,11 +65,11 @@ impl Terms {
             | bit(groups::LINE, self.line)
             | bit(groups::SPOOL, self.spool)
             | bit(groups::CUSTOM, self.custom)
-            | bit(groups::DRIVEN, self.is_driven())
+            | bit(groups::PRESCRIBED, self.is_prescribed())
     }
 
     /// Whether any pressure is measured.
-    pub fn is_driven(self) -> bool {
-        self.driven_pipe || self.driven_chamber || self.driven_supply
+    pub fn is_prescribed(self) -> bool {
+        self.prescribed_pipe || self.prescribed_chamber || self.prescribed_supply
     }
 }

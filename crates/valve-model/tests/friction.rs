@@ -64,14 +64,14 @@ fn give(valve: &Valve, push_n: f64) -> f64 {
     let spring = p.spring_stiffness_n_per_m * (0.5 * p.stroke_m + p.preload_compression_m);
     let balanced = p.ambient_pressure_pa + (spring - 1.5 * 9.806_65) / p.piston_area_m2;
     let pressure = balanced - push_n / p.piston_area_m2;
-    let driven = valve_model::driven::Driven {
+    let prescribed = valve_model::prescribed::Prescribed {
         time_s: vec![0.0, 0.2, 2.0],
         chamber_pressure_pa: Some(vec![balanced, pressure, pressure]),
         ..Default::default()
     };
     let start =
         Start::Moving { position_m, velocity_m_per_s: 0.0, chamber: ChamberStart::BALANCE, pipe_pressure_pa: None };
-    let run = Run { driven: Some(std::sync::Arc::new(driven)), start, ..run_of(valve, vec![], 2.0) };
+    let run = Run { prescribed: Some(std::sync::Arc::new(prescribed)), start, ..run_of(valve, vec![], 2.0) };
     let nodes: Trajectory = nodes_of(valve, &run);
     nodes.position_m[nodes.position_m.len() - 1] - position_m
 }

@@ -7,8 +7,8 @@ use std::sync::Arc;
 
 use common::{at, close_at, effect, open_at, run_of, testbed, valve_of};
 use valve_model::custom::{CustomEffect, CustomTarget};
-use valve_model::driven::Driven;
-use valve_model::orifice::{Blend, OrificeLaw};
+use valve_model::orifice::{Laminar, OrificeLaw};
+use valve_model::prescribed::Prescribed;
 use valve_model::stroke::strokes;
 use valve_model::{
     CommandEdge, Conditions, EffectKind, Outcome, Prepared, Run, RunError, Switches, Trajectory, Valve, simulate,
@@ -88,8 +88,8 @@ fn a_measured_supply_is_followed_on_the_stops() {
     let supply_pa = testbed().supply_pressure_pa;
     let time_s: Vec<f64> = (0..=240).map(|i| 0.1 * f64::from(i)).collect();
     let pressures = time_s.iter().map(|time| supply_pa * (0.98 + 0.02 * libm::cos(1.5 * time))).collect();
-    let driven = Driven { time_s, supply_pressure_pa: Some(pressures), ..Driven::default() };
-    let run = Run { driven: Some(Arc::new(driven)), ..run(&valve, 0.0, 0.0) };
+    let prescribed = Prescribed { time_s, supply_pressure_pa: Some(pressures), ..Prescribed::default() };
+    let run = Run { prescribed: Some(Arc::new(prescribed)), ..run(&valve, 0.0, 0.0) };
     assert_close("a supply that swings", &valve, &run);
 }
 
@@ -128,14 +128,14 @@ fn a_piston_that_swings_on_its_stop_comes_to_rest() {
 fn a_spool_between_both_ends_holds_the_pressure_at_which_as_much_comes_as_goes() {
     let valve = valve_of(testbed(), vec![]);
     let p = valve.parameters();
-    let (law, blend) = (OrificeLaw::ideal_nozzle(p.ratio_of_specific_heats), Blend::new(1e-9));
+    let (law, laminar) = (OrificeLaw::ideal_nozzle(p.ratio_of_specific_heats), Laminar::new(1e-9));
     let mut before = p.ambient_pressure_pa;
     for spool in [0.3, 0.5, 0.8] {
         let command = CommandEdge { time_s: 0.0, spool };
         let held = nodes(&valve, &run_of(&valve, vec![command], 20.0), 1e-3);
         let [_, chamber, pipe] = at(&held, 19.9);
-        let comes = law.flow(p.supply_pressure_pa, pipe, spool, blend);
-        let goes = law.flow(pipe, p.ambient_pressure_pa, 1.0 - spool, blend);
+        let comes = law.flow(p.supply_pressure_pa, pipe, spool, laminar);
+        let goes = law.flow(pipe, p.ambient_pressure_pa, 1.0 - spool, laminar);
         assert!(
             (comes / goes - 1.0).abs() < 1e-3 && (chamber - pipe).abs() < PRESSURE_PA,
             "{spool}: {comes} and {goes}"

@@ -5,7 +5,7 @@ mod common;
 use std::sync::Arc;
 
 use common::{close_at, effect, nodes_of, open_at, run_of, testbed, valve_of};
-use valve_model::driven::Driven;
+use valve_model::prescribed::Prescribed;
 use valve_model::simulate::DEFAULT_STEP_S;
 use valve_model::stroke::strokes;
 use valve_model::{ChamberStart, EffectKind, Outcome, Parameters, Prepared, Run, Start, Trajectory, Valve, simulate};
@@ -44,7 +44,7 @@ fn a_rebound_does_not_depend_on_where_in_a_step_the_piston_hits() {
     // Less pressure than would hold it on the stop.
     let spring_n = p.spring_stiffness_n_per_m * (p.stroke_m + p.preload_compression_m);
     let pressure_pa = p.ambient_pressure_pa + 0.9 * spring_n / p.piston_area_m2;
-    let still = Driven {
+    let still = Prescribed {
         time_s: vec![0.0, 0.1],
         pipe_pressure_pa: Some(vec![pressure_pa; 2]),
         chamber_pressure_pa: Some(vec![pressure_pa; 2]),
@@ -58,7 +58,7 @@ fn a_rebound_does_not_depend_on_where_in_a_step_the_piston_hits() {
                 chamber: ChamberStart::BALANCE,
                 pipe_pressure_pa: None,
             };
-            let run = Run { driven: Some(Arc::new(still.clone())), start, ..run_of(&valve, vec![], 0.1) };
+            let run = Run { prescribed: Some(Arc::new(still.clone())), start, ..run_of(&valve, vec![], 0.1) };
             let nodes = nodes_of(&valve, &run);
             let met = nodes.position_m.iter().position(|x| *x <= 0.0).expect("meets the stop");
             let speed = |at: usize| {

@@ -21,7 +21,7 @@ pub use options::SelectOptions;
 use self::race::{best_start, settling};
 use crate::fit::{Fit, FitOptions, fit};
 use crate::held_out::{HeldOut, folds, held_out};
-use crate::left::{excess, hidden_by_bounds, left_nats, left_to_explain, rms_in_noise};
+use crate::left::{excess, hidden_by_bounds, left_nats, left_to_explain, normalised_rms};
 use crate::noise::Noise;
 use crate::problem::{Problem, Scope};
 
@@ -233,7 +233,7 @@ impl<F: Family> Search<'_, F> {
     fn held_out(&self, set: &[usize], noise: &Noise) -> Option<[f64; 2]> {
         let model = self.models.get(&(set.to_vec(), Level::High))?;
         let held = model.held_out.as_ref()?;
-        Some([&held.own, &held.at_mean].map(|residual| rms_in_noise(&model.problem, noise, residual)))
+        Some([&held.own, &held.at_mean].map(|residual| normalised_rms(&model.problem, noise, residual)))
     }
 
     /// Whether nothing is left that another effect could explain.
@@ -276,7 +276,7 @@ impl<F: Family> Search<'_, F> {
         let begun = self.begun_from(origin, sets);
         let of_origin = self.evidence(origin, Level::Low);
         let is_near =
-            |fit: &Fit| of_origin.is_none_or(|of| fit.log_evidence + fit.promised > of - self.options.hopeless);
+            |fit: &Fit| of_origin.is_none_or(|of| fit.log_evidence + fit.predicted_gain > of - self.options.margin);
         let near: Vec<Set> = begun.iter().filter(|(.., fit)| is_near(fit)).map(|(set, ..)| set.clone()).collect();
         for (set, problem, fit) in begun {
             self.keep(set, Level::Low, problem, fit);
@@ -410,7 +410,7 @@ impl<F: Family> Search<'_, F> {
             {
                 best.clone_from(set);
             }
-            let is_near = |evidence: f64| evidence > most - self.options.hopeless;
+            let is_near = |evidence: f64| evidence > most - self.options.margin;
             next = alike.into_iter().find(|(evidence, set)| is_near(*evidence) && !done.contains(set)).map(|one| one.1);
         }
         best

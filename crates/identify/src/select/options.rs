@@ -23,10 +23,10 @@ pub struct SelectOptions {
     /// Sets that are fitted to the end, at least.
     pub finalists: usize,
     /// Sets this far behind are not followed, nats, and by so much more as their fits may still gain.
-    pub hopeless: f64,
+    pub margin: f64,
     /// A fit that goes on may gain so many times what its next step promises, and no more than the best one leaves to be
     /// explained; twice was the most seen where a fit had not fallen into another valley.
-    pub promises: f64,
+    pub optimism: f64,
     /// Single effects that are fitted once more from the optimum of the best one: those that came next to it.
     pub rivals: usize,
     /// Sets that are followed to the end, at most.
@@ -54,8 +54,8 @@ impl Default for SelectOptions {
             rounds: [2, 3],
             kept: 0.4,
             finalists: 3,
-            hopeless: 60.0,
-            promises: 3.0,
+            margin: 60.0,
+            optimism: 3.0,
             rivals: 2,
             followed: 5,
             exchanged: 3,

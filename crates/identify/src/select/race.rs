@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::{Family, Level, News, Search, Set};
 use crate::fit::{Fit, FitOptions, fit};
-use crate::left::{left_nats, rms_in_noise};
+use crate::left::{left_nats, normalised_rms};
 use crate::problem::{Problem, error_in_activity, predict_all};
 
 /// A set in a race.
@@ -39,7 +39,7 @@ impl<F: Family> Search<'_, F> {
                 .map_or(0.0, |runner| left_nats(&runner.problem, &runner.fit, &self.family.options()).max(0.0));
             let best = runners.first().map_or(f64::NEG_INFINITY, |runner| runner.fit.log_evidence);
             // A fit that is on its way is worth what its next step promises as well.
-            let prospect = |runner: &Runner<F::Member>| runner.fit.log_evidence + left.min(runner.fit.promised);
+            let prospect = |runner: &Runner<F::Member>| runner.fit.log_evidence + left.min(runner.fit.predicted_gain);
             runners.sort_by(|a, b| prospect(b).total_cmp(&prospect(a)));
             // The cold and the warm fit of a set are one runner once the race is past its first round.
             if round > 0 {
@@ -57,8 +57,8 @@ impl<F: Family> Search<'_, F> {
             let share = (self.options.kept * runners.len() as f64).ceil() as usize;
             let most = if round == 0 { share.max(self.options.finalists) } else { self.options.followed };
             let may_win = |fit: &Fit| {
-                let may_gain = left.min(self.options.promises * fit.promised);
-                fit.log_evidence + may_gain > best - self.options.hopeless
+                let may_gain = left.min(self.options.optimism * fit.predicted_gain);
+                fit.log_evidence + may_gain > best - self.options.margin
             };
             let (kept, behind): (Vec<_>, Vec<_>) = runners.into_iter().enumerate().partition(|(place, runner)| {
                 (*place == 0 && to_beat.is_none()) || (*place < most && may_win(&runner.fit))
@@ -80,7 +80,7 @@ impl<F: Family> Search<'_, F> {
         let best = runners.first().map_or(best_known, |runner| runner.fit.log_evidence.max(best_known));
         let mut finalists = known;
         for (place, runner) in runners.into_iter().enumerate() {
-            if place < self.options.finalists && runner.fit.log_evidence > best - self.options.hopeless {
+            if place < self.options.finalists && runner.fit.log_evidence > best - self.options.margin {
                 finalists.push(runner.set.clone());
             }
             self.keep(runner.set, Level::Low, runner.problem, runner.fit);
@@ -204,6 +204,6 @@ pub(super) fn best_start<P: Problem>(problem: &P, starts: Vec<Vec<f64>>) -> Opti
 
 /// What is told of a set that was fitted.
 fn fitted_news<'a, P: Problem>(set: &'a [usize], problem: &P, fit: &Fit, of: usize) -> News<'a> {
-    let rms = rms_in_noise(problem, &fit.noise, &fit.linear.residual);
+    let rms = normalised_rms(problem, &fit.noise, &fit.linear.residual);
     News::Fitted { set, log_evidence: fit.log_evidence, rms, of }
 }

@@ -199,7 +199,7 @@ impl Plan {
             },
             commands: self.commands.iter().map(|edge| CommandEdge::new(edge.at_s, edge.close)).collect(),
             end_s: self.end_s,
-            driven: None,
+            prescribed: None,
             start: Start::Rest,
         })
     }

@@ -5,7 +5,7 @@ use identify::select::Model;
 use valve_model::CommandEdge;
 
 use crate::identification::ValveProblem;
-use crate::identification::setup::{Kind, Unit};
+use crate::identification::setup::{Kind, Recording};
 
 /// Sums of squares of replicated readings: of their means, each as often as it was replicated, and of what they differ by,
 /// for each degree of freedom. Where noise is all there is both are expected to be the same.
@@ -31,12 +31,12 @@ impl Squares {
 /// F); nothing where no stroke was replicated.
 pub fn lack_of_fit(model: &Model<ValveProblem<'_>>) -> Option<f64> {
     let records = model.problem.records();
-    let units = &model.problem.setup().units;
+    let recordings = &model.problem.setup().recordings;
     let residual = &model.fit.linear.residual;
     let mut squares = Squares::default();
     let mut seen: Vec<usize> = Vec::new();
-    for (index, unit) in units.iter().enumerate() {
-        match &unit.kind {
+    for (index, recording) in recordings.iter().enumerate() {
+        match &recording.kind {
             Kind::Times(times) => {
                 for closes in [true, false] {
                     let of = times.closing.iter().zip(&residual[index]).filter(|(closing, _)| **closing == closes);
@@ -45,15 +45,15 @@ pub fn lack_of_fit(model: &Model<ValveProblem<'_>>) -> Option<f64> {
             }
             Kind::Trace(_) if !seen.contains(&records[index].condition) => {
                 seen.push(records[index].condition);
-                let alike: Vec<usize> = (index..units.len())
+                let alike: Vec<usize> = (index..recordings.len())
                     .filter(|other| records[*other].condition == records[index].condition)
-                    .filter(|other| matches!(units[*other].kind, Kind::Trace(_)))
-                    .filter(|other| is_same_pattern(unit, &units[*other]))
+                    .filter(|other| matches!(recordings[*other].kind, Kind::Trace(_)))
+                    .filter(|other| is_same_pattern(recording, &recordings[*other]))
                     .collect();
                 let curves: Vec<Vec<(f64, f64)>> = alike
                     .iter()
                     .map(|other| {
-                        let zero_s = first_command_s(&units[*other]);
+                        let zero_s = first_command_s(&recordings[*other]);
                         let rows = records[*other].series.first().map_or(&[][..], |series| &series.rows);
                         rows.iter().zip(&residual[*other]).map(|(row, left)| (row.time_s - zero_s, *left)).collect()
                     })
@@ -69,15 +69,15 @@ pub fn lack_of_fit(model: &Model<ValveProblem<'_>>) -> Option<f64> {
     (squares.pure_error > 0.0).then(|| squares.lack_of_fit / squares.pure_error)
 }
 
-fn first_command_s(unit: &Unit) -> f64 {
-    unit.origin_s + unit.run.commands.first().map_or(0.0, |edge| edge.time_s)
+fn first_command_s(recording: &Recording) -> f64 {
+    recording.origin_s + recording.run.commands.first().map_or(0.0, |edge| edge.time_s)
 }
 
 /// Commands that come this close to the same time after the first are the same, s.
 const SAME_COMMAND_S: f64 = 0.02;
 
 /// Whether two records have the same commands, from the first one on.
-fn is_same_pattern(one: &Unit, other: &Unit) -> bool {
+fn is_same_pattern(one: &Recording, other: &Recording) -> bool {
     let (a, b) = (&one.run.commands, &other.run.commands);
     let since = |all: &[CommandEdge], index: usize| all[index].time_s - all[0].time_s;
     a.len() == b.len()

@@ -63,7 +63,7 @@ pub(super) fn judge(model: &Model<ValveProblem<'_>>, conflicts: &[String]) -> (V
     let limits = SelectOptions::default();
     let options = FitOptions::new(model.problem.setup().groups.clone());
     let noise = &model.fit.noise.groups;
-    let has_traces = model.problem.setup().units.iter().any(|unit| matches!(unit.kind, Kind::Trace(_)));
+    let has_traces = model.problem.setup().recordings.iter().any(|recording| matches!(recording.kind, Kind::Trace(_)));
     let left = left_nats(&model.problem, &model.fit, &options);
     let is_left = left_to_explain(&model.problem, &model.fit, &options) > limits.accept;
     let is_large = if has_traces {

@@ -63,7 +63,7 @@ pub struct RunComparison {
     pub predicted: Predicted,
 }
 
-/// Compares a run, of its index among all, with its simulated record. The residuals are those of all units of a problem.
+/// Compares a run, of its index among all, with its simulated record. The residuals are those of all recordings of a problem.
 pub(super) fn compare_run(
     valve: &Valve,
     (source, data): (usize, &RunData),
@@ -89,9 +89,9 @@ pub(super) fn compare_run(
     }
     let mut squares = PhaseSquares::default();
     let mut channels: Vec<(Channel, f64, f64, f64)> = Vec::new();
-    let units = problem.setup().units.iter().zip(problem.records()).zip(residual);
-    for ((unit, record), residual) in units.filter(|((unit, _), _)| unit.source == source) {
-        let Kind::Trace(trace) = &unit.kind else { continue };
+    let recordings = problem.setup().recordings.iter().zip(problem.records()).zip(residual);
+    for ((recording, record), residual) in recordings.filter(|((recording, _), _)| recording.source == source) {
+        let Kind::Trace(trace) = &recording.kind else { continue };
         let mut rest = residual.as_slice();
         for (series, rows) in record.series.iter().zip(&trace.channels) {
             let Some(residual) = rest.split_off(..series.rows.len()) else { continue };
@@ -115,7 +115,7 @@ pub(super) fn compare_run(
     }
     all.add_all(&squares);
     let noise = |which: Channel| data.channels.iter().find(|one| one.channel == which).map_or(0.0, |one| one.noise);
-    let errors = Errors::of_units(problem, residual, |unit| unit.source == source);
+    let errors = Errors::of_recordings(problem, residual, |recording| recording.source == source);
     RunComparison {
         file: data.name.clone(),
         conditions: data.run.conditions,

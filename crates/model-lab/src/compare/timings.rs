@@ -32,7 +32,7 @@ pub(super) fn compare_times(
                 .map(|(simulated_s, direction)| stroke(data, group, direction, simulated_s))
                 .collect();
             let source = data.runs.len() + index;
-            let errors = Errors::of_units(problem, residual, |unit| unit.source == source);
+            let errors = Errors::of_recordings(problem, residual, |recording| recording.source == source);
             RunComparison {
                 file: lines(data, group),
                 conditions: group.conditions,

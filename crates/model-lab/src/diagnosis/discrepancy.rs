@@ -138,7 +138,7 @@ pub fn model_discrepancy<'a>(
     };
     let tables: Vec<(Axis, Vec<f64>, CustomEffect)> = AXES
         .iter()
-        .filter(|axis| !(setup.is_driven && axis.target == CustomTarget::PipeFlow))
+        .filter(|axis| !(setup.is_prescribed && axis.target == CustomTarget::PipeFlow))
         .filter_map(|axis| table(*axis, &scales).map(|(knots, effect)| (*axis, knots, effect)))
         .collect();
     let likely = foreseen(catalogue, best, tables, |(.., effect)| effect, &best.fit, EFFORT.followed);
@@ -318,7 +318,7 @@ impl Scales {
         let zrt = p.compressibility * p.specific_gas_constant_j_per_kg_k * p.temperature_k;
         let flow_kg_per_s =
             CHOKED_FLOW * p.flow_coefficient * p.solenoid_orifice_area_m2 * p.supply_pressure_pa / zrt.sqrt();
-        let longest_s = setup.units.iter().map(|run| run.run.end_s).fold(1.0, f64::max);
+        let longest_s = setup.recordings.iter().map(|run| run.run.end_s).fold(1.0, f64::max);
         Self {
             stroke_m: p.stroke_m,
             fastest_m_per_s: FASTEST * p.stroke_m / setup.travel_s,

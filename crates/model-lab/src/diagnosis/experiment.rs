@@ -87,7 +87,7 @@ pub fn best_experiment(
     noise_m: Option<f64>,
 ) -> Option<Experiment> {
     let noise = noise_m.unwrap_or(ADDED_POSITION_NOISE_M);
-    let has_pressures = setup.units.iter().any(crate::identification::setup::Unit::has_pressures);
+    let has_pressures = setup.recordings.iter().any(crate::identification::setup::Recording::has_pressures);
     let mut plans = plans(setup, &one.valve()?);
     for plan in &mut plans {
         plan.separation = separation(plan, one, other, noise, has_pressures) * plan.replicates as f64;
@@ -104,12 +104,12 @@ fn plans(setup: &Setup, valve: &Valve) -> Vec<Experiment> {
     let p = valve.parameters();
     let nominal = Conditions::nominal(p);
     let gauge = |conditions: &Conditions| conditions.supply_pressure_pa - p.ambient_pressure_pa;
-    let seen: Vec<Conditions> = setup.units.iter().map(|unit| unit.run.conditions).collect();
+    let seen: Vec<Conditions> = setup.recordings.iter().map(|unit| unit.run.conditions).collect();
     let lowest = seen.iter().map(gauge).fold(gauge(&nominal), f64::min);
     let highest = seen.iter().map(gauge).fold(gauge(&nominal), f64::max);
     let at = |gauge: f64| Conditions { supply_pressure_pa: p.ambient_pressure_pa + gauge, ..nominal };
     let (close, hold, rest) =
-        if let Some(run) = setup.units.first().map(|unit| &unit.run).filter(|run| run.commands.len() > 1) {
+        if let Some(run) = setup.recordings.first().map(|unit| &unit.run).filter(|run| run.commands.len() > 1) {
             let edge = |close: bool| run.commands.iter().find(|edge| edge.closes() == close).map(|edge| edge.time_s);
             let (close, open) = (edge(true).unwrap_or(0.0), edge(false).unwrap_or(0.5 * run.end_s));
             (close, (open - close).abs(), run.end_s - open.max(close))
@@ -121,7 +121,7 @@ fn plans(setup: &Setup, valve: &Valve) -> Vec<Experiment> {
         conditions,
         commands: vec![CommandEdge::new(close, true), CommandEdge::new(close + hold, false)],
         end_s: close + hold + rest,
-        driven: None,
+        prescribed: None,
         start: Start::Rest,
     };
     let half_way = closing_time(valve, &stroke(nominal, hold)).map_or(0.5 * hold, |time| PLANS.partial * time);

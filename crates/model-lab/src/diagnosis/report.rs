@@ -1,6 +1,6 @@
 //! The answer, put together from what a search found.
 
-use identify::left::{excess, left_nats, rms_in_noise};
+use identify::left::{excess, left_nats, normalised_rms};
 use identify::select::{Level, Model, Selection};
 use identify::{FitOptions, Problem, Scope, Smoothness, fit};
 use rayon::prelude::*;
@@ -139,7 +139,7 @@ fn share_left(found: &Selection<ValveProblem<'_>>, best: &Fitted<'_>) -> Option<
     let base = found.model(&[]).filter(|_| !best.set.is_empty())?;
     let error = |model: &Fitted<'_>| {
         let held = model.held_out.as_ref()?;
-        Some(excess(rms_in_noise(&model.problem, &best.fit.noise, &held.own)))
+        Some(excess(normalised_rms(&model.problem, &best.fit.noise, &held.own)))
     };
     Some(error(best)? / error(base)?.max(f64::MIN_POSITIVE))
 }
@@ -237,7 +237,7 @@ pub fn nuisance_reports(best: &Model<ValveProblem<'_>>, certainty: &Certainty) -
             }
             let (what, unit) = entry.nuisance.words();
             let record = match entry.nuisance.scope() {
-                Scope::Record(record) => Some(problem.setup().units[record].name.clone()),
+                Scope::Record(record) => Some(problem.setup().recordings[record].name.clone()),
                 Scope::Shared => None,
             };
             Some(NuisanceReport {

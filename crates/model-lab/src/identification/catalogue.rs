@@ -56,7 +56,7 @@ const SAME: f64 = 1e-3;
 
 /// A delay shifts what follows and nothing else where it moves what comes after the next command by no more than this many
 /// standard deviations of a row.
-const UNREST: f64 = 0.3;
+const CARRIED_OVER: f64 = 0.3;
 
 /// How far an unseen edge may lie from the best one at the values of the valve file, in travel times.
 const UNSEEN_SIGMA: f64 = 0.3;
@@ -82,7 +82,7 @@ fn rungs(usual: Fidelity) -> [Fidelity; RUNGS.len()] {
 }
 
 /// Root mean square over some records of errors by record and row, in standard deviations of the rows.
-fn rms_in_noise(setup: &Setup, records: &[usize], errors: &[Vec<f64>]) -> f64 {
+fn normalised_rms(setup: &Setup, records: &[usize], errors: &[Vec<f64>]) -> f64 {
     let rows = records.iter().flat_map(|record| setup.records[*record].rows().zip(&errors[*record]));
     let (sum, count) =
         rows.fold((0.0, 0.0), |(sum, count), (row, error)| (sum + (error / row.sigma).powi(2), count + 1.0));
@@ -113,12 +113,12 @@ impl Subject {
             space,
             tolerances_are_assumed,
         };
-        for unit in &mut subject.low.units {
-            unit.fidelity = rungs(unit.fidelity)[0];
+        for recording in &mut subject.low.recordings {
+            recording.fidelity = rungs(recording.fidelity)[0];
         }
         subject.find_unseen_edges(&campaign.uncertainty, sizes);
         subject.choose_fidelity();
-        subject.find_unrest();
+        subject.find_carried_over();
         subject.choose_screen();
         subject.balance = ForceBalance::new(&subject.screen, &data);
         subject.scattered = Scattered::find(&subject.problem(subject.space.clone(), Level::Screen, Stop::never()));
@@ -179,16 +179,17 @@ impl Subject {
     /// How closely to simulate each record on the way, and for what decides, by what its recorder can see of the difference;
     /// what is cut short all the same counts as noise. Stroke times are all simulated alike.
     fn choose_fidelity(&mut self) {
-        let of_unit: Vec<[Fidelity; RUNGS.len()]> = self.high.units.iter().map(|unit| rungs(unit.fidelity)).collect();
+        let of_recording: Vec<[Fidelity; RUNGS.len()]> =
+            self.high.recordings.iter().map(|recording| rungs(recording.fidelity)).collect();
         let at = |setup: &mut Setup, chosen: &[usize]| {
-            for ((unit, rungs), rung) in setup.units.iter_mut().zip(&of_unit).zip(chosen) {
-                unit.fidelity = rungs[*rung];
+            for ((recording, rungs), rung) in setup.recordings.iter_mut().zip(&of_recording).zip(chosen) {
+                recording.fidelity = rungs[*rung];
             }
         };
         let mut setup = self.low.clone();
         let predicted: Vec<Vec<Vec<f64>>> = (0..RUNGS.len())
             .filter_map(|rung| {
-                at(&mut setup, &vec![rung; of_unit.len()]);
+                at(&mut setup, &vec![rung; of_recording.len()]);
                 let problem = ValveProblem::new(&setup, self.space.clone(), &self.nuisances, Stop::never());
                 predict_all(&problem, &[problem.start()]).remove(0)
             })
@@ -204,20 +205,22 @@ impl Subject {
                 both.map(|(one, exact)| one.iter().zip(exact).map(|(one, exact)| one - exact).collect()).collect()
             })
             .collect();
-        let is_timed = |unit: usize| matches!(setup.units[unit].kind, Kind::Times(_));
-        let units = 0..of_unit.len();
-        let first = |unit: usize, rungs: std::ops::RangeInclusive<usize>, most: f64| {
+        let is_timed = |recording: usize| matches!(setup.recordings[recording].kind, Kind::Times(_));
+        let recordings = 0..of_recording.len();
+        let first = |recording: usize, rungs: std::ops::RangeInclusive<usize>, most: f64| {
             let last = *rungs.end();
-            let is_alike = |other: &usize| *other == unit || is_timed(*other) && is_timed(unit);
-            let alike: Vec<usize> = units.clone().filter(is_alike).collect();
-            rungs.into_iter().find(|rung| rms_in_noise(&setup, &alike, &errors[*rung]) <= most).unwrap_or(last)
+            let is_alike = |other: &usize| *other == recording || is_timed(*other) && is_timed(recording);
+            let alike: Vec<usize> = recordings.clone().filter(is_alike).collect();
+            rungs.into_iter().find(|rung| normalised_rms(&setup, &alike, &errors[*rung]) <= most).unwrap_or(last)
         };
-        let low: Vec<usize> = units.clone().map(|unit| first(unit, 0..=USUAL, OWN_ERROR.0)).collect();
+        let low: Vec<usize> = recordings.clone().map(|recording| first(recording, 0..=USUAL, OWN_ERROR.0)).collect();
         let finest = errors.len() - 1;
-        let high: Vec<usize> =
-            units.clone().map(|unit| first(unit, low[unit].max(USUAL)..=finest, OWN_ERROR.1)).collect();
+        let high: Vec<usize> = recordings
+            .clone()
+            .map(|recording| first(recording, low[recording].max(USUAL)..=finest, OWN_ERROR.1))
+            .collect();
         let of_rungs = |chosen: &[usize]| -> Vec<Vec<f64>> {
-            chosen.iter().enumerate().map(|(unit, rung)| errors[*rung][unit].clone()).collect()
+            chosen.iter().enumerate().map(|(recording, rung)| errors[*rung][recording].clone()).collect()
         };
         at(&mut self.low, &low);
         self.low.add_noise(&of_rungs(&low));
@@ -228,8 +231,8 @@ impl Subject {
 
     /// Which delays only a simulation tells: those of records in which a command finds the valve still filling, emptying or
     /// moving. Where it rests, a delay shifts what follows, up to the next command, and nothing else.
-    fn find_unrest(&mut self) {
-        let is_moving = self.low.units.iter().any(|unit| unit.beginning.is_moving());
+    fn find_carried_over(&mut self) {
+        let is_moving = self.low.recordings.iter().any(|recording| recording.beginning.is_moving());
         let problem = self.problem(self.space.clone(), Level::Low, Stop::never());
         let own = self.space.coordinates.len();
         let delayed = |which: fn(usize) -> Nuisance| {
@@ -243,22 +246,22 @@ impl Subject {
         };
         let points = [problem.start(), delayed(Nuisance::CloseDelay), delayed(Nuisance::OpenDelay)];
         let predicted = predict_all(&problem, &points);
-        let unrest: Vec<bool> = (0..self.low.units.len())
-            .map(|unit| {
+        let carried_over: Vec<bool> = (0..self.low.recordings.len())
+            .map(|recording| {
                 let [Some(start), Some(closing), Some(opening)] = &predicted[..] else { return true };
                 [(true, closing), (false, opening)].iter().any(|(closes, delayed)| {
-                    let record = &problem.records()[unit];
-                    let after = self.low.units[unit].followed_by_another(*closes, record);
-                    let moved = delayed[unit].iter().zip(&start[unit]).zip(record.rows()).zip(after);
+                    let record = &problem.records()[recording];
+                    let after = self.low.recordings[recording].followed_by_another(*closes, record);
+                    let moved = delayed[recording].iter().zip(&start[recording]).zip(record.rows()).zip(after);
                     let moved = moved.filter(|(_, after)| *after);
                     let moved = moved.map(|(((to, from), row), _)| ((to - from) / row.sigma).abs());
-                    moved.fold(0.0, f64::max) > UNREST
+                    moved.fold(0.0, f64::max) > CARRIED_OVER
                 })
             })
             .collect();
         for entry in &mut self.nuisances {
             entry.is_simulated |= match entry.nuisance {
-                Nuisance::CloseDelay(record) | Nuisance::OpenDelay(record) => unrest[record],
+                Nuisance::CloseDelay(record) | Nuisance::OpenDelay(record) => carried_over[record],
                 Nuisance::Clock => is_moving,
                 _ => false,
             };
@@ -271,8 +274,9 @@ impl Subject {
         let is_bore_tolerated =
             self.space.coordinates.iter().any(|c| c.target == Target::Base(ParameterId::PistonArea));
         self.nuisances = nuisances(&self.low, self.space.parameters(), sizes, stated, is_bore_tolerated);
-        let filling: Vec<usize> =
-            (0..self.low.units.len()).filter(|unit| self.low.units[*unit].beginning == Beginning::Filling).collect();
+        let filling: Vec<usize> = (0..self.low.recordings.len())
+            .filter(|recording| self.low.recordings[*recording].beginning == Beginning::Filling)
+            .collect();
         if filling.is_empty() {
             return;
         }
@@ -281,11 +285,11 @@ impl Subject {
         })
         .collect();
         let travel_s = self.low.travel_s;
-        for unit in &filling {
-            self.low.begin_earlier(*unit, (UNSEEN.2 + 1.0) * travel_s);
+        for recording in &filling {
+            self.low.begin_earlier(*recording, (UNSEEN.2 + 1.0) * travel_s);
         }
         let first = self.nuisances.len();
-        self.nuisances.extend(filling.iter().map(|unit| Entry::new(Nuisance::UnseenEdge(*unit), travel_s)));
+        self.nuisances.extend(filling.iter().map(|recording| Entry::new(Nuisance::UnseenEdge(*recording), travel_s)));
         let problem = self.problem(self.space.clone(), Level::Low, Stop::never());
         let own = self.space.coordinates.len() + first;
         let points: Vec<Vec<f64>> = shares
@@ -297,26 +301,26 @@ impl Subject {
             })
             .collect();
         let predicted = predict_all(&problem, &points);
-        let error = |point: usize, unit: usize| -> f64 {
+        let error = |point: usize, recording: usize| -> f64 {
             let Some(records) = &predicted[point] else { return f64::INFINITY };
-            problem.records()[unit].error_in_activity(&records[unit])
+            problem.records()[recording].error_in_activity(&records[recording])
         };
         let best: Vec<f64> = filling
             .iter()
-            .map(|unit| {
-                let least = (0..shares.len()).map(|point| error(point, *unit)).fold(f64::INFINITY, f64::min);
-                let as_good = (0..shares.len()).rev().find(|point| error(*point, *unit) <= (1.0 + SAME) * least);
+            .map(|recording| {
+                let least = (0..shares.len()).map(|point| error(point, *recording)).fold(f64::INFINITY, f64::min);
+                let as_good = (0..shares.len()).rev().find(|point| error(*point, *recording) <= (1.0 + SAME) * least);
                 as_good.map_or(0.0, |point| shares[point])
             })
             .collect();
         let longest = shares.last().copied().unwrap_or(0.0);
         let entries = self.nuisances.split_off(first);
-        for ((unit, best), mut entry) in filling.into_iter().zip(best).zip(entries) {
+        for ((recording, best), mut entry) in filling.into_iter().zip(best).zip(entries) {
             if best >= longest || best <= 0.0 {
                 if best > 0.0 {
-                    self.low.begin_closed(unit);
+                    self.low.begin_closed(recording);
                 } else {
-                    self.low.begin_open(unit);
+                    self.low.begin_open(recording);
                 }
                 continue;
             }
@@ -326,7 +330,7 @@ impl Subject {
             coordinate.lower = 0.0;
             coordinate.upper = best + 3.0 * coordinate.sigma;
             coordinate.step = 0.01;
-            self.low.begin_earlier(unit, coordinate.upper * travel_s + self.low.lead_s);
+            self.low.begin_earlier(recording, coordinate.upper * travel_s + self.low.lead_s);
             self.nuisances.push(entry);
         }
     }
@@ -340,18 +344,24 @@ const SCREENED: (usize, f64) = (3, 0.25);
 
 /// A few records whose conditions and commands lie far apart, by index.
 fn farthest_apart(setup: &Setup) -> Vec<usize> {
-    let count = setup.units.len();
+    let count = setup.recordings.len();
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of a few records")]
     let wanted = SCREENED.0 + (SCREENED.1 * count.saturating_sub(SCREENED.0) as f64).floor() as usize;
     if count <= wanted + 1 {
         return (0..count).collect();
     }
-    let features = |unit: usize| {
-        let run = &setup.units[unit].run;
+    let features = |recording: usize| {
+        let run = &setup.recordings[recording].run;
         let conditions = &run.conditions;
-        let span = (setup.units.iter().map(|unit| unit.run.conditions.supply_pressure_pa)).fold(0.0, f64::max);
-        let leak = setup.units.iter().map(|unit| unit.run.conditions.leak_to_atmosphere_m2).fold(1e-12, f64::max);
-        let fed = setup.units.iter().map(|unit| unit.run.conditions.leak_from_supply_m2).fold(1e-12, f64::max);
+        let span =
+            (setup.recordings.iter().map(|recording| recording.run.conditions.supply_pressure_pa)).fold(0.0, f64::max);
+        let leak = setup
+            .recordings
+            .iter()
+            .map(|recording| recording.run.conditions.leak_to_atmosphere_m2)
+            .fold(1e-12, f64::max);
+        let fed =
+            setup.recordings.iter().map(|recording| recording.run.conditions.leak_from_supply_m2).fold(1e-12, f64::max);
         [
             4.0 * conditions.supply_pressure_pa / span,
             conditions.leak_to_atmosphere_m2 / leak,
@@ -366,8 +376,11 @@ fn farthest_apart(setup: &Setup) -> Vec<usize> {
     };
     let mut chosen = vec![0];
     while chosen.len() < wanted {
-        let nearest = |unit: usize| chosen.iter().map(|one| distance(unit, *one)).fold(f64::INFINITY, f64::min);
-        let next = (0..count).filter(|unit| !chosen.contains(unit)).max_by(|a, b| nearest(*a).total_cmp(&nearest(*b)));
+        let nearest =
+            |recording: usize| chosen.iter().map(|one| distance(recording, *one)).fold(f64::INFINITY, f64::min);
+        let next = (0..count)
+            .filter(|recording| !chosen.contains(recording))
+            .max_by(|a, b| nearest(*a).total_cmp(&nearest(*b)));
         chosen.extend(next);
     }
     chosen.sort_unstable();

@@ -73,11 +73,11 @@ impl Part {
             run.start = Start::ClosedRest;
             run.commands.retain(|edge| !edge.closes() || edge.time_s > -self.origin_s);
         }
-        if let Some(driven) = &run.driven
+        if let Some(prescribed) = &run.prescribed
             && (self.origin_s != 0.0 || self.until_s < data.run.end_s)
         {
             // A recorder's clock may see what comes a little later.
-            run.driven = Some(Arc::new(driven.between(self.origin_s, self.until_s + LEAD_S)));
+            run.prescribed = Some(Arc::new(prescribed.between(self.origin_s, self.until_s + LEAD_S)));
         }
         run
     }
@@ -155,9 +155,9 @@ impl<'a> Recorded<'a> {
 /// command that was read off a pressure comes when that has risen halfway, and a pressure that stands still may do so because
 /// the piston gives way. A piston that does not rest begins where the pressures were steady, or else with the command.
 fn steady_before(data: &RunData, closing_s: f64, window_s: f64, travel_s: f64) -> f64 {
-    let Some(driven) = data.run.driven.as_deref() else { return closing_s };
-    let measured = [&driven.pipe_pressure_pa, &driven.chamber_pressure_pa].into_iter().flatten();
-    let pressures: Vec<Recorded<'_>> = measured.map(|samples| Recorded::new(&driven.time_s, samples)).collect();
+    let Some(prescribed) = data.run.prescribed.as_deref() else { return closing_s };
+    let measured = [&prescribed.pipe_pressure_pa, &prescribed.chamber_pressure_pa].into_iter().flatten();
+    let pressures: Vec<Recorded<'_>> = measured.map(|samples| Recorded::new(&prescribed.time_s, samples)).collect();
     let position = Recorded::new(&data.times_s, &data.channels[0].samples);
     let is_steady = |until_s: f64| pressures.iter().all(|pressure| pressure.is_steady(until_s, window_s));
     let moments = || {

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use valve_model::{ChamberStart, Start, Valve};
 
 use super::problem::coordinate_of;
-use super::setup::{Kind, Setup, Unit};
+use super::setup::{Kind, Recording, Setup};
 use super::start::Beginning;
 use crate::data::{Channel, ChannelData, Dataset, RunData};
 use crate::residual_force::Free;
@@ -36,9 +36,9 @@ impl ForceBalance {
     /// and end at rest.
     pub fn new(setup: &Setup, data: &Dataset) -> Self {
         let mut left_s = LONGEST_S;
-        let units = setup.units.iter().filter(|unit| setup.is_driven && unit.is_trace());
-        let motions = units.filter_map(|unit| {
-            let motion = motion(unit, data, setup.stroke_m).filter(|motion| motion.free.duration_s() <= left_s)?;
+        let recordings = setup.recordings.iter().filter(|recording| setup.is_prescribed && recording.is_trace());
+        let motions = recordings.filter_map(|recording| {
+            let motion = motion(recording, data, setup.stroke_m).filter(|motion| motion.free.duration_s() <= left_s)?;
             left_s -= motion.free.duration_s();
             Some(motion)
         });
@@ -58,10 +58,10 @@ impl ForceBalance {
     }
 }
 
-/// The samples and the run of a unit, in the time of its simulation.
-fn motion(unit: &Unit, data: &Dataset, stroke_m: f64) -> Option<Motion> {
-    let Kind::Trace(trace) = &unit.kind else { return None };
-    let of_file = data.runs.get(unit.source)?;
+/// The samples and the run of a recording, in the time of its simulation.
+fn motion(recording: &Recording, data: &Dataset, stroke_m: f64) -> Option<Motion> {
+    let Kind::Trace(trace) = &recording.kind else { return None };
+    let of_file = data.runs.get(recording.source)?;
     let samples = || trace.channels.first().into_iter().flat_map(|channel| &channel.samples_s);
     let (first_s, last_s) =
         samples().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), time| (a.min(*time), b.max(*time)));
@@ -69,12 +69,12 @@ fn motion(unit: &Unit, data: &Dataset, stroke_m: f64) -> Option<Motion> {
     let end = of_file.times_s.partition_point(|time| *time <= last_s + 1e-9);
     let cut = |channel: &ChannelData| ChannelData { samples: channel.samples[first..end].to_vec(), ..channel.clone() };
     let run = RunData {
-        name: unit.name.clone(),
-        run: unit.run.clone(),
-        times_s: of_file.times_s[first..end].iter().map(|time| time - unit.origin_s).collect(),
+        name: recording.name.clone(),
+        run: recording.run.clone(),
+        times_s: of_file.times_s[first..end].iter().map(|time| time - recording.origin_s).collect(),
         channels: of_file.channels.iter().filter(|channel| channel.channel == Channel::Position).map(cut).collect(),
     };
-    let start = match unit.beginning {
+    let start = match recording.beginning {
         Beginning::Moving { position_m, velocity_m_per_s, .. } => {
             Start::Moving { position_m, velocity_m_per_s, chamber: ChamberStart::BALANCE, pipe_pressure_pa: None }
         }

@@ -250,8 +250,8 @@ pub fn nuisances(
     let mut all: Vec<(Nuisance, f64)> = Vec::new();
     let mut pressures: Vec<Channel> = Vec::new();
     let mut has_traces = false;
-    for (record, unit) in setup.units.iter().enumerate() {
-        if let Kind::Trace(trace) = &unit.kind {
+    for (record, recording) in setup.recordings.iter().enumerate() {
+        if let Kind::Trace(trace) = &recording.kind {
             has_traces = true;
             all.push((Nuisance::Zero(record), stated.position_zero_m.unwrap_or(sizes.zero * stroke)));
             all.push((Nuisance::Drift(record), stated.position_drift_m.unwrap_or(sizes.drift * stroke)));
@@ -262,7 +262,7 @@ pub fn nuisances(
             }
         }
         // Of stroke times alone every row is a cycle of its own: what differs from one to the next is their noise.
-        if matches!(unit.kind, Kind::Times(_)) {
+        if matches!(recording.kind, Kind::Times(_)) {
             continue;
         }
         all.push((Nuisance::Load(record), sizes.load));
@@ -270,16 +270,16 @@ pub fn nuisances(
         if let Some(size) = stated.temperature_k {
             all.push((Nuisance::Temperature(record), size));
         }
-        if let Beginning::Moving { position_m, position_sigma_m, velocity_sigma_m_per_s, .. } = unit.beginning {
+        if let Beginning::Moving { position_m, position_sigma_m, velocity_sigma_m_per_s, .. } = recording.beginning {
             all.push((Nuisance::StartPressure(record), balance_sigma_pa(parameters, position_m)));
             all.push((Nuisance::StartPosition(record), position_sigma_m));
             all.push((Nuisance::StartSpeed(record), velocity_sigma_m_per_s));
         }
-        if !setup.is_driven {
+        if !setup.is_prescribed {
             let delay = stated.command_delay_s.unwrap_or(sizes.delay_s);
             all.push((Nuisance::Supply(record), stated.supply_pressure.unwrap_or(sizes.supply)));
             for (which, unseen_s) in
-                [Nuisance::CloseDelay(record), Nuisance::OpenDelay(record)].into_iter().zip(unit.unseen_s)
+                [Nuisance::CloseDelay(record), Nuisance::OpenDelay(record)].into_iter().zip(recording.unseen_s)
             {
                 all.push((which, delay.hypot(unseen_s * UNIFORM)));
             }
@@ -292,14 +292,15 @@ pub fn nuisances(
         let size = stated.position_linearity.unwrap_or(sizes.linearity) * stroke;
         all.extend((1..=BENDS).map(|waves| (Nuisance::Linearity(waves), size)));
     }
-    if setup.is_driven {
+    if setup.is_prescribed {
         all.push((Nuisance::DrivingZero, sizes.pressure_zero * span_pa(setup)));
         all.push((Nuisance::DrivingGain, sizes.gain));
     } else {
         all.push((Nuisance::Gauge, stated.supply_gauge.unwrap_or(sizes.gauge)));
     }
     let leak = stated.leak_area.unwrap_or(sizes.leak_area);
-    let with_leak = |area: fn(&Conditions) -> f64| setup.units.iter().any(|unit| area(&unit.run.conditions) > 0.0);
+    let with_leak =
+        |area: fn(&Conditions) -> f64| setup.recordings.iter().any(|recording| area(&recording.run.conditions) > 0.0);
     if with_leak(|conditions| conditions.leak_to_atmosphere_m2) {
         all.push((Nuisance::LeakToAtmosphere, leak));
     }
@@ -319,8 +320,8 @@ pub fn nuisances(
     let entry = |(nuisance, size): (Nuisance, f64)| {
         let mut entry = Entry::new(nuisance, size);
         let unseen_s = match nuisance {
-            Nuisance::CloseDelay(record) => setup.units[record].unseen_s[0],
-            Nuisance::OpenDelay(record) => setup.units[record].unseen_s[1],
+            Nuisance::CloseDelay(record) => setup.recordings[record].unseen_s[0],
+            Nuisance::OpenDelay(record) => setup.recordings[record].unseen_s[1],
             _ => 0.0,
         };
         entry.coordinate.shift(-0.5 * unseen_s / size);
@@ -331,5 +332,9 @@ pub fn nuisances(
 
 /// The largest gauge pressure of the supply, Pa.
 fn span_pa(setup: &Setup) -> f64 {
-    setup.units.iter().map(|unit| (unit.run.conditions.supply_pressure_pa - setup.ambient_pa).abs()).fold(0.0, f64::max)
+    setup
+        .recordings
+        .iter()
+        .map(|recording| (recording.run.conditions.supply_pressure_pa - setup.ambient_pa).abs())
+        .fold(0.0, f64::max)
 }

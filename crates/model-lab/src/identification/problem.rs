@@ -5,14 +5,14 @@ use std::sync::Arc;
 use identify::{Coordinate, Differences, Linear, Problem, Record, Request, Scope, Stop};
 use rayon::prelude::*;
 use valve_model::cycle::{CycleTimes, cycles};
-use valve_model::driven::Driven;
+use valve_model::prescribed::Prescribed;
 use valve_model::real::LANES;
 use valve_model::{
     ChamberStart, CommandEdge, Fidelity, ParameterId, Prepared, Run, Start, Trajectory, Valve, simulate,
 };
 
 use super::nuisance::{Entry, Nuisance};
-use super::setup::{Kind, Setup, Trace, Unit};
+use super::setup::{Kind, Recording, Setup, Trace};
 use super::start::Beginning;
 use crate::data::Channel;
 use crate::forward::{Predicted, channel_of, record};
@@ -115,8 +115,8 @@ impl<'a> ValveProblem<'a> {
     fn simulation(&self, u: &[f64], index: usize) -> Option<(Valve, Run)> {
         let valve = self.space.valve(u)?;
         let mut parameters = valve.parameters().clone();
-        let unit = &self.setup.units[index];
-        let mut run = unit.run.clone();
+        let recording = &self.setup.recordings[index];
+        let mut run = recording.run.clone();
         let load = self.nuisance(u, Nuisance::Load(index));
         if parameters.spring_stiffness_n_per_m > 0.0 {
             parameters.preload_compression_m *= 1.0 + load;
@@ -135,34 +135,39 @@ impl<'a> ValveProblem<'a> {
         let zero = self.nuisance(u, Nuisance::DrivingZero);
         let gain = 1.0 + self.nuisance(u, Nuisance::DrivingGain);
         if (zero != 0.0 || gain != 1.0 || factor != 1.0)
-            && let Some(driven) = &run.driven
+            && let Some(prescribed) = &run.prescribed
         {
             let mapped = |channel: &Option<Vec<f64>>, by: &dyn Fn(f64) -> f64| {
                 channel.as_ref().map(|values| values.iter().map(|value| by(*value).max(1.0)).collect())
             };
             let really = |shown: f64| ambient + (shown - zero - ambient) / gain;
-            run.driven = Some(Arc::new(Driven {
-                time_s: driven.time_s.clone(),
-                pipe_pressure_pa: mapped(&driven.pipe_pressure_pa, &really),
-                chamber_pressure_pa: mapped(&driven.chamber_pressure_pa, &really),
-                supply_pressure_pa: mapped(&driven.supply_pressure_pa, &|value| ambient + factor * (value - ambient)),
+            run.prescribed = Some(Arc::new(Prescribed {
+                time_s: prescribed.time_s.clone(),
+                pipe_pressure_pa: mapped(&prescribed.pipe_pressure_pa, &really),
+                chamber_pressure_pa: mapped(&prescribed.chamber_pressure_pa, &really),
+                supply_pressure_pa: mapped(&prescribed.supply_pressure_pa, &|value| {
+                    ambient + factor * (value - ambient)
+                }),
             }));
         }
         // The state in which a record begins in motion belongs to the recorder's clock; only the commands do not.
         let instruments = valve.measurement();
-        let by_clock =
-            if unit.beginning.is_moving() { self.nuisance(u, Nuisance::Clock) + instruments.offset_s } else { 0.0 };
+        let by_clock = if recording.beginning.is_moving() {
+            self.nuisance(u, Nuisance::Clock) + instruments.offset_s
+        } else {
+            0.0
+        };
         for edge in &mut run.commands {
             let which = if edge.closes() { Nuisance::CloseDelay(index) } else { Nuisance::OpenDelay(index) };
             edge.time_s = (edge.time_s + self.nuisance(u, which) + by_clock).max(0.0);
         }
         run.end_s += self.latest_s + TIME_STEP_S;
-        if unit.beginning == Beginning::Filling
+        if recording.beginning == Beginning::Filling
             && let Some(first) = run.commands.first_mut()
         {
             first.time_s = (first.time_s - self.nuisance(u, Nuisance::UnseenEdge(index))).max(0.0);
         }
-        if let Beginning::Moving { position_m, velocity_m_per_s, acceleration_m_per_s2, .. } = unit.beginning {
+        if let Beginning::Moving { position_m, velocity_m_per_s, acceleration_m_per_s2, .. } = recording.beginning {
             // Less pressure than in balance lets it rise faster.
             let inertia_pa = parameters.moving_mass_kg * acceleration_m_per_s2 / parameters.piston_area_m2;
             let gain = 1.0 + self.nuisance(u, Nuisance::Gain);
@@ -193,11 +198,14 @@ impl<'a> ValveProblem<'a> {
         nodes: &Trajectory,
         shift_s: f64,
     ) -> Vec<f64> {
-        let unit = &self.setup.units[index];
+        let recording = &self.setup.recordings[index];
         // The commands are what is shifted where the record begins in motion.
-        let clock =
-            if unit.beginning.is_moving() { -valve.measurement().offset_s } else { self.nuisance(u, Nuisance::Clock) };
-        let (clock, origin_s) = (clock + shift_s, unit.origin_s);
+        let clock = if recording.beginning.is_moving() {
+            -valve.measurement().offset_s
+        } else {
+            self.nuisance(u, Nuisance::Clock)
+        };
+        let (clock, origin_s) = (clock + shift_s, recording.origin_s);
         let mut values = Vec::new();
         let mut recorded = Predicted::default();
         for channel in &trace.channels {
@@ -230,7 +238,7 @@ impl<'a> ValveProblem<'a> {
 
     /// The zero of the position sensor in a record, m, and how it drifts, m/s.
     fn zero(&self, u: &[f64], index: usize) -> (f64, f64) {
-        let end_s = self.setup.units[index].run.end_s.max(1e-9);
+        let end_s = self.setup.recordings[index].run.end_s.max(1e-9);
         (self.nuisance(u, Nuisance::Zero(index)), self.nuisance(u, Nuisance::Drift(index)) / end_s)
     }
 
@@ -238,7 +246,7 @@ impl<'a> ValveProblem<'a> {
     /// of what [`Self::rows`] writes down.
     fn begins_at(&self, u: &[f64], index: usize, shown_m: f64) -> f64 {
         let (zero, drift_m_per_s) = self.zero(u, index);
-        let drift = drift_m_per_s * self.setup.units[index].origin_s;
+        let drift = drift_m_per_s * self.setup.recordings[index].origin_s;
         let bent_m = (shown_m - zero - drift) / (1.0 + self.nuisance(u, Nuisance::Gain));
         let bends = self.bends(u);
         // A bend changes by a few percent of itself over its own size.
@@ -250,10 +258,10 @@ impl<'a> ValveProblem<'a> {
     /// How much less the sensor would have to show at the start of a record for the same beginning, for one more unit of a
     /// nuisance.
     fn less_shown(&self, u: &[f64], index: usize, shown_m: f64, nuisance: Nuisance) -> f64 {
-        let unit = &self.setup.units[index];
+        let recording = &self.setup.recordings[index];
         match nuisance {
             Nuisance::Zero(_) => 1.0,
-            Nuisance::Drift(_) => unit.origin_s / unit.run.end_s.max(1e-9),
+            Nuisance::Drift(_) => recording.origin_s / recording.run.end_s.max(1e-9),
             Nuisance::Gain => (shown_m - self.zero(u, index).0) / (1.0 + self.nuisance(u, Nuisance::Gain)),
             Nuisance::Linearity(waves) => {
                 (1.0 + self.nuisance(u, Nuisance::Gain)) * self.bend(waves, self.begins_at(u, index, shown_m))
@@ -279,7 +287,7 @@ impl<'a> ValveProblem<'a> {
 
     /// The stroke times of a record, row by row.
     fn times(&self, u: &[f64], index: usize, cycle: Option<&CycleTimes>) -> Vec<f64> {
-        let Kind::Times(times) = &self.setup.units[index].kind else { return Vec::new() };
+        let Kind::Times(times) = &self.setup.recordings[index].kind else { return Vec::new() };
         let schedule = &self.setup.schedule;
         let clock = self.nuisance(u, Nuisance::Clock);
         let close = cycle.and_then(|cycle| cycle.close_time_s);
@@ -301,18 +309,18 @@ impl<'a> ValveProblem<'a> {
     ) -> Vec<Option<T>> {
         let of_request = |request: &Request| {
             let (valve, run) = self.simulation(&points[request.point], request.record)?;
-            let unit = &self.setup.units[request.record];
-            let prepared = unit.is_trace().then(|| Prepared::new(&valve, &run, unit.fidelity));
+            let recording = &self.setup.recordings[request.record];
+            let prepared = recording.is_trace().then(|| Prepared::new(&valve, &run, recording.fidelity));
             Some((valve, run, prepared))
         };
         let jobs: Vec<Option<(Valve, Run, Option<Prepared>)>> = requests.par_iter().map(of_request).collect();
-        let pressures = self.setup.units.iter().any(Unit::has_pressures);
+        let pressures = self.setup.recordings.iter().any(Recording::has_pressures);
         let mut results: Vec<Option<T>> = vec![None; requests.len()];
         let mut traces: Vec<(usize, &Trace, &Valve, &Prepared)> = Vec::new();
         let mut times: [Vec<(usize, &Valve, &Run)>; 2] = [Vec::new(), Vec::new()];
         for (place, job) in jobs.iter().enumerate() {
             let Some((valve, run, prepared)) = job else { continue };
-            match (&self.setup.units[requests[place].record].kind, prepared) {
+            match (&self.setup.recordings[requests[place].record].kind, prepared) {
                 (Kind::Trace(trace), Some(prepared)) => traces.push((place, trace, valve, prepared)),
                 (Kind::Times(of), _) => times[usize::from(of.cycles > 1)].push((place, valve, run)),
                 (Kind::Trace(_), None) => {}
@@ -343,8 +351,8 @@ impl<'a> ValveProblem<'a> {
         for (place, found) in of_batches.into_iter().flatten() {
             results[place] = Some(found);
         }
-        let timed = self.setup.units.iter().find(|unit| matches!(unit.kind, Kind::Times(_)));
-        let fidelity = timed.map_or(Fidelity::FINE, |unit| unit.fidelity);
+        let timed = self.setup.recordings.iter().find(|recording| matches!(recording.kind, Kind::Times(_)));
+        let fidelity = timed.map_or(Fidelity::FINE, |recording| recording.fidelity);
         for (more, jobs) in times.iter().enumerate() {
             let of_batches: Vec<Vec<(usize, T)>> = jobs
                 .par_chunks(jobs.len().div_ceil(4 * rayon::current_num_threads()).clamp(LANES, 8 * LANES))
@@ -373,7 +381,7 @@ impl<'a> ValveProblem<'a> {
         simulated: &[(usize, Vec<f64>)],
     ) -> Vec<(usize, Vec<f64>)> {
         let first = self.space.coordinates.len();
-        let unit = &self.setup.units[index];
+        let recording = &self.setup.recordings[index];
         let mut columns = Vec::new();
         let of_start = self.place_of(Nuisance::StartPosition(index)).and_then(|place| {
             let (_, column) = simulated.iter().find(|(coordinate, _)| *coordinate == place)?;
@@ -383,14 +391,14 @@ impl<'a> ValveProblem<'a> {
             if entry.is_simulated || !entry.coordinate.moves(index) {
                 continue;
             }
-            let mut column = match &unit.kind {
+            let mut column = match &recording.kind {
                 Kind::Trace(trace) => self.trace_column(u, index, trace, entry.nuisance, at, by_time),
                 Kind::Times(times) => {
                     let by = if entry.nuisance == Nuisance::Clock { 1.0 } else { 0.0 };
                     vec![by; times.closing.len()]
                 }
             };
-            if let (Some((size_m, of_start)), Beginning::Moving { position_m, .. }) = (&of_start, unit.beginning) {
+            if let (Some((size_m, of_start)), Beginning::Moving { position_m, .. }) = (&of_start, recording.beginning) {
                 // What the sensor is off by also moves the beginning that is read off it.
                 let less = self.less_shown(u, index, position_m, entry.nuisance) / size_m;
                 column.iter_mut().zip(*of_start).for_each(|(value, of_start)| *value -= less * of_start);
@@ -409,8 +417,8 @@ impl<'a> ValveProblem<'a> {
         at: &[f64],
         by_time: &[f64],
     ) -> Vec<f64> {
-        let unit = &self.setup.units[index];
-        let run = &unit.run;
+        let recording = &self.setup.recordings[index];
+        let run = &recording.run;
         let mut column = Vec::with_capacity(at.len());
         let mut start = 0;
         for channel in &trace.channels {
@@ -419,7 +427,7 @@ impl<'a> ValveProblem<'a> {
             for (row, (first, end)) in channel.rows.iter().enumerate() {
                 let time = 0.5 * (channel.samples_s[*first] + channel.samples_s[*end - 1]);
                 let (at, by_time) = (at[start + row], by_time[start + row]);
-                let last = run.commands.iter().rev().find(|edge| edge.time_s + unit.origin_s <= time);
+                let last = run.commands.iter().rev().find(|edge| edge.time_s + recording.origin_s <= time);
                 column.push(match nuisance {
                     Nuisance::Zero(_) if is_position => 1.0,
                     Nuisance::Drift(_) if is_position => time / run.end_s.max(1e-9),
@@ -467,7 +475,7 @@ impl Problem for ValveProblem<'_> {
         let is_simulated =
             |index: &usize| index.checked_sub(first).is_none_or(|nuisance| self.nuisances[nuisance].is_simulated);
         let simulated: Vec<usize> = (0..u.len()).filter(is_simulated).collect();
-        let records = self.setup.units.len();
+        let records = self.setup.recordings.len();
         let differences = Differences::new(&self.coordinates, records, u, steps, simulated);
         let points = &differences.points;
         let simulated = self.simulated(

@@ -34,7 +34,7 @@ impl Scattered {
         let of_space = &problem.space.coordinates;
         let is_wide = |index: &usize| of_space[*index].tolerance().is_some_and(|sigma| sigma >= WIDE);
         let wide: Vec<usize> = (0..of_space.len()).filter(is_wide).collect();
-        if wide.is_empty() && !problem.setup().is_driven {
+        if wide.is_empty() && !problem.setup().is_prescribed {
             return Self::default();
         }
         let start = problem.start();

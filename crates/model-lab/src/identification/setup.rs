@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use campaign::{Campaign, Run as RecordedRun};
 use identify::{GroupPrior, Record, Row, Series};
-use valve_model::driven::Driven;
+use valve_model::prescribed::Prescribed;
 use valve_model::{Fidelity, Parameters, Run, Schedule, Start};
 
 use super::cycles::{LEAD_S, driven_parts, lead_s, parts};
@@ -62,10 +62,10 @@ pub enum Kind {
 
 /// One record and how to simulate it.
 #[derive(Debug, Clone)]
-pub struct Unit {
+pub struct Recording {
     /// Its file, and its place in it where the file holds several.
     pub name: String,
-    /// The run to simulate; its time 0 is [`Unit::origin_s`] of the record.
+    /// The run to simulate; its time 0 is [`Recording::origin_s`] of the record.
     pub run: Run,
     /// When the simulation begins, in the time of the record, s.
     pub origin_s: f64,
@@ -85,8 +85,8 @@ pub struct Unit {
 /// A campaign made ready.
 #[derive(Debug, Clone)]
 pub struct Setup {
-    /// The units, in the order of the records.
-    pub units: Vec<Unit>,
+    /// The recordings, in the order of the records.
+    pub recordings: Vec<Recording>,
     /// What was observed.
     pub records: Arc<Vec<Record>>,
     /// What is known of the errors of each group.
@@ -100,7 +100,7 @@ pub struct Setup {
     /// Atmospheric pressure, Pa.
     pub ambient_pa: f64,
     /// Whether a recorded pressure drives the model.
-    pub is_driven: bool,
+    pub is_prescribed: bool,
     /// How much a simulation begins before a record that begins at rest, s.
     pub lead_s: f64,
     /// How long a stroke travels, s.
@@ -124,27 +124,28 @@ impl Setup {
         let (stroke_m, ambient_pa) = (parameters.stroke_m, parameters.ambient_pressure_pa);
         let travel_s = travel_s(data, stroke_m);
         let push_n = (parameters.supply_pressure_pa - ambient_pa).abs() * parameters.piston_area_m2;
-        let is_driven = campaign.inputs.pipe_pressure || campaign.inputs.chamber_pressure;
+        let is_prescribed = campaign.inputs.pipe_pressure || campaign.inputs.chamber_pressure;
         let fidelity = Fidelity {
             most_inert_kg: INERTIA_SHARE * push_n * travel_s * travel_s / stroke_m,
             ..Fidelity::with_step(step_s(travel_s)).with_most_substeps(MOST_SUBSTEPS).with_every_step()
         };
-        let mut units = Vec::new();
+        let mut recordings = Vec::new();
         let mut records: Vec<Record> = Vec::new();
         for (source, (recorded, run)) in campaign.runs.iter().zip(&data.runs).enumerate() {
-            for (unit, record) in trace_units(recorded, run, travel_s, (stroke_m, ambient_pa), is_driven) {
-                units.push(Unit { fidelity, source, ..unit });
+            for (recording, record) in trace_recordings(recorded, run, travel_s, (stroke_m, ambient_pa), is_prescribed)
+            {
+                recordings.push(Recording { fidelity, source, ..recording });
                 records.push(record);
             }
         }
         for (index, group) in data.timing_groups.iter().enumerate() {
-            let (unit, record) = times_unit(data, group);
-            units.push(Unit { fidelity, source: data.runs.len() + index, ..unit });
+            let (recording, record) = times_recording(data, group);
+            recordings.push(Recording { fidelity, source: data.runs.len() + index, ..recording });
             records.push(record);
         }
         for index in 0..records.len() {
-            let same =
-                (0..index).find(|other| same_conditions(&units[*other].run.conditions, &units[index].run.conditions));
+            let same = (0..index)
+                .find(|other| same_conditions(&recordings[*other].run.conditions, &recordings[index].run.conditions));
             records[index].condition = same.map_or(index, |other| records[other].condition);
         }
         let block_s = travel_s / ROWS_A_TRAVEL;
@@ -158,14 +159,14 @@ impl Setup {
         let positions = records.iter().flat_map(|record| &record.series).filter(|series| series.group == 0);
         let noise_m = positions.flat_map(|series| &series.rows).map(|row| row.sigma).reduce(f64::max);
         Self {
-            units,
+            recordings,
             records: Arc::new(records),
             noise_m,
             groups: vec![position, position, times],
             schedule: data.schedule,
             stroke_m,
             ambient_pa,
-            is_driven,
+            is_prescribed,
             lead_s: data.runs.iter().map(lead_s).fold(LEAD_S, f64::max),
             travel_s,
         }
@@ -175,41 +176,41 @@ impl Setup {
     #[must_use]
     pub fn only(&self, keep: &[usize]) -> Self {
         Self {
-            units: keep.iter().map(|index| self.units[*index].clone()).collect(),
+            recordings: keep.iter().map(|index| self.recordings[*index].clone()).collect(),
             records: Arc::new(keep.iter().map(|index| self.records[*index].clone()).collect()),
             ..self.clone()
         }
     }
 
     /// Lets the simulation of a record begin at rest so long before its first row.
-    pub(super) fn begin_earlier(&mut self, unit: usize, lead_s: f64) {
-        let unit = &mut self.units[unit];
-        let by = -lead_s - unit.origin_s;
-        unit.origin_s = -lead_s;
-        unit.run.end_s -= by;
-        for edge in &mut unit.run.commands {
+    pub(super) fn begin_earlier(&mut self, recording: usize, lead_s: f64) {
+        let recording = &mut self.recordings[recording];
+        let by = -lead_s - recording.origin_s;
+        recording.origin_s = -lead_s;
+        recording.run.end_s -= by;
+        for edge in &mut recording.run.commands {
             edge.time_s -= by;
         }
-        if let Some(driven) = &unit.run.driven {
-            let time_s = driven.time_s.iter().map(|time| time - by).collect();
-            unit.run.driven = Some(Arc::new(Driven { time_s, ..Driven::clone(driven) }));
+        if let Some(prescribed) = &recording.run.prescribed {
+            let time_s = prescribed.time_s.iter().map(|time| time - by).collect();
+            recording.run.prescribed = Some(Arc::new(Prescribed { time_s, ..Prescribed::clone(prescribed) }));
         }
     }
 
     /// Lets the simulation of a record begin open and vented, its first command in its first row.
-    pub(super) fn begin_open(&mut self, unit: usize) {
-        self.begin_earlier(unit, self.lead_s);
-        self.units[unit].beginning = Beginning::Open;
+    pub(super) fn begin_open(&mut self, recording: usize) {
+        self.begin_earlier(recording, self.lead_s);
+        self.recordings[recording].beginning = Beginning::Open;
     }
 
     /// Lets the simulation of a record begin closed and filled.
-    pub(super) fn begin_closed(&mut self, unit: usize) {
-        self.begin_earlier(unit, self.lead_s);
+    pub(super) fn begin_closed(&mut self, recording: usize) {
+        self.begin_earlier(recording, self.lead_s);
         let lead_s = self.lead_s;
-        let unit = &mut self.units[unit];
-        unit.beginning = Beginning::Closed;
-        unit.run.start = Start::ClosedRest;
-        unit.run.commands.retain(|edge| !edge.closes() || edge.time_s > lead_s);
+        let recording = &mut self.recordings[recording];
+        recording.beginning = Beginning::Closed;
+        recording.run.start = Start::ClosedRest;
+        recording.run.commands.retain(|edge| !edge.closes() || edge.time_s > lead_s);
     }
 
     /// Counts what a simulation cuts short as noise: `errors_m`, by record and row, in the units of the rows. Rows about one
@@ -278,7 +279,7 @@ fn stroke_s(data: &Dataset, travel_s: f64) -> f64 {
     lengths.fold(f64::INFINITY, f64::min).clamp(travel_s, 4.0 * travel_s)
 }
 
-impl Unit {
+impl Recording {
     /// For each row of the record: whether its last command is another than one to close (or to open), and such a one came
     /// before it.
     pub(super) fn followed_by_another(&self, closes: bool, record: &Record) -> Vec<bool> {
@@ -302,17 +303,17 @@ impl Unit {
     }
 }
 
-fn trace_units(
+fn trace_recordings(
     recorded: &RecordedRun,
     data: &RunData,
     travel_s: f64,
     (stroke_m, ambient_pa): (f64, f64),
-    is_driven: bool,
-) -> Vec<(Unit, Record)> {
+    is_prescribed: bool,
+) -> Vec<(Recording, Record)> {
     let span_pa = (recorded.conditions.supply_pressure_pa - ambient_pa).abs().max(0.1 * ambient_pa);
     let position = &data.channels[0];
     let start = beginning(&data.times_s, &position.samples, position.noise, &recorded.commands, stroke_m, travel_s);
-    let parts = if is_driven {
+    let parts = if is_prescribed {
         driven_parts(recorded, data, start, (stroke_m, travel_s))
     } else {
         parts(data, start, stroke_m, travel_s)
@@ -344,7 +345,7 @@ fn trace_units(
                 channels.push(ChannelRows { channel: channel.channel, samples_s, rows: ranges });
             }
             let name = if count > 1 { format!("{}, cycle {}", data.name, index + 1) } else { data.name.clone() };
-            let unit = Unit {
+            let recording = Recording {
                 name,
                 run: part.run(data),
                 origin_s: part.origin_s,
@@ -354,12 +355,12 @@ fn trace_units(
                 source: 0,
                 kind: Kind::Trace(Trace { channels }),
             };
-            (unit, Record { series, condition: 0 })
+            (recording, Record { series, condition: 0 })
         })
         .collect()
 }
 
-fn times_unit(data: &Dataset, group: &TimingGroup) -> (Unit, Record) {
+fn times_recording(data: &Dataset, group: &TimingGroup) -> (Recording, Record) {
     let mut rows = Vec::new();
     let mut closing = Vec::new();
     for row in &group.rows {
@@ -375,12 +376,12 @@ fn times_unit(data: &Dataset, group: &TimingGroup) -> (Unit, Record) {
         conditions: group.conditions,
         commands: Vec::new(),
         end_s: data.schedule.end_s,
-        driven: None,
+        prescribed: None,
         start: Start::Rest,
     };
     let series = vec![Series { rows, group: 2, is_process: false }];
     let kind = Kind::Times(Times { cycles: group.cycles, closing });
-    let unit = Unit {
+    let recording = Recording {
         name: "stroke times".into(),
         run,
         origin_s: 0.0,
@@ -390,5 +391,5 @@ fn times_unit(data: &Dataset, group: &TimingGroup) -> (Unit, Record) {
         source: 0,
         kind,
     };
-    (unit, Record { series, condition: 0 })
+    (recording, Record { series, condition: 0 })
 }

@@ -2,7 +2,7 @@
 
 use valve_model::command::Segment;
 use valve_model::equations::Equations;
-use valve_model::orifice::Blend;
+use valve_model::orifice::Laminar;
 use valve_model::rhs::System;
 use valve_model::state::{Inputs, State};
 use valve_model::terms::groups;
@@ -37,13 +37,13 @@ pub struct Along {
 
 /// Whether pressures along a run were measured.
 pub fn measured(run: &RunData, channel: Channel) -> Option<(Vec<f64>, Vec<f64>)> {
-    let drives = run.run.driven.as_ref().and_then(|driven| {
+    let drives = run.run.prescribed.as_ref().and_then(|prescribed| {
         let values = match channel {
-            Channel::ChamberPressure => driven.chamber_pressure_pa.as_ref(),
-            Channel::PipePressure => driven.pipe_pressure_pa.as_ref(),
+            Channel::ChamberPressure => prescribed.chamber_pressure_pa.as_ref(),
+            Channel::PipePressure => prescribed.pipe_pressure_pa.as_ref(),
             Channel::Position => None,
         };
-        values.map(|values| (driven.time_s.clone(), values.clone()))
+        values.map(|values| (prescribed.time_s.clone(), values.clone()))
     });
     drives.or_else(|| {
         let samples = &run.channels.iter().find(|data| data.channel == channel)?.samples;
@@ -99,14 +99,14 @@ pub fn follow(valve: &Valve, run: &RunData, smoothed: &Smoothed) -> Option<Along
     let mut equations = Equations::new(valve, &run.run.conditions, STEP_S);
     let pipe = measured(run, Channel::PipePressure);
     let chamber = measured(run, Channel::ChamberPressure);
-    equations.terms.driven_pipe = pipe.is_some();
-    equations.terms.driven_chamber = chamber.is_some();
-    let pace = equations.pace(STEP_S);
-    equations.coefficients.port_blend = Blend::new(pace.port_blend);
-    equations.coefficients.line_blend = Blend::new(pace.line_blend.max(pace.blend));
-    equations.coefficients.blend = Blend::new(pace.blend);
+    equations.terms.prescribed_pipe = pipe.is_some();
+    equations.terms.prescribed_chamber = chamber.is_some();
+    let control = equations.step_control(STEP_S);
+    equations.coefficients.port_laminar = Laminar::new(control.port_laminar);
+    equations.coefficients.line_laminar = Laminar::new(control.line_laminar.max(control.laminar));
+    equations.coefficients.laminar = Laminar::new(control.laminar);
     let mut pressed = equations.clone();
-    pressed.terms.driven_chamber = true;
+    pressed.terms.prescribed_chamber = true;
     let (system, probe) = (System::new(&equations), System::new(&pressed));
     let follower = Follower { system, probe, motion: Motion { smoothed }, pipe, chamber };
     let mut state = *Prepared::new(valve, &run.run, STEP_S).initial();
@@ -114,7 +114,7 @@ pub fn follow(valve: &Valve, run: &RunData, smoothed: &Smoothed) -> Option<Along
     let mut left = 0;
     for segment in run.run.segments(valve) {
         let length = segment.end_s - segment.start_s;
-        let steps = (length / pace.step_s.min(STEP_S)).ceil().max(1.0);
+        let steps = (length / control.step_s.min(STEP_S)).ceil().max(1.0);
         let h = length / steps;
         // A count of steps of a record; far below what a u32 holds.
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count of steps")]

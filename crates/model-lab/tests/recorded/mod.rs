@@ -86,7 +86,7 @@ pub fn commanded(
         },
         commands: edges.collect(),
         end_s: end_s + 0.1,
-        driven: None,
+        prescribed: None,
         start: Start::Rest,
     };
     let time_s: Vec<f64> =

@@ -25,24 +25,27 @@ pub(super) const INFO: EffectInfo = EffectInfo {
         to.coefficients.law = law.with_edge(values[1]);
         to.terms.discharge |= values[1] != 0.0;
     }),
-    parameters: &[EffectParameter {
-        name: "critical_ratio",
-        si_unit: "",
-        meaning: "pressure ratio below which the flow is choked, b",
-        default: DefaultValue::Required,
-        search: Search::SizeFrom { least: DIATOMIC },
-        allowed: Allowed { contains: |value| value > 0.0 && value < 1.0, words: "between 0 and 1" },
-        range: |_| fixed(0.02, 0.35, 0.9),
-    }, EffectParameter {
-        name: "edge_sharpness",
-        si_unit: "",
-        meaning: "share of the fall of a sharp edge's discharge coefficient (0.84 into a vacuum to 0.60 where the pressures \
+    parameters: &[
+        EffectParameter {
+            name: "critical_ratio",
+            si_unit: "",
+            meaning: "pressure ratio below which the flow is choked, b",
+            default: DefaultValue::Required,
+            search: Search::SizeFrom { least: DIATOMIC },
+            allowed: Allowed { contains: |value| value > 0.0 && value < 1.0, words: "between 0 and 1" },
+            range: |_| fixed(0.02, 0.35, 0.9),
+        },
+        EffectParameter {
+            name: "edge_sharpness",
+            si_unit: "",
+            meaning: "share of the fall of a sharp edge's discharge coefficient (0.84 into a vacuum to 0.60 where the pressures \
                   meet), s: 0 for rounded orifices, 1 for sharp ones",
-        default: DefaultValue::Value(0.0),
-        search: Search::Share,
-        allowed: Allowed { contains: |value| (0.0..=1.0).contains(&value), words: "between 0 and 1" },
-        range: |_| fixed(0.0, 0.5, 1.0),
-    }],
+            default: DefaultValue::Value(0.0),
+            search: Search::Share,
+            allowed: Allowed { contains: |value| (0.0..=1.0).contains(&value), words: "between 0 and 1" },
+            range: |_| fixed(0.0, 0.5, 1.0),
+        },
+    ],
     // There is no value at which the law turns into that of the ideal nozzle; leaving it out does.
     neutral: f64::NAN,
 };
@@ -51,12 +54,12 @@ pub(super) const INFO: EffectInfo = EffectInfo {
 mod tests {
     use super::super::EffectKind;
     use super::super::testing::Subject;
-    use crate::orifice::Blend;
+    use crate::orifice::Laminar;
 
     #[test]
     fn the_flow_is_choked_below_the_critical_ratio_and_an_ellipse_above() {
         let law = Subject::with(EffectKind::ORIFICE_LAW, &[0.3]).with.coefficients.law;
-        let flow = |ratio: f64| law.flow(5e5, ratio * 5e5, 1e-9, Blend::new(1e-9));
+        let flow = |ratio: f64| law.flow(5e5, ratio * 5e5, 1e-9, Laminar::new(1e-9));
         assert!((flow(0.25) / flow(0.1) - 1.0).abs() < 2e-3, "{}", flow(0.25) / flow(0.1));
         let expected = (1.0_f64 - ((0.65 - 0.3) / 0.7_f64).powi(2)).sqrt();
         assert!((flow(0.65) / flow(0.1) - expected).abs() < 2e-3, "{}", flow(0.65) / flow(0.1));

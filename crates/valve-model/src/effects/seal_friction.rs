@@ -70,8 +70,13 @@ fn add(values: &[f64], to: &mut Assembly<'_>) {
     let [per_pressure, stiffness, factor, slope] = [0, 1, 2, 3].map(|index| values[index]);
     let (opening, closing) = ways(factor);
     to.rubs(stiffness, "effect.seal-friction.bristle_stiffness");
-    to.laws.seal_friction =
-        Law { per_pressure, opening, closing, at_closed: 1.0 - 0.5 * slope, slope_per_m: slope / to.parameters.stroke_m };
+    to.laws.seal_friction = Law {
+        per_pressure,
+        opening,
+        closing,
+        at_closed: 1.0 - 0.5 * slope,
+        slope_per_m: slope / to.parameters.stroke_m,
+    };
     to.laws.variants.seal_friction = if factor == 1.0 && slope == 0.0 { 0 } else { UNEVEN };
 }
 

@@ -3,9 +3,9 @@
 //! Two orifices one behind the other are again one by ISO 6358-3:2014, with a lower critical
 //! ratio: one that lies behind the vent holds back most where the pressures are close, and least while the vent chokes.
 
+use super::Assembly;
 use super::info::{ActsOn, Allowed, DefaultValue, EffectInfo, EffectParameter, Search, fixed};
 use super::term::{Term, numbers};
-use super::Assembly;
 use crate::real::Real;
 
 pub(super) const INFO: EffectInfo = EffectInfo {
@@ -78,8 +78,8 @@ fn add(values: &[f64], to: &mut Assembly<'_>) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::testing::Subject;
     use super::super::EffectKind;
+    use super::super::testing::Subject;
 
     /// The flow through the vent as a share of that without the effect.
     fn of_without(subject: &Subject) -> f64 {

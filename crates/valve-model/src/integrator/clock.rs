@@ -3,7 +3,7 @@
 //! A lane in which nothing happens any more goes to the end of its segment at once.
 
 use super::Front;
-use super::step_control::{BLOCK, Pace, Past, Piston, Stride, block_steps};
+use super::step_control::{BLOCK, Past, Piston, StepControl, Stride, block_steps};
 use crate::coefficients::Coefficients;
 use crate::command::Segment;
 use crate::real::Real;
@@ -21,7 +21,7 @@ const UNREST: u32 = 5 * BLOCK;
 /// The clock of one lane.
 pub(crate) struct Clock {
     segments: Vec<(Segment, u32, f64)>,
-    pace: Pace,
+    control: StepControl,
     index: usize,
     /// Whole steps left in the segment after the current block.
     beyond: u32,
@@ -68,13 +68,19 @@ impl Held {
 }
 
 impl Clock {
-    /// Cuts every segment into equal steps of at most the pace's. `may_settle` says that nothing but
+    /// Cuts every segment into equal steps of at most the step control's. `may_settle` says that nothing but
     /// a new segment can move a lane at rest.
-    pub(super) fn new(segments: &[Segment], pace: Pace, may_settle: bool, held: Held, piston: Piston) -> Self {
+    pub(super) fn new(
+        segments: &[Segment],
+        control: StepControl,
+        may_settle: bool,
+        held: Held,
+        piston: Piston,
+    ) -> Self {
         let cut = |segment: &Segment| {
             let length = segment.end_s - segment.start_s;
             // A segment that is a whole number of steps up to rounding takes just that number.
-            let count = (length / pace.step_s - 1e-6).ceil().max(1.0);
+            let count = (length / control.step_s - 1e-6).ceil().max(1.0);
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at least 1, far below 2^32")]
             (*segment, count as u32, length / count)
         };
@@ -82,7 +88,7 @@ impl Clock {
         let beyond = segments.first().map_or(0, |(_, count, _)| *count);
         Self {
             segments,
-            pace,
+            control,
             index: 0,
             beyond,
             block: BLOCK,
@@ -135,7 +141,7 @@ impl Clock {
             stand_still(lane, front, coefficients);
             return;
         };
-        if self.index + 1 == self.segments.len() && state.x >= self.pace.ends_at_m && self.beyond < *count {
+        if self.index + 1 == self.segments.len() && state.x >= self.control.ends_at_m && self.beyond < *count {
             self.index += 1;
             self.left = 0;
             stand_still(lane, front, coefficients);
@@ -167,15 +173,15 @@ impl Clock {
             length_s: step * f64::from(self.block),
             rested: self.stride.is_some_and(|stride| stride.span > 1),
         });
-        let stride = Stride::choose(lane, front, &state, past.as_ref(), coefficients, self.pace);
-        let stride = if starts { stride.first(self.pace) } else { stride };
+        let stride = Stride::choose(lane, front, &state, past.as_ref(), coefficients, self.control);
+        let stride = if starts { stride.first(self.control) } else { stride };
         let block = block_steps(lane, &state, past.as_ref(), stride, coefficients, self.beyond);
         self.beyond -= block;
         self.block = block;
         self.left = block * stride.substeps / stride.span;
         front.step.set_lane(lane, step * stride.length());
         if stride.span > 1 || self.stride != Some(stride) {
-            stride.load(lane, &state, coefficients, self.pace, self.piston);
+            stride.load(lane, &state, coefficients, self.control, self.piston);
             self.stride = Some(stride);
         }
     }

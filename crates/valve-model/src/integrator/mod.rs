@@ -15,11 +15,11 @@ pub(crate) use clock::Clock;
 use clock::Held;
 pub(crate) use recorder::Recorder;
 use step_control::Piston;
-pub(crate) use step_control::{BLOCK, Pace};
+pub(crate) use step_control::{BLOCK, StepControl};
 
 use crate::command::Segment;
-use crate::driven::{Driven, DrivenPressures, Stretch};
 use crate::equations::Equations;
+use crate::prescribed::{Prescribed, PrescribedPressures, Stretch};
 use crate::real::Real;
 use crate::rhs::System;
 use crate::state::{Inputs, State};
@@ -31,8 +31,8 @@ pub(crate) struct LaneRun<'a> {
     pub equations: &'a Equations,
     pub segments: &'a [Segment],
     pub initial: State<f64>,
-    pub pace: Pace,
-    pub driven: Option<&'a Driven>,
+    pub control: StepControl,
+    pub prescribed: Option<&'a Prescribed>,
     /// Not to be begun: it has no segments.
     pub refused: bool,
 }
@@ -80,7 +80,7 @@ struct Batch<'a, R> {
     front: Front<R>,
     lanes: Vec<InLane>,
     may_settle: bool,
-    driven: bool,
+    prescribed: bool,
     stretches: Cell<Stretches<R>>,
 }
 
@@ -114,7 +114,7 @@ impl<R: Real> Stretches<R> {
     }
 
     fn set_lane(&mut self, lane: usize, stretch: &Stretch) {
-        let of = |pressures: DrivenPressures| [pressures.pipe, pressures.chamber, pressures.supply];
+        let of = |pressures: PrescribedPressures| [pressures.pipe, pressures.chamber, pressures.supply];
         self.from.set_lane(lane, stretch.from_s);
         self.until.set_lane(lane, stretch.until_s);
         for (channel, (start, rate)) in of(stretch.start).into_iter().zip(of(stretch.rate)).enumerate() {
@@ -132,7 +132,7 @@ impl<'a, R: Real> Batch<'a, R> {
         let system = System::new(first.equations);
         // A custom formula may depend on time, and measured pressures do.
         let formulas_rest = system.custom.iter().all(|effect| !effect.formula().depends_on_time());
-        let driven = first.equations.terms.is_driven();
+        let prescribed = first.equations.terms.is_prescribed();
         let zero = R::splat(0.0);
         let front = Front {
             state: State::splat(&first.initial),
@@ -143,9 +143,9 @@ impl<'a, R: Real> Batch<'a, R> {
             spool_rate: zero,
             since_command: zero,
         };
-        let (lanes, may_settle) = (Vec::with_capacity(R::LANES), formulas_rest && !driven);
+        let (lanes, may_settle) = (Vec::with_capacity(R::LANES), formulas_rest && !prescribed);
         let stretches = Cell::new(Stretches::endless());
-        let mut batch = Self { runs, next: 0, system, front, lanes, may_settle, driven, stretches };
+        let mut batch = Self { runs, next: 0, system, front, lanes, may_settle, prescribed, stretches };
         for lane in 0..R::LANES.min(runs.len()) {
             let clock = batch.load(lane);
             batch.lanes.push(InLane::new(lane, clock));
@@ -162,9 +162,9 @@ impl<'a, R: Real> Batch<'a, R> {
         self.stretches.get_mut().until.set_lane(lane, f64::NEG_INFINITY);
         self.front.state.set_lane(lane, &run.initial);
         self.front.time.set_lane(lane, run.segments.first().map_or(0.0, |segment| segment.start_s));
-        let held = Held { chamber: !self.system.terms.driven_chamber, pipe: !self.system.terms.driven_pipe };
+        let held = Held { chamber: !self.system.terms.prescribed_chamber, pipe: !self.system.terms.prescribed_pipe };
         let piston = Piston::of(&run.equations.coefficients);
-        let mut clock = Clock::new(run.segments, run.pace, self.may_settle, held, piston);
+        let mut clock = Clock::new(run.segments, run.control, self.may_settle, held, piston);
         clock.load(lane, &mut self.front, &mut self.system.coefficients);
         clock
     }
@@ -181,7 +181,7 @@ impl<'a, R: Real> Batch<'a, R> {
             chamber_pressure: zero,
             supply_pressure: zero,
         };
-        if GROUPS & groups::DRIVEN != 0 && self.driven {
+        if GROUPS & groups::PRESCRIBED != 0 && self.prescribed {
             self.drive(&mut inputs, front.time + ahead);
         }
         inputs
@@ -258,8 +258,8 @@ impl<'a, R: Real> Batch<'a, R> {
         for (lane, in_lane) in self.lanes.iter().enumerate() {
             let time_s = time.lane(lane);
             let is_within = time_s >= stretches.from.lane(lane) && time_s <= stretches.until.lane(lane);
-            if let (false, Some(driven)) = (is_within, self.runs[in_lane.run].driven) {
-                stretches.set_lane(lane, &driven.stretch_at(time_s));
+            if let (false, Some(prescribed)) = (is_within, self.runs[in_lane.run].prescribed) {
+                stretches.set_lane(lane, &prescribed.stretch_at(time_s));
             }
         }
         self.stretches.set(stretches);

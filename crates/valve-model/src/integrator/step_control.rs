@@ -3,24 +3,24 @@
 
 use super::Front;
 use crate::coefficients::Coefficients;
-use crate::orifice::{Blend, EASED_BLEND};
+use crate::orifice::{EASED_LAMINAR, Laminar};
 use crate::real::Real;
 use crate::state::State;
 
-/// How one run is paced.
+/// How long the steps of one run may be, and what keeps them stable.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Pace {
+pub struct StepControl {
     /// Longest step, s.
     pub step_s: f64,
-    /// Width to which the port's law would have to be blended to be stable at that step; the integrator eases the port
+    /// Width to which the port's law would have to be regularised to be stable at that step; the integrator eases the port
     /// instead.
-    pub port_blend: f64,
-    /// The same for the solenoid and the leaks, which are blended.
-    pub blend: f64,
+    pub port_laminar: f64,
+    /// The same for the solenoid and the leaks, which are regularised.
+    pub laminar: f64,
     /// The same for what a supply line feeds; 0 without such a line.
-    pub line_blend: f64,
+    pub line_laminar: f64,
     /// What is kept at that step of the rate at which pipe and chamber find one pressure, over the root of their relative
-    /// difference ([`Coefficients::port_ease`]); infinite where the port is blended after all.
+    /// difference ([`Coefficients::port_ease`]); infinite where the port is regularised after all.
     pub port_ease: f64,
     /// The same of the rate at which a pipe without a chamber finds its pressure ([`Coefficients::pipe_ease`]).
     pub pipe_ease: f64,
@@ -35,7 +35,7 @@ pub struct Pace {
     pub ends_at_m: f64,
 }
 
-impl Pace {
+impl StepControl {
     /// How quickly the pipe finds its pressure beside a chamber, over how quickly it does alone, given its share of both
     /// volumes: what the port lets through while both it and the pipe are eased counts.
     pub(crate) fn taking_part(&self, together: f64) -> f64 {
@@ -66,7 +66,7 @@ const FIRST_SUBSTEPS: u32 = 4;
 const FOLLOWING_SUBSTEPS: u32 = 4;
 
 /// Substeps at most for what a line feeds while a piston is firmly pressed on its stop: what comes of that is rest, and the
-/// pressures there do not depend on how wide the blend was on the way.
+/// pressures there do not depend on how wide the laminar part was on the way.
 const PRESSED_SUBSTEPS: u32 = 4;
 
 /// A piston that runs against a stop and would press it in by more than this share of its stroke is followed closely: with
@@ -87,34 +87,44 @@ fn substeps<R: Real>(
     front: &Front<R>,
     state: &State<f64>,
     coefficients: &Coefficients<R>,
-    pace: Pace,
+    control: StepControl,
 ) -> u32 {
     let stroke = coefficients.stroke.lane(lane);
     let inside = inside(stroke, state);
     let meets = inside < 0.0 && (state.v > 0.0) == (state.x > 0.5 * stroke);
-    let shed = coefficients.stop_damping.lane(lane) * coefficients.inverse_mass.lane(lane) * pace.step_s;
-    let count =
-        hit_substeps(state.v, inside, stroke, (swing(lane, coefficients) * pace.step_s, shed), pace.step_s, meets);
+    let shed = coefficients.stop_damping.lane(lane) * coefficients.inverse_mass.lane(lane) * control.step_s;
+    let count = hit_substeps(
+        state.v,
+        inside,
+        stroke,
+        (swing(lane, coefficients) * control.step_s, shed),
+        control.step_s,
+        meets,
+    );
     // A line only acts where it feeds the pipe.
-    let feeds = pace.line_blend > 0.0 && (front.spool.lane(lane) > 0.0 || coefficients.leak_in.lane(lane) > 0.0);
-    if feeds || pace.follows_port { gas_substeps(lane, state, feeds, coefficients, pace, count, inside) } else { count }
+    let feeds = control.line_laminar > 0.0 && (front.spool.lane(lane) > 0.0 || coefficients.leak_in.lane(lane) > 0.0);
+    if feeds || control.follows_port {
+        gas_substeps(lane, state, feeds, coefficients, control, count, inside)
+    } else {
+        count
+    }
 }
 
-/// At least as many substeps as given, and as many as keep the blend of what a line feeds narrow and the port hardly eased.
+/// At least as many substeps as given, and as many as keep the laminar width of what a line feeds narrow and the port hardly eased.
 fn gas_substeps<R: Real>(
     lane: usize,
     state: &State<f64>,
     feeds: bool,
     coefficients: &Coefficients<R>,
-    pace: Pace,
+    control: StepControl,
     given: u32,
     inside: f64,
 ) -> u32 {
     let (chamber, pipe) = pressures(lane, state, coefficients);
     let line = if feeds { gap(state.line_pressure, pipe) } else { 0.0 };
     let drop = if feeds { gap(coefficients.supply.lane(lane), state.line_pressure) } else { 0.0 };
-    let mut most = pace.most_substeps;
-    let mut follows_port = pace.follows_port;
+    let mut most = control.most_substeps;
+    let mut follows_port = control.follows_port;
     if inside >= 0.0 {
         if line.max(drop) < REST_GAP {
             return given;
@@ -127,8 +137,8 @@ fn gas_substeps<R: Real>(
     let port = gap(pipe, chamber);
     let wide = |count: u32| 0.8 * f64::from(count * count);
     let beyond = |count: u32| {
-        let eased = follows_port && count < FOLLOWING_SUBSTEPS && pace.port_blend > port * wide(count);
-        feeds && pace.line_blend > line * wide(count) || eased
+        let eased = follows_port && count < FOLLOWING_SUBSTEPS && control.port_laminar > port * wide(count);
+        feeds && control.line_laminar > line * wide(count) || eased
     };
     let mut count = given;
     while count < most && beyond(count) {
@@ -228,8 +238,8 @@ pub(super) struct Stride {
 impl Stride {
     /// At least the substeps of a first block after something changed from outside: gas finds its new way within a few
     /// milliseconds.
-    pub(super) fn first(self, pace: Pace) -> Self {
-        Self { substeps: self.substeps.max(pace.most_substeps.min(FIRST_SUBSTEPS)), ..self }
+    pub(super) fn first(self, control: StepControl) -> Self {
+        Self { substeps: self.substeps.max(control.most_substeps.min(FIRST_SUBSTEPS)), ..self }
     }
 
     /// The stride of the block to come, given the block before, or nothing where the stride may not span steps.
@@ -240,12 +250,12 @@ impl Stride {
         state: &State<f64>,
         past: Option<&Past>,
         coefficients: &Coefficients<R>,
-        pace: Pace,
+        control: StepControl,
     ) -> Self {
-        if pace.most_span > 1 && past.is_some_and(|past| rests(lane, state, past, coefficients, pace.most_span)) {
-            return Self { substeps: 1, span: pace.most_span };
+        if control.most_span > 1 && past.is_some_and(|past| rests(lane, state, past, coefficients, control.most_span)) {
+            return Self { substeps: 1, span: control.most_span };
         }
-        Self { substeps: substeps(lane, front, state, coefficients, pace), span: 1 }
+        Self { substeps: substeps(lane, front, state, coefficients, control), span: 1 }
     }
 
     /// A step's length in steps as they are.
@@ -259,13 +269,14 @@ impl Stride {
         lane: usize,
         state: &State<f64>,
         coefficients: &mut Coefficients<R>,
-        pace: Pace,
+        control: StepControl,
         piston: Piston,
     ) {
         let length = self.length();
-        coefficients.port_ease.set_lane(lane, pace.port_ease / length);
-        let port_blend = if pace.port_ease.is_finite() { EASED_BLEND } else { pace.port_blend * length * length };
-        coefficients.port_blend.set_lane(lane, Blend::new(port_blend));
+        coefficients.port_ease.set_lane(lane, control.port_ease / length);
+        let port_laminar =
+            if control.port_ease.is_finite() { EASED_LAMINAR } else { control.port_laminar * length * length };
+        coefficients.port_laminar.set_lane(lane, Laminar::new(port_laminar));
         let stretch = f64::from(self.span);
         let mass = piston.mass * stretch * stretch;
         coefficients.mass.set_lane(lane, mass);
@@ -274,9 +285,9 @@ impl Stride {
         if self.span == 1 {
             coefficients.viscous.set_lane(lane, piston.viscous);
             coefficients.pipe_ease.set_lane(lane, f64::INFINITY);
-            coefficients.blend.set_lane(lane, Blend::new(pace.blend * length * length));
-            if pace.line_blend > 0.0 {
-                coefficients.line_blend.set_lane(lane, Blend::new(pace.line_blend * length * length));
+            coefficients.laminar.set_lane(lane, Laminar::new(control.laminar * length * length));
+            if control.line_laminar > 0.0 {
+                coefficients.line_laminar.set_lane(lane, Laminar::new(control.line_laminar * length * length));
             }
             return;
         }
@@ -288,12 +299,12 @@ impl Stride {
         coefficients.viscous.set_lane(lane, (contact * lag / state.v.abs()).min(most).max(piston.viscous));
         // As far as the port is eased, the chamber takes its part of what comes into the pipe.
         let (chamber, pipe) = pressures(lane, state, coefficients);
-        let open = (pace.port_ease / length * gap(pipe, chamber).sqrt()).min(1.0);
+        let open = (control.port_ease / length * gap(pipe, chamber).sqrt()).min(1.0);
         let volume = coefficients.closed_volume.lane(lane) - coefficients.piston_area.lane(lane) * state.x;
         let together = coefficients.pipe_volume.lane(lane) / (coefficients.pipe_volume.lane(lane) + volume);
-        let share = (together + open * (1.0 - together)).max(pace.taking_part(together));
-        coefficients.pipe_ease.set_lane(lane, pace.pipe_ease / (share * length));
-        coefficients.blend.set_lane(lane, Blend::new(EASED_BLEND));
+        let share = (together + open * (1.0 - together)).max(control.taking_part(together));
+        coefficients.pipe_ease.set_lane(lane, control.pipe_ease / (share * length));
+        coefficients.laminar.set_lane(lane, Laminar::new(EASED_LAMINAR));
     }
 }
 

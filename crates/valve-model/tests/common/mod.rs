@@ -54,7 +54,7 @@ pub fn open_at(time_s: f64) -> CommandEdge {
 
 /// A run at the valve's own supply pressure.
 pub fn run_of(valve: &Valve, commands: Vec<CommandEdge>, end_s: f64) -> Run {
-    Run { conditions: Conditions::nominal(valve.parameters()), commands, end_s, driven: None, start: Start::Rest }
+    Run { conditions: Conditions::nominal(valve.parameters()), commands, end_s, prescribed: None, start: Start::Rest }
 }
 
 /// The nodes of a run with its pressures.

@@ -1,18 +1,18 @@
 //! The states of rest: vented or filled, any leak in balance.
 
 use crate::equations::Equations;
-use crate::orifice::{Blend, Pressure};
+use crate::orifice::{Laminar, Pressure};
 use crate::rhs::System;
 use crate::state::{Inputs, State};
 use crate::terms::groups;
 
-/// The law of the orifices as good as without its blend: a balance of flows is not stepped through.
-const EXACT_BLEND: f64 = 1e-9;
+/// The law of the orifices as good as without its laminar part: a balance of flows is not stepped through.
+const EXACT_LAMINAR: f64 = 1e-9;
 
 /// The state of rest with the solenoid vented, or with the pressures that `inputs` say where they drive the model.
 pub fn vented_rest(equations: &Equations, inputs: &Inputs<f64>) -> State<f64> {
     let c = &equations.coefficients;
-    let exact = Blend::new(EXACT_BLEND);
+    let exact = Laminar::new(EXACT_LAMINAR);
     let system = System::<f64>::new(equations);
     let balance = |pipe: f64| {
         let line = line_pressure(equations, 0.0, pipe);
@@ -28,7 +28,7 @@ pub fn vented_rest(equations: &Equations, inputs: &Inputs<f64>) -> State<f64> {
 /// model.
 pub fn closed_rest(equations: &Equations, inputs: &Inputs<f64>) -> State<f64> {
     let c = &equations.coefficients;
-    let exact = Blend::new(EXACT_BLEND);
+    let exact = Laminar::new(EXACT_LAMINAR);
     let balance = |pipe: f64| {
         let line = line_pressure(equations, 1.0, pipe);
         c.law.flow(line, pipe, c.fill, exact) + c.law.flow(line, pipe, c.leak_in, exact)
@@ -40,12 +40,12 @@ pub fn closed_rest(equations: &Equations, inputs: &Inputs<f64>) -> State<f64> {
 /// The state of rest with the pressures that drive the model, or else with that in which the flows of the pipe balance.
 fn rest(equations: &Equations, inputs: &Inputs<f64>, closed: bool, balanced: impl FnOnce() -> f64) -> State<f64> {
     let terms = equations.terms;
-    let pipe = match (terms.driven_pipe, terms.driven_chamber) {
+    let pipe = match (terms.prescribed_pipe, terms.prescribed_chamber) {
         (true, _) => inputs.pipe_pressure,
         (false, true) => inputs.chamber_pressure,
         (false, false) => balanced(),
     };
-    let chamber = if terms.driven_chamber { inputs.chamber_pressure } else { pipe };
+    let chamber = if terms.prescribed_chamber { inputs.chamber_pressure } else { pipe };
     let line = line_pressure(equations, f64::from(u8::from(closed)), pipe);
     let mut state = at_rest(equations, chamber, line, closed);
     state.pipe_mass = pipe / equations.coefficients.pipe_gain;
@@ -58,7 +58,7 @@ pub(crate) fn line_pressure(equations: &Equations, spool: f64, pipe: f64) -> f64
     if !equations.terms.line {
         return c.supply;
     }
-    let exact = Blend::new(EXACT_BLEND);
+    let exact = Laminar::new(EXACT_LAMINAR);
     let fed = if spool > 0.0 { c.fill * spool + c.leak_in } else { c.leak_in };
     // What comes into the line leaves it; the excess falls in p.
     let excess = |p: f64| equations.laws.line_flow(c.supply, p, 0.0) - c.law.flow(p, pipe, fed, exact);

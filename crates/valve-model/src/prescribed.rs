@@ -2,7 +2,7 @@
 
 /// Measured pressures over time, interpolated linearly and held beyond the ends.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Driven {
+pub struct Prescribed {
     /// Times, s, rising.
     pub time_s: Vec<f64>,
     /// Pipe pressure at those times, Pa, if it drives the model.
@@ -16,7 +16,7 @@ pub struct Driven {
 
 /// The pressures at one time, Pa; 0 where a channel does not drive.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(crate) struct DrivenPressures {
+pub(crate) struct PrescribedPressures {
     pub pipe: f64,
     pub chamber: f64,
     pub supply: f64,
@@ -32,20 +32,20 @@ pub(crate) struct Stretch {
     pub from_s: f64,
     pub until_s: f64,
     /// The pressures as it begins, Pa.
-    pub start: DrivenPressures,
+    pub start: PrescribedPressures,
     /// Their rates, Pa/s.
-    pub rate: DrivenPressures,
+    pub rate: PrescribedPressures,
 }
 
 /// Before the first sample: a time that no run begins at, s.
 const LONG_AGO_S: f64 = -1e30;
 
-impl Driven {
+impl Prescribed {
     /// The pressures at a time.
-    pub(crate) fn at(&self, time_s: f64) -> DrivenPressures {
+    pub(crate) fn at(&self, time_s: f64) -> PrescribedPressures {
         let Stretch { from_s, start, rate, .. } = self.stretch_at(time_s);
         let at = |start: f64, rate: f64| start + rate * (time_s - from_s);
-        DrivenPressures {
+        PrescribedPressures {
             pipe: at(start.pipe, rate.pipe),
             chamber: at(start.chamber, rate.chamber),
             supply: at(start.supply, rate.supply),
@@ -76,8 +76,8 @@ impl Driven {
         Stretch {
             from_s,
             until_s,
-            start: DrivenPressures { pipe: pipe.0, chamber: chamber.0, supply: supply.0 },
-            rate: DrivenPressures { pipe: pipe.1, chamber: chamber.1, supply: supply.1 },
+            start: PrescribedPressures { pipe: pipe.0, chamber: chamber.0, supply: supply.0 },
+            rate: PrescribedPressures { pipe: pipe.1, chamber: chamber.1, supply: supply.1 },
         }
     }
 
@@ -151,23 +151,26 @@ mod tests {
 
     #[test]
     fn pressures_are_linear_between_samples_and_held_beyond() {
-        let driven = Driven {
+        let prescribed = Prescribed {
             time_s: vec![1.0, 2.0, 4.0],
             pipe_pressure_pa: Some(vec![1e5, 2e5, 6e5]),
             chamber_pressure_pa: None,
             supply_pressure_pa: Some(vec![5e5, 5e5, 4e5]),
         };
-        let at = |time: f64| (driven.at(time).pipe, driven.at(time).chamber, driven.at(time).supply);
+        let at = |time: f64| (prescribed.at(time).pipe, prescribed.at(time).chamber, prescribed.at(time).supply);
         assert_eq!(at(0.0), (1e5, 0.0, 5e5));
         assert_eq!(at(1.5), (1.5e5, 0.0, 5e5));
         assert_eq!(at(3.0), (4e5, 0.0, 4.5e5));
         assert_eq!(at(9.0), (6e5, 0.0, 4e5));
         // A part of it says the same in its own time, as far as it goes.
-        let part = driven.between(1.5, 3.0);
+        let part = prescribed.between(1.5, 3.0);
         for time in [1.5, 2.0, 2.7, 3.0] {
-            assert_eq!(part.at(time - 1.5), driven.at(time), "{time}");
+            assert_eq!(part.at(time - 1.5), prescribed.at(time), "{time}");
         }
-        assert_eq!((driven.between(-1.0, 1.5).time_s, driven.between(5.0, 6.0).time_s), (vec![2.0, 3.0], vec![-1.0]));
+        assert_eq!(
+            (prescribed.between(-1.0, 1.5).time_s, prescribed.between(5.0, 6.0).time_s),
+            (vec![2.0, 3.0], vec![-1.0])
+        );
     }
 
     #[test]
@@ -177,31 +180,31 @@ mod tests {
         let doubled = vec![0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 5.0];
         for time_s in [even, uneven, doubled] {
             let last = time_s.len() - 1;
-            let driven = Driven { time_s: time_s.clone(), ..Driven::default() };
+            let prescribed = Prescribed { time_s: time_s.clone(), ..Prescribed::default() };
             for time in (-20..120).map(|i| 0.05 * f64::from(i)).chain(time_s.iter().copied()) {
                 let expected = time_s.iter().filter(|one| **one <= time).count().clamp(1, last);
-                assert_eq!(driven.next_after(time), expected, "{time} s");
+                assert_eq!(prescribed.next_after(time), expected, "{time} s");
             }
         }
     }
 
     #[test]
     fn a_single_sample_holds_and_none_is_a_fault() {
-        let one = Driven { time_s: vec![3.0], pipe_pressure_pa: Some(vec![2e5]), ..Driven::default() };
+        let one = Prescribed { time_s: vec![3.0], pipe_pressure_pa: Some(vec![2e5]), ..Prescribed::default() };
         assert_eq!((one.at(0.0).pipe, one.at(3.0).pipe, one.at(5.0).pipe), (2e5, 2e5, 2e5));
         assert_eq!(one.fault(), None);
-        assert_eq!(Driven::default().at(1.0), DrivenPressures::default());
-        assert!(Driven::default().fault().is_some());
-        let short = Driven { time_s: vec![0.0, 1.0], supply_pressure_pa: Some(vec![5e5]), ..Driven::default() };
+        assert_eq!(Prescribed::default().at(1.0), PrescribedPressures::default());
+        assert!(Prescribed::default().fault().is_some());
+        let short = Prescribed { time_s: vec![0.0, 1.0], supply_pressure_pa: Some(vec![5e5]), ..Prescribed::default() };
         assert_eq!(short.fault().as_deref(), Some("1 samples of the supply pressure, expected 2, one at each time"));
     }
 
     #[test]
     fn what_is_no_pressure_or_goes_back_in_time_is_a_fault() {
-        let record = |time_s: [f64; 3], pressures: [f64; 3]| Driven {
+        let record = |time_s: [f64; 3], pressures: [f64; 3]| Prescribed {
             time_s: time_s.into(),
             chamber_pressure_pa: Some(pressures.into()),
-            ..Driven::default()
+            ..Prescribed::default()
         };
         assert_eq!(record([0.0, 1.0, 1.0], [1e5; 3]).fault(), None);
         assert!(record([0.0, 2.0, 1.0], [1e5; 3]).fault().is_some_and(|fault| fault.contains("sample 3")));
