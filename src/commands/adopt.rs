@@ -12,7 +12,7 @@ use serde_json::Value;
 
 use super::adopt_life::{Lives, LivesDocument};
 use super::log_input::LogInput;
-use super::{campaign_input, explain, ladder};
+use super::{campaign_input, explain, steps};
 use crate::cli::{AdoptArgs, Format};
 use crate::failure::{Answer, Hinted};
 use crate::output::{self, Outputs, PlotFile, ProgressLine, free_name_beside, next_step, told_in};
@@ -39,7 +39,7 @@ pub fn run(args: &AdoptArgs) -> anyhow::Result<Answer> {
     out.write_whole(adoption.file.text().as_bytes())?;
     match args.format {
         Format::Text => {
-            let mut text = format!("{action} on {}\n\n{}\n", input.campaign.name, ladder::table(&steps));
+            let mut text = format!("{action} on {}\n\n{}\n", input.campaign.name, steps::table(&steps));
             text.push_str(&parameter_lines(&adoption.sequence.parameters));
             for effect in best.space.custom_at(&best.u) {
                 for parameter in effect.parameters() {

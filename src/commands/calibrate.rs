@@ -11,7 +11,7 @@ use quantity::Dimension;
 use serde::Serialize;
 use serde_json::Value;
 
-use super::{campaign_input, explain, ladder};
+use super::{campaign_input, explain, steps};
 use crate::cli::{CalibrateArgs, Format};
 use crate::failure::Answer;
 use crate::output::{self, Align, Outputs, PlotFile, ProgressLine, TextTable, free_name_beside, next_step, told_in};
@@ -160,7 +160,7 @@ fn significant(value: f64, digits: usize) -> String {
 
 /// How large the error is before and after, fitted and held out, and what instruments took.
 pub fn error_words(calibration: &Calibration) -> String {
-    let mut text = ladder::table(&calibration.steps);
+    let mut text = steps::table(&calibration.steps);
     let nuisances = explain::nuisance_lines(&calibration.nuisances);
     if !nuisances.is_empty() {
         let _ = write!(text, "instruments and conditions were found to be off by:\n{nuisances}");

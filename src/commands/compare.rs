@@ -8,7 +8,7 @@ use model_lab::residual_force::{ResidualForce, Signature};
 use quantity::Dimension;
 use valve_file::ValveFile;
 
-use super::{campaign_input, ladder};
+use super::{campaign_input, steps};
 use crate::cli::{CompareArgs, Format};
 use crate::failure::{Answer, Hinted};
 use crate::output::{self, Align, Outputs, PlotFile, TextTable, free_name_beside, next_step, told_in};
@@ -110,7 +110,7 @@ impl Plots {
         force: Option<&ResidualForce>,
     ) -> anyhow::Result<()> {
         if let Some(plot) = self.overlay {
-            plot.write(&figures::overlay(input, comparison, &ladder::words(&comparison.overall.errors)).figure())?;
+            plot.write(&figures::overlay(input, comparison, &steps::words(&comparison.overall.errors)).figure())?;
         }
         if let Some(plot) = self.strips {
             plot.write(&figures::strips(input, comparison, against).figure())?;
@@ -201,7 +201,7 @@ fn milliseconds(seconds: Option<f64>) -> String {
 
 /// The error as it stands, and allowing for instruments, in a line each.
 pub fn error_lines(compared: &Compared) -> impl Iterator<Item = String> {
-    let errors = [&compared.comparison.overall.errors, &compared.allowing.errors].map(ladder::words);
+    let errors = [&compared.comparison.overall.errors, &compared.allowing.errors].map(steps::words);
     let starts = ["error: ", "allowing for what instruments and conditions may be off by: "];
     starts.into_iter().zip(errors).map(|(start, words)| format!("{start}{words}"))
 }

@@ -14,7 +14,7 @@ use model_lab::errors::Errors;
 use quantity::Dimension;
 
 use super::adopt::{parameter_lines, with_error};
-use super::{campaign_input, ladder};
+use super::{campaign_input, steps};
 use crate::cli::{ExplainArgs, Format};
 use crate::failure::{Answer, Hinted};
 use crate::output::{self, Align, Outputs, PlotFile, ProgressLine, TextTable, free_name_beside, next_step, told_in};
@@ -102,7 +102,7 @@ fn text(answer: &Explanation, input: &CampaignInput) -> String {
     let mut sections = vec![
         format!("{}: {}", input.campaign.name, headline(answer)),
         parameter_lines(&answer.parameters),
-        ladder::table(&pictures::steps(answer)),
+        steps::table(&pictures::steps(answer)),
         groups,
         answer.discrepancy.as_ref().map_or_else(String::new, discrepancy_text),
         nuisances,

@@ -193,7 +193,7 @@ fn an_effect_is_found_though_strokes_differ_and_none_was_repeated() {
         "json",
     ]);
     let adopted: Value = serde_json::from_slice(&output.stdout).expect("JSON");
-    let steps = adopted["steps"].as_array().expect("a ladder");
+    let steps = adopted["steps"].as_array().expect("a list");
     // What strokes differ by is taken by nuisances but for its finest part.
     assert!(steps.last().expect("a step")["normalised_rms"].as_f64().expect("a number") < 1.3, "{adopted:#}");
     let [found, error] =

@@ -7,7 +7,7 @@ use model_lab::residual_force::ResidualForce;
 use report::Figure;
 use report::html::{Block, Section};
 
-use crate::commands::{adopt, calibrate, compare, explain, ladder};
+use crate::commands::{adopt, calibrate, compare, explain, steps};
 use answers::calibration::verdict_words;
 use answers::figures::{
     calibration as calibrate_figures, comparison as compare_figures, explanation as explain_figures,
@@ -39,7 +39,7 @@ fn compared(input: &CampaignInput) -> anyhow::Result<Section> {
     blocks.push(Block::Table(compare::run_table(comparison, None).into()));
     if !input.data.runs.is_empty() {
         blocks.push(figure(
-            compare_figures::overlay(input, comparison, &ladder::words(&comparison.overall.errors)).figure(),
+            compare_figures::overlay(input, comparison, &steps::words(&comparison.overall.errors)).figure(),
         ));
         blocks.push(figure(compare_figures::strips(input, comparison, None).figure()));
         if let Some(force) = ResidualForce::new(&input.data, input.file.valve(), input.file.tolerances()) {
@@ -58,8 +58,8 @@ fn calibrated(input: &CampaignInput, calibration: &Calibration) -> Section {
     let mut blocks = vec![Block::Callout(verdict.to_owned())];
     blocks.extend(calibration.reasons.iter().filter(|reason| *reason != verdict).cloned().map(Block::Text));
     blocks.push(Block::Table(calibrate::parameter_table(calibration).into()));
-    blocks.push(Block::Table(ladder::rows(&calibration.steps).into()));
-    blocks.push(Block::Text(format!("left: {}", ladder::words(&calibration.steps[1].errors))));
+    blocks.push(Block::Table(steps::rows(&calibration.steps).into()));
+    blocks.push(Block::Text(format!("left: {}", steps::words(&calibration.steps[1].errors))));
     blocks.extend(
         explain::nuisance_lines(&calibration.nuisances).lines().map(|line| Block::Text(line.trim().to_owned())),
     );
@@ -74,7 +74,7 @@ fn explained(input: &CampaignInput, answer: &Explanation) -> Section {
     blocks.extend(parameters.lines().map(|line| Block::Text(line.to_owned())));
     blocks.extend(answer.notes.iter().cloned().map(Block::Text));
     let steps = explain_figures::steps(answer);
-    blocks.push(Block::Table(ladder::rows(&steps).into()));
+    blocks.push(Block::Table(steps::rows(&steps).into()));
     blocks.push(figure(explain_figures::staircase(name, &headline, &steps).figure()));
     blocks.push(figure(explain_figures::leaderboard(answer, name, &headline).figure()));
     for group in &answer.indistinguishable {
