@@ -5,7 +5,7 @@ mod reference_valve;
 
 use std::borrow::Cow;
 
-use leak_table::{Degradation, DegradationId, Direction, Moves, Severity, Stroke, TableBundle, TimeAt};
+use leak_table::{Degradation, DegradationId, Monotone, Moves, Severity, Stroke, TableBundle, TimeAt};
 use lut_builder::{Options, Request, Wear, build_request};
 use prognoser::{LogRow, Method, Prognoser, Reading};
 use reference_valve::{table_model, testbed_file};
@@ -22,7 +22,7 @@ fn drag() -> Wear {
             column: Cow::Borrowed("drag_kn_s_per_m"),
             per_si: 1e-3,
         },
-        moves: Moves { close: Some(Direction::Rising), open: Some(Direction::Rising) },
+        moves: Moves { close: Some(Monotone::Rising), open: Some(Monotone::Rising) },
         prior: 1.0,
     };
     Wear {

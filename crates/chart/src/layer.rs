@@ -4,7 +4,7 @@ use crate::draw::{Anchor, Colour};
 
 /// Which way a reference line or a bar runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Direction {
+pub enum LineDirection {
     /// At one y, along x.
     Horizontal,
     /// At one x, along y.
@@ -97,14 +97,14 @@ pub enum Layer {
         /// Their colour.
         colour: Colour,
         /// Along x (on rows) or along y.
-        direction: Direction,
+        direction: LineDirection,
     },
     /// A reference line across the panel.
     Level {
         /// The value it stands for.
         at: f64,
         /// Which way it runs.
-        direction: Direction,
+        direction: LineDirection,
         /// Its colour.
         colour: Colour,
         /// Dashed rather than solid.
@@ -139,7 +139,7 @@ pub enum Layer {
         /// The bars.
         bars: Vec<Bar>,
         /// Along x or along y.
-        direction: Direction,
+        direction: LineDirection,
         /// Thickness in axis units of the other axis.
         thickness: f64,
     },
@@ -177,14 +177,14 @@ impl Layer {
         match self {
             Self::Line { points, .. } | Self::Points { points, .. } => points.iter().map(|point| point[0]).collect(),
             Self::Band { points, .. } => points.iter().map(|point| point[0]).collect(),
-            Self::Whiskers { spans, direction: Direction::Horizontal, .. } => {
+            Self::Whiskers { spans, direction: LineDirection::Horizontal, .. } => {
                 spans.iter().flat_map(|span| [span[1], span[2]]).collect()
             }
             Self::Whiskers { spans, .. } => spans.iter().map(|span| span[0]).collect(),
-            Self::Level { at, direction: Direction::Vertical, .. } => vec![*at],
+            Self::Level { at, direction: LineDirection::Vertical, .. } => vec![*at],
             Self::Stretch { x, .. } => x.to_vec(),
             Self::Note { at, .. } => vec![at[0]],
-            Self::Bars { bars, direction: Direction::Horizontal, .. } => {
+            Self::Bars { bars, direction: LineDirection::Horizontal, .. } => {
                 bars.iter().flat_map(|bar| [bar.from, bar.to]).collect()
             }
             Self::Bars { bars, thickness, .. } => {
@@ -200,13 +200,13 @@ impl Layer {
         match self {
             Self::Line { points, .. } | Self::Points { points, .. } => points.iter().map(|point| point[1]).collect(),
             Self::Band { points, .. } => points.iter().flat_map(|edge| [edge[1], edge[2]]).collect(),
-            Self::Whiskers { spans, direction: Direction::Vertical, .. } => {
+            Self::Whiskers { spans, direction: LineDirection::Vertical, .. } => {
                 spans.iter().flat_map(|span| [span[1], span[2]]).collect()
             }
             Self::Whiskers { spans, .. } => spans.iter().map(|span| span[0]).collect(),
-            Self::Level { at, direction: Direction::Horizontal, .. } => vec![*at],
+            Self::Level { at, direction: LineDirection::Horizontal, .. } => vec![*at],
             Self::Note { at, .. } => vec![at[1]],
-            Self::Bars { bars, direction: Direction::Vertical, .. } => {
+            Self::Bars { bars, direction: LineDirection::Vertical, .. } => {
                 bars.iter().flat_map(|bar| [bar.from, bar.to]).collect()
             }
             Self::Bars { bars, .. } => bars.iter().map(|bar| bar.at).collect(),

@@ -2,7 +2,7 @@
 
 use super::marks;
 use super::theme::{INK, TEXT_SIZE};
-use crate::draw::{Anchor, Colour, Fill, Rect, Shape, Stroke, Text, text_width_px};
+use crate::draw::{Anchor, Colour, Fill, Pen, Rect, Shape, Text, text_width_px};
 
 /// What stands before the text of an entry.
 #[derive(Debug, Clone, PartialEq)]
@@ -137,7 +137,7 @@ fn draw_swatch(swatch: &Swatch, [x, y]: [f64; 2], out: &mut Vec<Shape>) {
         Swatch::Line(colour) | Swatch::Dashed(colour) => out.push(Shape::Path {
             points: vec![[x, y], [x + SWATCH_WIDTH, y]],
             fill: None,
-            stroke: Some(Stroke {
+            stroke: Some(Pen {
                 colour: *colour,
                 width: 2.2,
                 dash: matches!(swatch, Swatch::Dashed(_)).then_some([5.0, 3.0]),
@@ -155,7 +155,7 @@ fn draw_swatch(swatch: &Swatch, [x, y]: [f64; 2], out: &mut Vec<Shape>) {
             centre: [x + 5.0, y],
             radius: 3.2,
             fill: opaque(Colour(255, 255, 255)),
-            stroke: Some(Stroke::solid(*colour, 1.6)),
+            stroke: Some(Pen::solid(*colour, 1.6)),
         }),
         Swatch::Diamond(colour) => {
             let (middle, r) = (x + 5.0, 5.2);

@@ -24,7 +24,7 @@ pub mod theme;
 
 pub use axis::{Axis, AxisKind};
 pub use error::ChartError;
-pub use layer::{Bar, Cell, Direction, Layer, Marker};
+pub use layer::{Bar, Cell, Layer, LineDirection, Marker};
 pub use legend::{LegendEntry, Swatch};
 pub use panel::Panel;
 

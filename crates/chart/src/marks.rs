@@ -1,10 +1,10 @@
 //! Layers to shapes.
 
 use super::axis::Scale;
-use super::layer::{Bar, Cell, Direction, Layer, Marker};
+use super::layer::{Bar, Cell, Layer, LineDirection, Marker};
 use super::panel::is_along_x;
 use super::theme::{INK, MUTED, TEXT_SIZE};
-use crate::draw::{Anchor, Colour, Fill, Rect, Shape, Stroke, Text, text_width_px};
+use crate::draw::{Anchor, Colour, Fill, Pen, Rect, Shape, Text, text_width_px};
 
 const WHITE: Colour = Colour(255, 255, 255);
 
@@ -13,7 +13,7 @@ const WHITE: Colour = Colour(255, 255, 255);
 pub(super) fn draw(layer: &Layer, area: Rect, x: &Scale, y: &Scale, inside: &mut Vec<Shape>, above: &mut Vec<Shape>) {
     match layer {
         Layer::Line { points, colour, width, dashed } => {
-            let stroke = Stroke { colour: *colour, width: *width, dash: dashed.then_some([6.0, 4.0]) };
+            let stroke = Pen { colour: *colour, width: *width, dash: dashed.then_some([6.0, 4.0]) };
             line(points, x, y, stroke, inside);
         }
         Layer::Band { points, colour, opacity } => band(points, x, y, *colour, *opacity, inside),
@@ -28,7 +28,7 @@ pub(super) fn draw(layer: &Layer, area: Rect, x: &Scale, y: &Scale, inside: &mut
             }
         }
         Layer::Level { at, direction, colour, dashed, text } => {
-            let stroke = Stroke { colour: *colour, width: 1.4, dash: dashed.then_some([5.0, 3.0]) };
+            let stroke = Pen { colour: *colour, width: 1.4, dash: dashed.then_some([5.0, 3.0]) };
             level(*at, *direction, stroke, text, area, x, y, inside, above);
         }
         Layer::Stretch { x: [from, to], colour, text } => {
@@ -61,7 +61,7 @@ pub(super) fn draw(layer: &Layer, area: Rect, x: &Scale, y: &Scale, inside: &mut
     }
 }
 
-fn line(points: &[[f64; 2]], x: &Scale, y: &Scale, stroke: Stroke, out: &mut Vec<Shape>) {
+fn line(points: &[[f64; 2]], x: &Scale, y: &Scale, stroke: Pen, out: &mut Vec<Shape>) {
     for piece in points.split(|point| !(point[0].is_finite() && point[1].is_finite())) {
         if piece.len() > 1 {
             let points = thin(piece.iter().map(|point| [x.at(point[0]), y.at(point[1])]));
@@ -127,7 +127,7 @@ fn dot(centre: [f64; 2], colour: Colour, radius: f64, marker: Marker) -> Shape {
             centre,
             radius,
             fill: Some(Fill { colour: WHITE, opacity: 1.0 }),
-            stroke: Some(Stroke::solid(colour, 1.6)),
+            stroke: Some(Pen::solid(colour, 1.6)),
         },
         Marker::Diamond => {
             let [cx, cy] = centre;
@@ -145,14 +145,14 @@ pub(super) fn triangle([cx, cy]: [f64; 2], colour: Colour, radius: f64, is_fille
     let (half, r) = (1.15 * radius, 1.3 * radius);
     let points = vec![[cx, cy - r], [cx + half, cy + 0.7 * r], [cx - half, cy + 0.7 * r], [cx, cy - r]];
     let fill = Some(Fill { colour: if is_filled { colour } else { WHITE }, opacity: 1.0 });
-    Shape::Path { points, fill, stroke: (!is_filled).then_some(Stroke::solid(colour, 1.6)) }
+    Shape::Path { points, fill, stroke: (!is_filled).then_some(Pen::solid(colour, 1.6)) }
 }
 
 fn whisker(
     [at, low, high]: [f64; 3],
     x: &Scale,
     y: &Scale,
-    direction: Direction,
+    direction: LineDirection,
     colour: Colour,
     out: &mut Vec<Shape>,
 ) {
@@ -161,14 +161,14 @@ fn whisker(
     } else {
         vec![[x.at(at), y.at(low)], [x.at(at), y.at(high)]]
     };
-    out.push(Shape::Path { points, fill: None, stroke: Some(Stroke::solid(colour, 1.6)) });
+    out.push(Shape::Path { points, fill: None, stroke: Some(Pen::solid(colour, 1.6)) });
 }
 
 #[expect(clippy::too_many_arguments, reason = "a place, a look and two lists to add to")]
 fn level(
     at: f64,
-    direction: Direction,
-    stroke: Stroke,
+    direction: LineDirection,
+    stroke: Pen,
     text: &str,
     area: Rect,
     x: &Scale,
@@ -206,7 +206,7 @@ const MARK_RADIUS: f64 = 5.0;
 
 fn draw_bar(
     bar: &Bar,
-    direction: Direction,
+    direction: LineDirection,
     thickness: f64,
     [x, y]: [&Scale; 2],
     inside: &mut Vec<Shape>,
@@ -252,7 +252,7 @@ fn draw_cell(cell: &Cell, x: &Scale, y: &Scale, inside: &mut Vec<Shape>) {
 fn bracket(rows: [f64; 2], x: f64, text: &str, out: &mut Vec<Shape>) {
     let (top, bottom) = (rows[0].min(rows[1]) - 7.0, rows[0].max(rows[1]) + 7.0);
     let points = vec![[x, top], [x + 5.0, top], [x + 5.0, bottom], [x, bottom]];
-    out.push(Shape::Path { points, fill: None, stroke: Some(Stroke::solid(MUTED, 1.4)) });
+    out.push(Shape::Path { points, fill: None, stroke: Some(Pen::solid(MUTED, 1.4)) });
     let place = [x + 10.0, f64::midpoint(top, bottom) + 0.36 * TEXT_SIZE];
     out.push(note(text, place, MUTED, Anchor::Start));
 }

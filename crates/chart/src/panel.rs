@@ -1,11 +1,11 @@
 //! A panel: two axes and layers between them.
 
 use super::axis::{Axis, AxisKind, Scale, settle_range, ticks};
-use super::layer::{Direction, Layer};
+use super::layer::{Layer, LineDirection};
 use super::legend::{LegendEntry, Swatch};
 use super::theme::{GRID, INK, TEXT_SIZE};
 use super::{axis, marks};
-use crate::draw::{Anchor, Rect, Shape, Stroke, Text, text_width_px};
+use crate::draw::{Anchor, Pen, Rect, Shape, Text, text_width_px};
 
 /// Two axes and what is drawn between them.
 #[derive(Debug, Clone)]
@@ -113,7 +113,7 @@ impl Panel {
         (y, y_ticks): (&Scale, &[(f64, String)]),
         out: &mut Vec<Shape>,
     ) {
-        let line = |points: Vec<[f64; 2]>| Shape::Path { points, fill: None, stroke: Some(Stroke::solid(GRID, 1.0)) };
+        let line = |points: Vec<[f64; 2]>| Shape::Path { points, fill: None, stroke: Some(Pen::solid(GRID, 1.0)) };
         if !matches!(self.x.kind, AxisKind::Names(_)) {
             for (value, _) in x_ticks {
                 let at = x.at(*value);
@@ -135,7 +135,7 @@ impl Panel {
         (y, y_ticks): (&Scale, &[(f64, String)]),
         out: &mut Vec<Shape>,
     ) {
-        let pen = Some(Stroke::solid(INK, 1.0));
+        let pen = Some(Pen::solid(INK, 1.0));
         out.push(Shape::Path {
             points: vec![[area.x, area.y], [area.x, area.bottom()], [area.right(), area.bottom()]],
             fill: None,
@@ -193,6 +193,6 @@ fn round(count: f64) -> usize {
 }
 
 /// The direction across the given one.
-pub(super) fn is_along_x(direction: Direction) -> bool {
-    direction == Direction::Horizontal
+pub(super) fn is_along_x(direction: LineDirection) -> bool {
+    direction == LineDirection::Horizontal
 }

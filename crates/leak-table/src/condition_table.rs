@@ -14,7 +14,7 @@ use crate::error::RowError;
 use crate::lagrange::{Nodes, Weights};
 use crate::manifest::{ConditionInfo, Limits};
 use crate::stencil::Stencil;
-use crate::stroke::{Direction, Stroke};
+use crate::stroke::{Monotone, Stroke};
 use crate::timing::{SeverityAt, TimingCurve};
 
 /// The most severities at one node.
@@ -232,7 +232,7 @@ impl ConditionTable {
 
     /// The weight of each node under some conditions.
     pub(crate) fn node_weights(&self, conditions: &Conditions) -> Result<Vec<f64>, ConditionsError> {
-        let Place { pressure, temperature, counts } = self.place(conditions)?;
+        let InterpolationPoint { pressure, temperature, counts } = self.place(conditions)?;
         let mut weights = Vec::with_capacity(self.ends.len());
         for by_pressure in &pressure.value[..counts.0] {
             weights.extend(temperature.value[..counts.1].iter().map(|by_temperature| by_pressure * by_temperature));
@@ -265,13 +265,13 @@ impl ConditionTable {
         self.degradation.moves.stroke(stroke).is_some()
     }
 
-    fn place(&self, conditions: &Conditions) -> Result<Place, ConditionsError> {
+    fn place(&self, conditions: &Conditions) -> Result<InterpolationPoint, ConditionsError> {
         self.range().check(conditions)?;
         Ok(self.place_unchecked(conditions))
     }
 
-    fn place_unchecked(&self, conditions: &Conditions) -> Place {
-        Place {
+    fn place_unchecked(&self, conditions: &Conditions) -> InterpolationPoint {
+        InterpolationPoint {
             pressure: self.pressures.weights(conditions.supply_pressure_pa),
             temperature: self.temperatures.weights(conditions.temperature_k),
             counts: (self.pressures.len(), self.temperatures.len()),
@@ -280,7 +280,7 @@ impl ConditionTable {
 
     /// One stroke's times at some of the shares; the others are left at 0.
     #[inline]
-    fn knots(&self, stroke: Stroke, place: &Place, used: Range<usize>) -> [Dual; MOST_SHARES] {
+    fn knots(&self, stroke: Stroke, place: &InterpolationPoint, used: Range<usize>) -> [Dual; MOST_SHARES] {
         let mut sums = [[0.0; MOST_SHARES]; 3];
         place.add(&self.times_s[stroke as usize], self.shares.len(), used.clone(), &mut sums);
         let mut knots = [[0.0; 3]; MOST_SHARES];
@@ -297,7 +297,7 @@ impl ConditionTable {
     }
 
     /// One stroke's time within a piece: what [`MonotoneCubic`](crate::MonotoneCubic) does, with derivatives.
-    fn time(&self, stroke: Stroke, place: &Place, piece: usize, share: f64, end: Dual) -> TimeAndSlopes {
+    fn time(&self, stroke: Stroke, place: &InterpolationPoint, piece: usize, share: f64, end: Dual) -> TimeAndSlopes {
         let (left, right) = (&self.stencils[piece], &self.stencils[piece + 1]);
         let used = left.first.min(piece.saturating_sub(1))
             ..(right.first + right.count).max((piece + 3).min(self.shares.len()));
@@ -468,7 +468,7 @@ impl Slice {
         self.crossing(limits).unwrap_or_else(|| {
             let beyond = |stroke: Stroke| {
                 let curve = self.curve(stroke);
-                let rises = curve.direction() == Some(Direction::Rising);
+                let rises = curve.direction() == Some(Monotone::Rising);
                 rises
                     .then(|| curve.extrapolated_severity(limits.within_s(stroke)))
                     .filter(|severity| severity.is_finite())
@@ -487,7 +487,7 @@ impl Slice {
                 return Some(0.0);
             }
             match curve.severity_at(limit_s) {
-                SeverityAt::Within(severity) if curve.direction() == Some(Direction::Rising) => Some(severity),
+                SeverityAt::Within(severity) if curve.direction() == Some(Monotone::Rising) => Some(severity),
                 _ => None,
             }
         };
@@ -496,13 +496,13 @@ impl Slice {
 }
 
 /// Conditions as weights of the nodes.
-struct Place {
+struct InterpolationPoint {
     pressure: Weights,
     temperature: Weights,
     counts: (usize, usize),
 }
 
-impl Place {
+impl InterpolationPoint {
     /// Adds up some of the `stride` numbers that each node has, with derivatives by pressure and temperature.
     #[inline]
     fn add(&self, numbers: &[f64], stride: usize, used: Range<usize>, sums: &mut [[f64; MOST_SHARES]; 3]) {

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use crate::error::TableError;
 use crate::id::DegradationId;
-use crate::stroke::{Direction, Stroke};
+use crate::stroke::{Monotone, Stroke};
 
 /// One way in which a valve degrades: a leak, friction, a spring that weakens.
 ///
@@ -46,15 +46,15 @@ pub struct Severity {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Moves {
     /// Of the closing time.
-    pub close: Option<Direction>,
+    pub close: Option<Monotone>,
     /// Of the opening time.
-    pub open: Option<Direction>,
+    pub open: Option<Monotone>,
 }
 
 impl Moves {
     /// The direction of one stroke's time.
     #[must_use]
-    pub const fn stroke(self, stroke: Stroke) -> Option<Direction> {
+    pub const fn stroke(self, stroke: Stroke) -> Option<Monotone> {
         match stroke {
             Stroke::Close => self.close,
             Stroke::Open => self.open,

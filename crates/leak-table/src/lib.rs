@@ -51,7 +51,7 @@ pub use manifest::{
     ManifestEntry, StrokeInfo,
 };
 pub use manifest_file::{FORMAT_VERSION, MANIFEST_FILE};
-pub use stroke::{Direction, Stroke};
+pub use stroke::{Monotone, Stroke};
 pub use table::{SeverityPoint, SeverityTable};
 pub use timing::{SeverityAt, TimeAt, TimingCurve};
 

@@ -20,7 +20,7 @@ use crate::manifest::{
     ConditionFile, ConditionInfo, CycleSchedule, FaultInfo, FileInfo, InterpolationError, Limits, Manifest,
     ManifestEntry, StrokeInfo,
 };
-use crate::stroke::Direction;
+use crate::stroke::Monotone;
 
 /// The newest version of the manifest and of the tables' CSV.
 pub const FORMAT_VERSION: u32 = 3;
@@ -135,7 +135,7 @@ struct RawSeverity {
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawWearStroke {
-    moves: Option<Direction>,
+    moves: Option<Monotone>,
     limit: Option<f64>,
     not_finished_from: Option<f64>,
 }
@@ -338,7 +338,7 @@ fn raw_fault(entry: &ManifestEntry, (first, last): (f64, f64)) -> RawFault {
 fn raw_wear(entry: &ManifestEntry, (first, last): (f64, f64)) -> RawWear {
     let in_file = |severity: f64| in_file(entry, severity);
     let degradation = &entry.degradation;
-    let stroke = |info: &StrokeInfo, moves: Option<Direction>| RawWearStroke {
+    let stroke = |info: &StrokeInfo, moves: Option<Monotone>| RawWearStroke {
         moves,
         limit: info.limit_severity.map(in_file),
         not_finished_from: info.stall_severity.map(in_file),

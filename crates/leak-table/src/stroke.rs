@@ -40,7 +40,7 @@ impl fmt::Display for Stroke {
 /// Which way a time goes as the severity grows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Direction {
+pub enum Monotone {
     /// The stroke takes longer.
     Rising,
     /// The stroke is faster.

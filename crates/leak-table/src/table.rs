@@ -127,7 +127,7 @@ fn column(degradation: &Degradation, points: &[SeverityPoint], stroke: Stroke) -
 mod tests {
     use super::*;
     use crate::fault::Fault;
-    use crate::stroke::Direction;
+    use crate::stroke::Monotone;
     use crate::timing::{SeverityAt, TimeAt};
 
     fn point(area_mm2: f64, close: Option<f64>, open: Option<f64>) -> SeverityPoint {
@@ -147,8 +147,8 @@ mod tests {
     fn says_where_it_knows_and_where_it_does_not() {
         let table = SeverityTable::new(Fault::Atmosphere.degradation(), rows()).expect("rows are monotone");
         let close = table.curve(Stroke::Close);
-        assert_eq!(close.direction(), Some(Direction::Rising));
-        assert_eq!(table.curve(Stroke::Open).direction(), Some(Direction::Falling));
+        assert_eq!(close.direction(), Some(Monotone::Rising));
+        assert_eq!(table.curve(Stroke::Open).direction(), Some(Monotone::Falling));
         assert_eq!(close.time_at(0.2e-6), TimeAt::Within(2.5));
         assert_eq!(close.time_at(-0.01e-6), TimeAt::BelowRange);
         assert_eq!(close.time_at(0.25e-6), TimeAt::AboveRange);
@@ -168,7 +168,7 @@ mod tests {
         };
         let table = SeverityTable::new(exhaust, rows([1.0, 1.0, 1.0, 0.9])).expect("stays, then falls");
         let close = table.curve(Stroke::Close);
-        assert_eq!(close.direction(), Some(Direction::Falling));
+        assert_eq!(close.direction(), Some(Monotone::Falling));
         assert_eq!(close.severity_at(1.1), SeverityAt::Untold);
         assert!(matches!(close.severity_at(0.95), SeverityAt::Within(s) if s > 0.2 && s < 0.3));
         let level = SeverityTable::new(exhaust, rows([1.0; 4])).expect("stays");

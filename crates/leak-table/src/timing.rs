@@ -1,7 +1,7 @@
 //! One stroke's time over the severity of a degradation.
 
 use crate::curve::{CurveError, MonotoneCubic};
-use crate::stroke::Direction;
+use crate::stroke::Monotone;
 
 /// The time of a stroke at some severity.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,8 +55,8 @@ impl TimingCurve {
     }
 
     /// Which way the time goes as the severity grows; none if it is the same throughout.
-    pub fn direction(&self) -> Option<Direction> {
-        let direction = if self.curve.is_rising() { Direction::Rising } else { Direction::Falling };
+    pub fn direction(&self) -> Option<Monotone> {
+        let direction = if self.curve.is_rising() { Monotone::Rising } else { Monotone::Falling };
         (!self.curve.is_level()).then_some(direction)
     }
 

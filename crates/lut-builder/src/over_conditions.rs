@@ -57,7 +57,7 @@ pub(crate) struct OverConditions {
 }
 
 /// Where a table is measured: conditions and a share of the end there.
-type Place = (Conditions, f64);
+type CheckPoint = (Conditions, f64);
 
 /// What is simulated to fill a table over conditions.
 struct Grid<'a> {
@@ -110,7 +110,7 @@ impl Grid<'_> {
             if self.add_points(&table)? | self.add_nodes(&table)? {
                 continue;
             }
-            let places: Vec<Place> = places(&self.range).collect();
+            let places: Vec<CheckPoint> = places(&self.range).collect();
             let errors = self.errors(&table, &places)?;
             let worst = errors.iter().map(|error| error.share).fold(0.0, f64::max);
             if worst <= 1.0 {
@@ -132,7 +132,7 @@ impl Grid<'_> {
     }
 
     /// Simulates what was not simulated yet; the times at each place, in their order.
-    fn points(&mut self, places: &[Place]) -> Result<Vec<SeverityPoint>, BuildError> {
+    fn points(&mut self, places: &[CheckPoint]) -> Result<Vec<SeverityPoint>, BuildError> {
         let keys: Vec<(u64, u64, Ticks)> = places
             .iter()
             .map(|(at, share)| {
@@ -163,7 +163,7 @@ impl Grid<'_> {
     fn table(&mut self) -> Result<ConditionTable, BuildError> {
         for _ in 0..MOST_SHRINKS {
             let conditions = self.conditions();
-            let places: Vec<Place> =
+            let places: Vec<CheckPoint> =
                 conditions.iter().flat_map(|at| self.shares.iter().map(|share| (*at, *share))).collect();
             let points = self.points(&places)?;
             if points.iter().any(|point| point.close_time_s.is_none() || point.open_time_s.is_none()) {
@@ -208,12 +208,12 @@ impl Grid<'_> {
     }
 
     /// How far a table is from the simulation, of the worse stroke at each place.
-    fn errors(&mut self, table: &ConditionTable, places: &[Place]) -> Result<Vec<Missed>, BuildError> {
+    fn errors(&mut self, table: &ConditionTable, places: &[CheckPoint]) -> Result<Vec<Missed>, BuildError> {
         let points = self.points(places)?;
         let limits = self.simulation.limits();
         let least_s = 2.0 * self.simulation.wandering_s();
         let options = *self.options();
-        let missed = |((at, _), point): (&Place, &SeverityPoint)| {
+        let missed = |((at, _), point): (&CheckPoint, &SeverityPoint)| {
             let slice = table.slice(at).map_err(uncovered)?;
             let limit = slice.limit_severity(&limits);
             let up_to_limit = point.severity <= limit;
@@ -237,7 +237,8 @@ impl Grid<'_> {
     fn add_points(&mut self, table: &ConditionTable) -> Result<bool, BuildError> {
         let (conditions, shares) = (self.corners(), self.shares.clone());
         let middles: Vec<f64> = shares.windows(2).map(|gap| f64::midpoint(gap[0], gap[1])).collect();
-        let places: Vec<Place> = middles.iter().flat_map(|share| conditions.iter().map(|at| (*at, *share))).collect();
+        let places: Vec<CheckPoint> =
+            middles.iter().flat_map(|share| conditions.iter().map(|at| (*at, *share))).collect();
         let errors = self.errors(table, &places)?;
         let missed = |errors: &[Missed]| errors.iter().any(|error| error.share > MARGIN);
         let gaps = shares.windows(2).zip(errors.chunks(conditions.len()));
@@ -273,10 +274,10 @@ impl Grid<'_> {
                 Condition::SupplyPressure => Conditions { supply_pressure_pa: value, temperature_k: held },
                 Condition::Temperature => Conditions { supply_pressure_pa: held, temperature_k: value },
             };
-            let places: Vec<Place> =
+            let places: Vec<CheckPoint> =
                 middles.iter().flat_map(|value| shares.iter().map(|share| (at(*value), *share))).collect();
             let errors = self.errors(table, &places)?;
-            let missed = |(error, _): &(&Missed, &Place)| error.share > MARGIN;
+            let missed = |(error, _): &(&Missed, &CheckPoint)| error.share > MARGIN;
             let mut missed = errors.iter().zip(&places).filter(missed).map(|(_, (_, share))| *share).peekable();
             if missed.peek().is_some() {
                 if missed.all(|share| share > STEEP_FROM) && self.may_retreat(table)? {
@@ -360,7 +361,7 @@ impl Grid<'_> {
                 });
             }
         }
-        let places: Vec<Place> = self
+        let places: Vec<CheckPoint> = self
             .samples
             .iter()
             .map(|((pressure, temperature, _), point)| {
@@ -373,9 +374,10 @@ impl Grid<'_> {
             .filter(|(_, share)| *share <= 1.0)
             .collect();
         let nodes = self.conditions();
-        let is_point =
-            |(at, share): &Place| nodes.contains(at) && self.shares.iter().any(|known| (known - share).abs() < 1e-6);
-        let places: Vec<Place> = places.into_iter().filter(|place| !is_point(place)).collect();
+        let is_point = |(at, share): &CheckPoint| {
+            nodes.contains(at) && self.shares.iter().any(|known| (known - share).abs() < 1e-6)
+        };
+        let places: Vec<CheckPoint> = places.into_iter().filter(|place| !is_point(place)).collect();
         let mut error = InterpolationError::default();
         for missed in self.errors(table, &places)? {
             let worst = if missed.up_to_limit { &mut error.up_to_limit_s } else { &mut error.beyond_limit_s };
@@ -416,7 +418,7 @@ fn first_nodes(range: &ConditionRange, condition: Condition) -> usize {
 }
 
 /// Places all over the range and the severities (Halton's sequence).
-fn places(range: &ConditionRange) -> impl Iterator<Item = Place> {
+fn places(range: &ConditionRange) -> impl Iterator<Item = CheckPoint> {
     let within = |(from, to): (f64, f64), part: f64| from + part * (to - from);
     (1..=PLACES).map(move |index| {
         let at = Conditions {

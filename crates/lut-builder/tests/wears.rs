@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use leak_table::{
-    BundleEntry, ConditionRange, Conditions as Cycle, Degradation, DegradationId, Direction, Moves, Severity,
+    BundleEntry, ConditionRange, Conditions as Cycle, Degradation, DegradationId, Monotone, Moves, Severity,
     SeverityAt, Stroke, TableBundle, TimeAt,
 };
 use lut_builder::{BuildError, Built, Notice, Options, Request, TableModel, Wear, Worn, build_request};
@@ -227,7 +227,7 @@ fn a_wear_of_ones_own_goes_through() {
             column: Cow::Borrowed("drag_kn_s_per_m"),
             per_si: 1e-3,
         },
-        moves: Moves { close: Some(Direction::Rising), open: Some(Direction::Rising) },
+        moves: Moves { close: Some(Monotone::Rising), open: Some(Monotone::Rising) },
         prior: 0.5,
     };
     let drag = Wear {

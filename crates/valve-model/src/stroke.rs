@@ -1,4 +1,4 @@
-//! Stroke times: when the valve gets there after each command, located inside the step.
+//! TimedStroke times: when the valve gets there after each command, located inside the step.
 
 use crate::command::CommandEdge;
 use crate::trajectory::Trajectory;
@@ -6,7 +6,7 @@ use crate::valve::Valve;
 
 /// One stroke: a command and when the valve got there.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Stroke {
+pub struct TimedStroke {
     /// The command that began it.
     pub command: CommandEdge,
     /// From the command to the limit switch, s; nothing if it was not reached before the next
@@ -18,7 +18,7 @@ pub struct Stroke {
 const SAME_INSTANT_S: f64 = 1e-9;
 
 /// The strokes of a run, one for each command. A command before the start of the run counts from when it was given.
-pub fn strokes(valve: &Valve, commands: &[CommandEdge], trajectory: &Trajectory) -> Vec<Stroke> {
+pub fn strokes(valve: &Valve, commands: &[CommandEdge], trajectory: &Trajectory) -> Vec<TimedStroke> {
     let stroke = valve.parameters().stroke_m;
     let switches = valve.switches();
     let until = |index: usize| commands.get(index + 1).map_or(f64::INFINITY, |next| next.time_s);
@@ -33,7 +33,7 @@ pub fn strokes(valve: &Valve, commands: &[CommandEdge], trajectory: &Trajectory)
             let early = trajectory.time_s.first().is_some_and(|start| command.time_s < start - SAME_INSTANT_S);
             let time_s = reached.map(|time| time - command.time_s);
             let time_s = time_s.filter(|time| !early || (*time > 0.0 && time.is_finite()));
-            Stroke { command: *command, time_s: time_s.map(|time| time.max(0.0)) }
+            TimedStroke { command: *command, time_s: time_s.map(|time| time.max(0.0)) }
         })
         .collect()
 }

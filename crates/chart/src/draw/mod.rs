@@ -44,7 +44,7 @@ pub struct Fill {
 
 /// How a line is drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Stroke {
+pub struct Pen {
     /// Colour of the line.
     pub colour: Colour,
     /// Width in pixels.
@@ -53,7 +53,7 @@ pub struct Stroke {
     pub dash: Option<[f64; 2]>,
 }
 
-impl Stroke {
+impl Pen {
     /// A solid line.
     pub fn solid(colour: Colour, width: f64) -> Self {
         Self { colour, width, dash: None }
@@ -127,7 +127,7 @@ pub enum Shape {
         /// Inside, if any.
         fill: Option<Fill>,
         /// Outline, if any.
-        stroke: Option<Stroke>,
+        stroke: Option<Pen>,
     },
     /// A rectangle.
     Rect {
@@ -136,7 +136,7 @@ pub enum Shape {
         /// Inside, if any.
         fill: Option<Fill>,
         /// Outline, if any.
-        stroke: Option<Stroke>,
+        stroke: Option<Pen>,
     },
     /// A circle.
     Circle {
@@ -147,7 +147,7 @@ pub enum Shape {
         /// Inside, if any.
         fill: Option<Fill>,
         /// Outline, if any.
-        stroke: Option<Stroke>,
+        stroke: Option<Pen>,
     },
     /// A line of text.
     Text(Text),

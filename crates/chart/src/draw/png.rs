@@ -5,7 +5,7 @@ use tiny_skia::{FillRule, LineCap, LineJoin, Mask, Paint, Path, PathBuilder, Pix
 use ttf_parser::OutlineBuilder;
 
 use super::font::{face, for_each_glyph, text_width_px};
-use super::{Anchor, Colour, Fill, Rect, Scene, Shape, Stroke, Text};
+use super::{Anchor, Colour, Fill, Pen, Rect, Scene, Shape, Text};
 use crate::ChartError;
 
 /// Largest image side, in image points: 16 times a full page.
@@ -104,13 +104,13 @@ impl Canvas {
         let place = Transform::from_translate(f32(text.at[0]), f32(text.at[1]));
         let Some(path) = path.transform(place.pre_rotate(turn)) else { return };
         if text.halo {
-            let rim = Stroke::solid(Colour(255, 255, 255), 3.0);
+            let rim = Pen::solid(Colour(255, 255, 255), 3.0);
             self.paint(&path, None, Some(rim));
         }
         self.paint(&path, Some(Fill { colour: text.colour, opacity: 1.0 }), None);
     }
 
-    fn paint(&mut self, path: &Path, fill: Option<Fill>, stroke: Option<Stroke>) {
+    fn paint(&mut self, path: &Path, fill: Option<Fill>, stroke: Option<Pen>) {
         if let Some(fill) = fill {
             let paint = paint(fill.colour, fill.opacity);
             let mask = self.mask.as_ref();

@@ -3,7 +3,7 @@
 
 use std::fmt::Write;
 
-use super::{Anchor, Colour, Fill, Scene, Shape, Stroke, Text};
+use super::{Anchor, Colour, Fill, Pen, Scene, Shape, Text};
 
 /// Fonts of a browser, about as wide as the one that the layout is measured with.
 const FONTS: &str = "'DejaVu Sans Condensed','Helvetica Neue',Helvetica,Arial,sans-serif";
@@ -88,7 +88,7 @@ fn write_text(out: &mut String, text: &Text) {
     let _ = writeln!(out, ">{}</text>", escape(&text.content));
 }
 
-fn write_paint(out: &mut String, fill: Option<Fill>, stroke: Option<Stroke>) {
+fn write_paint(out: &mut String, fill: Option<Fill>, stroke: Option<Pen>) {
     match fill {
         None => out.push_str(" fill=\"none\""),
         Some(fill) => {

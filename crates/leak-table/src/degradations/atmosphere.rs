@@ -5,13 +5,13 @@ use std::borrow::Cow;
 use super::LEAK_AREA;
 use crate::degradation::{Degradation, Moves};
 use crate::id::DegradationId;
-use crate::stroke::Direction;
+use crate::stroke::Monotone;
 
 pub(super) const INFO: Degradation = Degradation {
     id: DegradationId::new("atmosphere"),
     name: Cow::Borrowed("leak to atmosphere"),
     short: Cow::Borrowed("leak to atmosphere"),
     severity: LEAK_AREA,
-    moves: Moves { close: Some(Direction::Rising), open: Some(Direction::Falling) },
+    moves: Moves { close: Some(Monotone::Rising), open: Some(Monotone::Falling) },
     prior: 1.0,
 };

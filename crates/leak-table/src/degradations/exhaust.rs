@@ -5,13 +5,13 @@ use std::borrow::Cow;
 use super::share;
 use crate::degradation::{Degradation, Moves};
 use crate::id::DegradationId;
-use crate::stroke::Direction;
+use crate::stroke::Monotone;
 
 pub(super) const INFO: Degradation = Degradation {
     id: DegradationId::new("exhaust"),
     name: Cow::Borrowed("clogged exhaust"),
     short: Cow::Borrowed("clogged exhaust"),
     severity: share("clogged share of the vent area", "exhaust_blockage"),
-    moves: Moves { close: None, open: Some(Direction::Rising) },
+    moves: Moves { close: None, open: Some(Monotone::Rising) },
     prior: 1.0,
 };

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use crate::degradation::{Degradation, Moves, Severity};
 use crate::id::DegradationId;
-use crate::stroke::Direction;
+use crate::stroke::Monotone;
 
 pub(super) const INFO: Degradation = Degradation {
     id: DegradationId::new("friction"),
@@ -16,6 +16,6 @@ pub(super) const INFO: Degradation = Degradation {
         column: Cow::Borrowed("friction_force_n"),
         per_si: 1.0,
     },
-    moves: Moves { close: Some(Direction::Rising), open: Some(Direction::Rising) },
+    moves: Moves { close: Some(Monotone::Rising), open: Some(Monotone::Rising) },
     prior: 1.0,
 };

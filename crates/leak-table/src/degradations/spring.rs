@@ -5,13 +5,13 @@ use std::borrow::Cow;
 use super::share;
 use crate::degradation::{Degradation, Moves};
 use crate::id::DegradationId;
-use crate::stroke::Direction;
+use crate::stroke::Monotone;
 
 pub(super) const INFO: Degradation = Degradation {
     id: DegradationId::new("spring"),
     name: Cow::Borrowed("weakened spring"),
     short: Cow::Borrowed("weak spring"),
     severity: share("lost share of the spring force", "spring_loss"),
-    moves: Moves { close: Some(Direction::Falling), open: Some(Direction::Rising) },
+    moves: Moves { close: Some(Monotone::Falling), open: Some(Monotone::Rising) },
     prior: 1.0,
 };

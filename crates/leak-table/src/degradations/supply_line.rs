@@ -5,13 +5,13 @@ use std::borrow::Cow;
 use super::share;
 use crate::degradation::{Degradation, Moves};
 use crate::id::DegradationId;
-use crate::stroke::Direction;
+use crate::stroke::Monotone;
 
 pub(super) const INFO: Degradation = Degradation {
     id: DegradationId::new("supply-line"),
     name: Cow::Borrowed("clogged supply line"),
     short: Cow::Borrowed("clogged supply line"),
     severity: share("clogged share of the fill area", "supply_blockage"),
-    moves: Moves { close: Some(Direction::Rising), open: None },
+    moves: Moves { close: Some(Monotone::Rising), open: None },
     prior: 1.0,
 };

@@ -2,7 +2,7 @@
 
 use chart::draw::{Colour, text_width_px};
 use chart::theme::{BLUE, GREEN, GREY, INK, SKY, VERMILLION};
-use chart::{Axis, Bar, Direction, Figure, Layer, Marker, Panel, Swatch};
+use chart::{Axis, Bar, Figure, Layer, LineDirection, Marker, Panel, Swatch};
 
 /// What the verdict says of a candidate.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -90,14 +90,14 @@ impl LeaderboardFigure {
         let names = ranked.iter().map(|one| one.name.clone()).collect();
         let level = |at: f64, colour: Colour| Layer::Level {
             at,
-            direction: Direction::Vertical,
+            direction: LineDirection::Vertical,
             colour,
             dashed: true,
             text: String::new(),
         };
         let x = Axis::logarithmic("rms error that remains (1 = the noise)").over(low, high);
         let mut panel = Panel::new(x, Axis::names("", names), 21.0 * ranked.len().max(2) as f64)
-            .with(Layer::Bars { bars: bars.collect(), direction: Direction::Horizontal, thickness: 0.66 })
+            .with(Layer::Bars { bars: bars.collect(), direction: LineDirection::Horizontal, thickness: 0.66 })
             .with(level(1.0, GREEN))
             .keyed(Swatch::Dashed(GREEN), "the noise");
         if let Some(without) = self.without {

@@ -2,7 +2,7 @@
 //! pressure or time; closing and opening apart.
 
 use chart::theme::{BLUE, GREY, VERMILLION};
-use chart::{Axis, Direction, Figure, Layer, Panel, Swatch};
+use chart::{Axis, Figure, Layer, LineDirection, Panel, Swatch};
 
 /// A bin of the axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,7 +38,7 @@ impl MissingFigure {
             let mut panel =
                 Panel::new(Axis::linear(label), Axis::linear(quantity).showing(0.0), 220.0).with(Layer::Level {
                     at: 0.0,
-                    direction: Direction::Horizontal,
+                    direction: LineDirection::Horizontal,
                     colour: GREY,
                     dashed: false,
                     text: String::new(),

@@ -1,7 +1,7 @@
 //! Measured and simulated strokes with their difference on an axis of its own.
 
 use chart::theme::{BLUE, GREY, INK, VERMILLION};
-use chart::{Axis, Direction, Figure, Layer, Panel, Swatch};
+use chart::{Axis, Figure, Layer, LineDirection, Panel, Swatch};
 
 /// One recorded run.
 #[derive(Debug, Clone, Default)]
@@ -87,7 +87,7 @@ impl OverlayFigure {
         panel
             .with(Layer::Level {
                 at: 0.0,
-                direction: Direction::Horizontal,
+                direction: LineDirection::Horizontal,
                 colour: GREY,
                 dashed: false,
                 text: String::new(),

@@ -3,7 +3,7 @@
 //! is the sign that the effect is right.
 
 use chart::theme::{BLUE, GREY, ORANGE};
-use chart::{Axis, Direction, Figure, Layer, Marker, Panel, Swatch};
+use chart::{Axis, Figure, Layer, LineDirection, Marker, Panel, Swatch};
 
 /// A parameter at two steps of the model.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -38,7 +38,7 @@ impl ParametersFigure {
             .with(Layer::Stretch { x: [-2.0, 2.0], colour: GREY, text: String::new() })
             .with(Layer::Level {
                 at: 0.0,
-                direction: Direction::Vertical,
+                direction: LineDirection::Vertical,
                 colour: GREY,
                 dashed: false,
                 text: String::new(),
@@ -83,7 +83,7 @@ fn series(
         points.push([value, row]);
         spans.push([row, value - 1.645 * error, value + 1.645 * error]);
     }
-    panel.with(Layer::Whiskers { spans, colour, direction: Direction::Horizontal }).with(Layer::Points {
+    panel.with(Layer::Whiskers { spans, colour, direction: LineDirection::Horizontal }).with(Layer::Points {
         points,
         colour,
         radius: 4.2,

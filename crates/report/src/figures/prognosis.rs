@@ -2,7 +2,7 @@
 
 use super::Quantity;
 use chart::theme::{BLUE, GREEN, GREY, INK, ORANGE, PURPLE, SKY, VERMILLION};
-use chart::{Axis, Direction, Figure, Layer, Marker, Panel, Swatch};
+use chart::{Axis, Figure, Layer, LineDirection, Marker, Panel, Swatch};
 
 /// The estimate after one cycle.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -114,7 +114,7 @@ impl PrognosisFigure {
         if let Some(limit) = self.severity_at_limit {
             panel = panel.with(Layer::Level {
                 at: limit,
-                direction: Direction::Horizontal,
+                direction: LineDirection::Horizontal,
                 colour: VERMILLION,
                 dashed: true,
                 text: format!("end of life at {}", self.quantity.text(limit, 3)),

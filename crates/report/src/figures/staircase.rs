@@ -3,7 +3,7 @@
 
 use chart::draw::Anchor;
 use chart::theme::{BLUE, GREEN, INK, ORANGE};
-use chart::{Axis, Direction, Figure, Layer, Marker, Panel, Swatch};
+use chart::{Axis, Figure, Layer, LineDirection, Marker, Panel, Swatch};
 
 /// One step of the model.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -36,7 +36,7 @@ impl StaircaseFigure {
         let y = y.showing(1.6 * top.fold(1.0, f64::max));
         let mut panel = Panel::new(Axis::names("", names), y, 260.0).with(Layer::Level {
             at: 1.0,
-            direction: Direction::Horizontal,
+            direction: LineDirection::Horizontal,
             colour: GREEN,
             dashed: true,
             text: "noise".to_owned(),

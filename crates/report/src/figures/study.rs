@@ -1,7 +1,7 @@
 //! Accuracy over noise: what a study of many simulated lives found.
 
 use chart::theme::SERIES;
-use chart::{Axis, Direction, Figure, Layer, Marker, Panel, Swatch};
+use chart::{Axis, Figure, Layer, LineDirection, Marker, Panel, Swatch};
 
 /// A value with its spread at one noise level.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -70,7 +70,7 @@ impl StudyFigure {
                 })
                 .collect();
             panel = panel
-                .with(Layer::Whiskers { spans, colour, direction: Direction::Vertical })
+                .with(Layer::Whiskers { spans, colour, direction: LineDirection::Vertical })
                 .with(Layer::Line { points: medians.clone(), colour, width: 1.4, dashed: false })
                 .with(Layer::Points { points: medians, colour, radius: 4.0, marker: Marker::Dot })
                 .keyed(Swatch::Dot(colour), &one.name);

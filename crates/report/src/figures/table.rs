@@ -2,7 +2,7 @@
 
 use super::Quantity;
 use chart::theme::{BLUE, GREEN, VERMILLION};
-use chart::{Axis, Direction, Figure, Layer, Marker, Panel, Swatch};
+use chart::{Axis, Figure, Layer, LineDirection, Marker, Panel, Swatch};
 
 /// A row of the table.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -98,7 +98,7 @@ impl TableFigure {
         if let Some(limit) = self.severity_at_limit {
             panel = panel.with(Layer::Level {
                 at: limit,
-                direction: Direction::Vertical,
+                direction: LineDirection::Vertical,
                 colour: GREEN,
                 dashed: true,
                 text: if last { String::new() } else { format!("limit at {}", self.quantity.text(limit, 3)) },
@@ -107,7 +107,7 @@ impl TableFigure {
         if let Some(limit) = limit_s {
             panel = panel.with(Layer::Level {
                 at: limit,
-                direction: Direction::Horizontal,
+                direction: LineDirection::Horizontal,
                 colour: VERMILLION,
                 dashed: true,
                 text: format!("limit {limit} s"),

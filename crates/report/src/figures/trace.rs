@@ -2,7 +2,7 @@
 
 use chart::draw::Anchor;
 use chart::theme::{BLUE, GREY, INK, MUTED, ORANGE};
-use chart::{Axis, Direction, Figure, Layer, Panel, Swatch};
+use chart::{Axis, Figure, Layer, LineDirection, Panel, Swatch};
 
 /// A simulated or recorded cycle.
 #[derive(Debug, Clone, Default)]
@@ -52,8 +52,13 @@ impl TraceFigure {
     fn position(&self, x: Axis) -> Panel {
         let grow = 0.08 * self.stroke_mm;
         let y = Axis::linear("position (mm)").over(-grow, self.stroke_mm + grow);
-        let stop =
-            |at| Layer::Level { at, direction: Direction::Horizontal, colour: GREY, dashed: true, text: String::new() };
+        let stop = |at| Layer::Level {
+            at,
+            direction: LineDirection::Horizontal,
+            colour: GREY,
+            dashed: true,
+            text: String::new(),
+        };
         let mut panel = Panel::new(x, y, 190.0)
             .with(stop(0.0))
             .with(stop(self.stroke_mm))
@@ -81,7 +86,7 @@ impl TraceFigure {
             panel = panel
                 .with(Layer::Level {
                     at: supply,
-                    direction: Direction::Horizontal,
+                    direction: LineDirection::Horizontal,
                     colour: GREY,
                     dashed: true,
                     text: String::new(),

@@ -3,7 +3,7 @@
 
 use super::MissingPoint;
 use chart::theme::{BLUE, GREY, VERMILLION};
-use chart::{Axis, Direction, Figure, Layer, Panel, Swatch};
+use chart::{Axis, Figure, Layer, LineDirection, Panel, Swatch};
 
 /// What is missing along one axis.
 #[derive(Debug, Clone, Default)]
@@ -37,7 +37,7 @@ impl UnexplainedFigure {
         let panel = Panel::new(Axis::linear(&self.axis), Axis::linear(&self.quantity).showing(0.0), 240.0)
             .with(Layer::Level {
                 at: 0.0,
-                direction: Direction::Horizontal,
+                direction: LineDirection::Horizontal,
                 colour: GREY,
                 dashed: false,
                 text: String::new(),
