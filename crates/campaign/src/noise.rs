@@ -50,9 +50,17 @@ pub fn estimate_noise(samples: &[f64]) -> Option<f64> {
     Some(seen.max(LEAST_SHARE * (highest - lowest)))
 }
 
+/// Readings within this share of the span from an end may be at rest there.
+const END: f64 = 0.05;
+/// Differences beyond so many standard deviations are none of noise; so often they are taken out.
+const INLIERS: f64 = 4.0;
+const ROUNDS: usize = 4;
+/// Median size of a normal deviate, in standard deviations.
+const MEDIAN_SIZE: f64 = 0.6745;
+
 /// From differences near either end; `None` where there are too few.
 fn at_rest(samples: &[f64], lowest: f64, highest: f64) -> Option<f64> {
-    let band = 0.05 * (highest - lowest);
+    let band = END * (highest - lowest);
     let at_rest = |position: f64| position <= lowest + band || position >= highest - band;
     let mut differences: Vec<f64> = samples
         .windows(2)
@@ -66,11 +74,11 @@ fn at_rest(samples: &[f64], lowest: f64, highest: f64) -> Option<f64> {
     differences.sort_by(f64::total_cmp);
     let rms =
         |values: &[f64]| (values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64).sqrt();
-    // The median of |N(0, s)| is 0.6745 s; readings in coarse steps can have a median of 0.
+    // Readings in coarse steps can have a median of 0.
     let median = differences[differences.len() / 2];
-    let mut scale = if median > 0.0 { median / 0.6745 } else { rms(&differences) };
-    for _ in 0..4 {
-        let inside = differences.partition_point(|difference| *difference <= 4.0 * scale);
+    let mut scale = if median > 0.0 { median / MEDIAN_SIZE } else { rms(&differences) };
+    for _ in 0..ROUNDS {
+        let inside = differences.partition_point(|difference| *difference <= INLIERS * scale);
         scale = rms(&differences[..inside]);
     }
     // A difference of two readings has twice the variance of one.
@@ -84,8 +92,14 @@ fn from_third_differences(samples: &[f64]) -> Option<f64> {
         .map(|four| (four[3] - four[0] - 3.0 * (four[2] - four[1])).abs())
         .filter(|size| size.is_finite())
         .collect();
-    (!sizes.is_empty()).then(|| quantile(&sizes, 0.5) / (0.6745 * 20f64.sqrt()))
+    (!sizes.is_empty()).then(|| quantile(&sizes, 0.5) / (MEDIAN_SIZE * 20f64.sqrt()))
 }
+
+/// Readings closer than this share of the span are equal.
+const EQUAL: f64 = 1e-9;
+/// The quantile of the gaps that is a small one as a rule, and into how many steps of the recorder it is cut at most.
+const USUAL_GAP: f64 = 0.05;
+const MOST_PARTS: u8 = 5;
 
 /// The step of the recorder, in the channel's unit; `None` where the readings show none.
 ///
@@ -96,18 +110,18 @@ pub fn estimate_resolution(samples: &[f64]) -> Option<f64> {
     let mut values: Vec<f64> = samples.iter().copied().filter(|value| value.is_finite()).collect();
     values.sort_by(f64::total_cmp);
     let (first, last) = (values.first()?, values.last()?);
-    let equal = 1e-9 * (last - first).abs();
+    let equal = EQUAL * (last - first).abs();
     let gaps: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).filter(|gap| *gap > equal).collect();
     if gaps.is_empty() || gaps.len() + 1 > values.len() / 2 {
         return None;
     }
-    let usual = quantile(&gaps, 0.05);
+    let usual = quantile(&gaps, USUAL_GAP);
     let on_grid = |step: f64| {
         let on = gaps.iter().filter(|gap| (**gap / step - (**gap / step).round()).abs() < OFF_GRID).count();
         on as f64 >= SHARE_ON_GRID * gaps.len() as f64
     };
     // Of a slow logger, neighbouring codes may never have been seen.
-    (1..=5).map(|part| usual / f64::from(part)).find(|step| on_grid(*step))
+    (1..=MOST_PARTS).map(|part| usual / f64::from(part)).find(|step| on_grid(*step))
 }
 
 /// Lowest and highest finite value.

@@ -75,6 +75,9 @@ struct Record<'a> {
     fastest: f64,
 }
 
+/// Share of the readings at either end that the span of a record leaves out, for outliers are among them.
+const TAIL: f64 = 0.02;
+
 impl<'a> Record<'a> {
     /// `None` where there are too few readings, or all are one.
     fn new(time_s: &[f64], values: &[f64], edges_s: &'a [f64], good: &[usize]) -> Option<Self> {
@@ -83,7 +86,7 @@ impl<'a> Record<'a> {
         }
         let value: Vec<f64> = good.iter().map(|row| values[*row]).collect();
         let time_s = good.iter().map(|row| time_s[*row]).collect();
-        let span = quantile(&value, 0.98) - quantile(&value, 0.02);
+        let span = quantile(&value, 1.0 - TAIL) - quantile(&value, TAIL);
         let changes: Vec<f64> = value.windows(2).map(|pair| pair[1] - pair[0]).collect();
         let sizes: Vec<f64> = changes.iter().map(|change| change.abs()).collect();
         let sigma = quiet_sigma(&value);

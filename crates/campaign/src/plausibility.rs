@@ -22,6 +22,15 @@ const BOUNCE: f64 = 0.2;
 /// How far outside the stops a position may lie, in strokes.
 const OUTSIDE: f64 = 0.12;
 
+/// A motion whose highest reading is below this share of the stroke never came near the open stop.
+const NEVER_OPEN: f64 = 0.3;
+/// A motion that is this much off a whole conversion of units may still be one: partial strokes are shorter, stops give way.
+const NEAR_CONVERSION: std::ops::Range<f64> = 0.75..1.3;
+/// White noise spans at most so many rms differences of neighbouring rows.
+const NOISE_SPAN: f64 = 6.5;
+/// A channel that lacks more than this share of its readings is told.
+const MANY_GAPS: f64 = 0.2;
+
 /// Checks a trace against the valve; warnings go to `warnings`.
 pub(crate) fn check(
     read: &ReadTrace,
@@ -81,8 +90,8 @@ pub(crate) fn check(
 fn scale_hint(span_mm: f64, highest_mm: f64, stroke_mm: f64) -> Option<String> {
     let ratio = span_mm / stroke_mm;
     // A short motion that begins at the open stop is a partial stroke; one that never gets near it is in another unit.
-    let possible = ratio > 1.0 || highest_mm < 0.3 * stroke_mm;
-    let near = |factor: f64| possible && (0.75..1.3).contains(&(ratio / factor));
+    let possible = ratio > 1.0 || highest_mm < NEVER_OPEN * stroke_mm;
+    let near = |factor: f64| possible && NEAR_CONVERSION.contains(&(ratio / factor));
     let unit = |found: &str| format!("the column looks like {found}: give its unit in [columns]");
     if near(1.0 / INCH_MM) {
         Some(unit("inches called mm (a factor of 25.4)"))
@@ -106,7 +115,7 @@ fn scale_hint(span_mm: f64, highest_mm: f64, stroke_mm: f64) -> Option<String> {
 fn is_noise(position_m: &[f64], span_m: f64) -> bool {
     let differences = position_m.windows(2).map(|pair| pair[1] - pair[0]).filter(|difference| difference.is_finite());
     let (sum, count) = differences.fold((0.0, 0usize), |(sum, count), value| (sum + value * value, count + 1));
-    span_m < 6.5 * (sum / count.max(1) as f64).sqrt()
+    span_m < NOISE_SPAN * (sum / count.max(1) as f64).sqrt()
 }
 
 /// Whether a trace is one stroke in the direction that its command says, wherever it begins, and not back.
@@ -174,7 +183,7 @@ fn check_gaps(trace: &Trace, line: usize, warn: &mut impl FnMut(usize, Doubt)) {
         let Some(values) = values else { continue };
         let missing = values.iter().filter(|value| value.is_nan()).count();
         let share = missing as f64 / values.len() as f64;
-        if share > 0.2 {
+        if share > MANY_GAPS {
             warn(line, Doubt::ManyGaps { channel: channel.into(), share });
         }
     }
@@ -185,6 +194,8 @@ const SLOW_ROWS_S: f64 = 0.5;
 /// A gap is at least so long, s, and so many of the usual steps of the rows.
 const GAP_S: f64 = 0.1;
 const GAP_STEPS: f64 = 12.0;
+/// Where some steps are long as a rule, a gap is so many of those.
+const GAP_LONG_STEPS: f64 = 3.0;
 
 /// Warns of stretches without a position, and of rows too far apart.
 fn check_times(trace: &Trace, line: usize, warn: &mut impl FnMut(usize, Doubt)) {
@@ -196,7 +207,7 @@ fn check_times(trace: &Trace, line: usize, warn: &mut impl FnMut(usize, Doubt)) 
     if usual_s >= SLOW_ROWS_S {
         warn(line, Doubt::SlowRows { step_s: usual_s });
     }
-    let least_s = GAP_S.max(GAP_STEPS * usual_s).max(3.0 * long_s);
+    let least_s = GAP_S.max(GAP_STEPS * usual_s).max(GAP_LONG_STEPS * long_s);
     let gaps: Vec<(f64, f64)> =
         steps.iter().zip(&seen).filter(|(step, _)| **step >= least_s).map(|(step, at)| (*step, *at)).collect();
     if let Some(&(longest_s, at_s)) = gaps.iter().max_by(|one, other| one.0.total_cmp(&other.0)) {
@@ -216,19 +227,25 @@ fn check_clipping(
     // Noise rounded to steps of twice its size or more is mostly that of rounding.
     const COARSE: f64 = 1.5;
     const SHARE: f64 = 0.3;
+    // Readings this close to an extreme, in spans, are at that end; a share of the stroke inside a stop is clearly inside.
+    const END: f64 = 0.1;
+    const INSIDE: f64 = 0.02;
     // Coarse steps hold a resting valve on one code.
     let step_m = estimate_resolution(&read.trace.position_m).unwrap_or(0.0);
     if step_m > COARSE * estimate_noise(&read.trace.position_m).unwrap_or(0.0) {
         return;
     }
-    let band = 0.1 * (highest_m - lowest_m);
+    let band = END * (highest_m - lowest_m);
     let share_at = |extreme: f64| {
         let near = read.trace.position_m.iter().filter(|position| (**position - extreme).abs() <= band).count();
         let at = read.trace.position_m.iter().filter(|position| **position == extreme).count();
         if at < FEWEST { 0.0 } else { at as f64 / near as f64 }
     };
     let (low, high) = (share_at(lowest_m), share_at(highest_m));
-    let ends = [(lowest_m, low, high, lowest_m > 0.02 * stroke_m), (highest_m, high, low, highest_m < 0.98 * stroke_m)];
+    let ends = [
+        (lowest_m, low, high, lowest_m > INSIDE * stroke_m),
+        (highest_m, high, low, highest_m < (1.0 - INSIDE) * stroke_m),
+    ];
     for (extreme_m, share, other_share, inside) in ends {
         if share > SHARE && (other_share < 0.5 * SHARE || inside) {
             let first = read.trace.position_m.iter().position(|position| *position == extreme_m).unwrap_or(0);

@@ -16,6 +16,9 @@ const LONG_S: f64 = 300.0;
 /// Supply pressures that differ by less than this share count as one, Pa/Pa.
 const SAME_PRESSURE: f64 = 0.02;
 
+/// Columns are exchanged where pairs that say so outnumber those against by so many tenths of all, that is nine in ten.
+const SWAPPED_TENTHS: i64 = 8;
+
 /// The time of one of the two strokes.
 type Time = fn(&TimingRow) -> Option<f64>;
 
@@ -148,8 +151,7 @@ fn columns_swapped(rows: &[TimingRow]) -> bool {
             trends[1] += i64::from(high_open > low_open) - i64::from(high_open < low_open);
         }
     }
-    // Nine pairs in ten must say so in both.
-    pairs > 0 && 10 * trends[0] >= 8 * pairs && 10 * trends[1] <= -8 * pairs
+    pairs > 0 && 10 * trends[0] >= SWAPPED_TENTHS * pairs && 10 * trends[1] <= -SWAPPED_TENTHS * pairs
 }
 
 impl Campaign {

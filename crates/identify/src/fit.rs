@@ -86,14 +86,19 @@ impl Fit {
     }
 }
 
-/// Share of what a step predicted_gain that it must have brought for its derivatives to be used again.
+/// Share of what a step promised that it must have brought for its derivatives to be used again.
 const TRUSTED: f64 = 0.3;
 
-/// Share of what a step predicted_gain from which no other is tried.
+/// Share of what a step promised from which no other is tried.
 const PLENTY: f64 = 0.6;
 
 /// So often in a row no step may be better, each time with more damping and less reach, before a phase is over.
 const FAILURES: usize = 3;
+
+/// Factor on the damping after a failure, least damping then, and least and most in all, in units of the precision's diagonal.
+const MORE_DAMPING: f64 = 30.0;
+const LEAST_AFTER_FAILURE: f64 = 1e-2;
+const DAMPINGS: (f64, f64) = (1e-6, 1e4);
 
 /// Factors on the longest move of a step, for the reach of the next one: where it disappointed, and where not.
 const SHORTER: f64 = 0.3;
@@ -120,7 +125,7 @@ struct Trial {
 struct Taken {
     u: Vec<f64>,
     residual: Vec<Vec<f64>>,
-    /// Fall of the cost as a share of what was predicted_gain.
+    /// Fall of the cost as a share of what was promised.
     share: f64,
     /// Precision of each coordinate, the metric of updates.
     weights: Vec<f64>,
@@ -216,7 +221,7 @@ impl<P: Problem + ?Sized> Fitting<'_, P> {
         let gain = 0.5 * (posterior.cost - cost);
         if gain <= 0.0 {
             self.reach *= SHORTER;
-            self.damping = (30.0 * self.damping).clamp(1e-2, 1e4);
+            self.damping = (MORE_DAMPING * self.damping).clamp(LEAST_AFTER_FAILURE, DAMPINGS.1);
             return None;
         }
         // Damping and reach follow what worked.
@@ -224,7 +229,7 @@ impl<P: Problem + ?Sized> Fitting<'_, P> {
         let moved = moves.fold(0.0, f64::max);
         self.reach =
             if 2.0 * gain < TRUSTED * predicted_gain { SHORTER * moved } else { self.reach.max(LONGER * moved) };
-        self.damping = (factor * self.damping).clamp(1e-6, 1e4);
+        self.damping = (factor * self.damping).clamp(DAMPINGS.0, DAMPINGS.1);
         let weights = posterior.precision.diagonal().iter().copied().collect();
         Some(Taken { u, residual, share: 2.0 * gain / predicted_gain, weights })
     }

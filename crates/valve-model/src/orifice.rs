@@ -78,6 +78,10 @@ impl<R: Real> Laminar<R> {
 /// pressures: over less than a pascal.
 pub(crate) const EASED_LAMINAR: f64 = 1e-7;
 
+/// Choked flow of a diatomic gas through an area, in units of its pressure over the root of Z R T: sqrt(gamma) times
+/// (2 / (gamma + 1)) to the power (gamma + 1) / (2 gamma - 2), for gamma = 1.4.
+pub const CHOKED_FLOW: f64 = 0.685;
+
 /// Slope of the laminar part at equal pressures, in units of that of the chord.
 pub const LAMINAR_SLOPE: f64 = 1.25;
 

@@ -11,6 +11,7 @@ use identify::variance::{Effort as Thoroughness, components, evidence};
 use identify::{Differences, Fit, FitOptions, Problem, fit};
 use rayon::prelude::*;
 use valve_model::custom::{CustomEffect, CustomParameter, CustomTarget, VARIABLE_NAMES, Variables};
+use valve_model::orifice::CHOKED_FLOW;
 
 use super::DiagnoseOptions;
 use crate::errors::{self, Errors};
@@ -35,10 +36,6 @@ struct Effort {
 }
 
 const EFFORT: Effort = Effort { knots: 13, followed: 2, begun: 6, begun_rounds: 3, finished: 3, table_rounds: (3, 1) };
-
-/// Choked mass flow of air through an area, with pressure over root of gas constant and temperature: sqrt(gamma) times
-/// (2 / (gamma + 1)) to the power (gamma + 1) / (2 gamma - 2), for gamma = 1.4.
-const CHOKED_FLOW: f64 = 0.685;
 
 /// The largest force that a table or a formula may have, share of the largest of spring and weight; one that is larger is
 /// no detail that a model lacks.

@@ -3,6 +3,7 @@
 //! (a cylinder without a spring, a horizontal one), so that no range hangs on one alone.
 
 use super::FitRange;
+use crate::orifice::CHOKED_FLOW;
 use crate::params::{Parameters, STANDARD_GRAVITY_M_PER_S2};
 
 /// Largest share of what drives a stroke that an effect of typical size takes: no part sticks for it.
@@ -74,7 +75,7 @@ pub(super) fn gauge_pa(p: &Parameters) -> f64 {
 
 /// The choked flow through the solenoid at the valve's supply pressure, kg/s (diatomic gas).
 pub(super) fn flow_kg_per_s(p: &Parameters) -> f64 {
-    0.685 * p.flow_coefficient * p.solenoid_orifice_area_m2 * p.supply_pressure_pa
+    CHOKED_FLOW * p.flow_coefficient * p.solenoid_orifice_area_m2 * p.supply_pressure_pa
         / libm::sqrt(p.specific_gas_constant_j_per_kg_k * p.temperature_k)
 }
 
