@@ -37,7 +37,7 @@ fn a_key_names_only_what_is_drawn() {
     assert!(drawn(Some(6.0), None).contains("held out"));
     assert!(!drawn(None, None).contains("held out") && !drawn(None, None).contains("no effect"));
     assert!(drawn(None, Some(9.0)).contains("no effect"));
-    assert!(!drawn(None, None).contains("recommended") && !drawn(None, None).contains("twins"));
+    assert!(!drawn(None, None).contains("recommended") && !drawn(None, None).contains("alike"));
 }
 
 /// Texts of a picture, from top to bottom.

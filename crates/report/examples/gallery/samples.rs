@@ -5,7 +5,7 @@ use report::figures::{
     Candidate, EffectFigure, ExperimentFigure, LeaderboardFigure, MissingFigure, MissingPoint, OverlayFigure,
     OverlayRun, ParameterShift, ParametersFigure, Prediction, PrognosisFigure, PrognosisPoint, Quantity,
     SignatureFigure, StaircaseFigure, StaircaseStep, Standing, StripRow, StripsFigure, StudyFigure, StudyPoint,
-    StudySeries, TableFigure, TablePoint, TraceFigure, TwinsFigure, UnexplainedFigure,
+    StudySeries, TableFigure, TablePoint, TraceFigure, UnexplainedFigure,
 };
 
 /// Every figure with its name.
@@ -22,7 +22,6 @@ pub fn all() -> Vec<(&'static str, Figure)> {
         ("leaderboard", leaderboard()),
         ("staircase", staircase()),
         ("parameters", parameters()),
-        ("twins", twins()),
         ("experiment", experiment()),
         ("signature", signature()),
         ("effect", effect()),
@@ -301,22 +300,6 @@ fn parameters() -> Figure {
             shift("spring.preload_compression", 4.1, 0.8),
             shift("pneumatics.solenoid_orifice_area", -1.1, -0.6),
         ],
-    }
-    .figure()
-}
-
-fn twins() -> Figure {
-    TwinsFigure {
-        title: "Which effects these data can tell apart".to_owned(),
-        subtitle: "expected misfit if one is true and the other is fitted".to_owned(),
-        names: ["dry-friction", "seal-friction", "sensor-lag", "supply-droop"].map(str::to_owned).to_vec(),
-        gaps: vec![
-            vec![0.0, 12.0, 622.0, 1239.0],
-            vec![14.0, 0.0, 150.0, 590.0],
-            vec![600.0, 130.0, 0.0, 11_200.0],
-            vec![1300.0, 610.0, 9000.0, 0.0],
-        ],
-        threshold: 20.0,
     }
     .figure()
 }

@@ -120,7 +120,7 @@ impl LeaderboardFigure {
         }
         let alike = ranked.iter().rposition(|one| one.standing == Standing::Alike);
         if let (Some(first), Some(last)) = (stands(Standing::Recommended), alike) {
-            let text = "twins".to_owned();
+            let text = "alike".to_owned();
             panel.right = panel.right.max(24.0 + text_width_px(&text, 12.0, false));
             panel = panel.with(Layer::Bracket { rows: [first as f64, last as f64], offset: 4.0, text });
         }

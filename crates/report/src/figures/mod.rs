@@ -15,7 +15,6 @@ mod strips;
 mod study;
 mod table;
 mod trace;
-mod twins;
 mod unexplained;
 
 pub use effect::EffectFigure;
@@ -32,5 +31,4 @@ pub use strips::{StripRow, StripsFigure};
 pub use study::{StudyFigure, StudyPoint, StudySeries};
 pub use table::{TableFigure, TablePoint};
 pub use trace::TraceFigure;
-pub use twins::TwinsFigure;
 pub use unexplained::UnexplainedFigure;
