@@ -179,7 +179,15 @@ fn notes(catalogue: &Catalogue<'_>) -> Vec<String> {
                 .to_owned(),
         );
     }
-    let records = &catalogue.subject.setup(Level::High).records;
+    let setup = catalogue.subject.setup(Level::High);
+    if setup.cycles_left_out > 0 {
+        let used = setup.recordings.iter().filter(|recording| recording.is_trace()).count();
+        notes.push(format!(
+            "of {} recorded cycles {used} were looked at, spread evenly over their records",
+            used + setup.cycles_left_out
+        ));
+    }
+    let records = &setup.records;
     let conditions: Vec<usize> = records.iter().map(|record| record.condition).collect();
     let mut distinct = conditions.clone();
     distinct.sort_unstable();

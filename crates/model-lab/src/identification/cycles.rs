@@ -95,7 +95,7 @@ pub(super) fn driven_parts(
     let window_s = window_s(travel_s).max(rows_s(data, LEAD_ROWS));
     let closings = recorded.commands.iter().filter(|edge| edge.close).map(|edge| edge.time_s);
     let mut parts = vec![Part { from_s: f64::NEG_INFINITY, until_s: f64::INFINITY, origin_s: 0.0, beginning: start }];
-    for closing_s in closings.skip(1).take(MOST_PARTS) {
+    for closing_s in closings.skip(1) {
         let rest_s = steady_before(data, closing_s, window_s, travel_s);
         let first = data.times_s.partition_point(|time| *time < rest_s - AHEAD * window_s);
         let Some(&from_s) = data.times_s.get(first).filter(|from| **from < closing_s) else { continue };
@@ -191,8 +191,7 @@ pub(super) fn parts(data: &RunData, start: Beginning, stroke_m: f64, travel_s: f
         !about.is_empty() && low > (1.0 - AT_TOP) * stroke_m && high - low < AT_TOP * stroke_m
     };
     let closings: Vec<f64> = data.run.commands.iter().filter(|edge| edge.closes()).map(|edge| edge.time_s).collect();
-    let mut cuts: Vec<f64> = closings.iter().copied().skip(1).filter(|time| rests(*time)).collect();
-    cuts.truncate(MOST_PARTS);
+    let cuts: Vec<f64> = closings.iter().copied().skip(1).filter(|time| rests(*time)).collect();
     let mut parts = Vec::with_capacity(cuts.len() + 1);
     let mut before = (f64::NEG_INFINITY, origin_s, start);
     for cut in cuts.iter().copied().chain([f64::INFINITY]) {
@@ -212,5 +211,35 @@ pub(super) fn parts(data: &RunData, start: Beginning, stroke_m: f64, travel_s: f
 /// A valve this close to its open stop rests there, as a share of the stroke; recorders have zeros of their own.
 const AT_TOP: f64 = 0.04;
 
-/// Cycles of one record that are looked at one by one.
-const MOST_PARTS: usize = 63;
+/// Cycles of all records that are looked at, unless there are more records: further ones of the same conditions only make surer
+/// what is known, by the root of their number, and cost as much time as the first ones.
+const MOST_CYCLES: usize = 24;
+
+/// Which cycles of each record are looked at, where records hold so many: all of those that hold few, and of the others as
+/// many each as there is room for, spread evenly from the first to the last.
+pub(super) fn looked_at(counts: &[usize]) -> Vec<Vec<usize>> {
+    let all_with = |most: usize| counts.iter().map(|count| (*count).min(most)).sum::<usize>();
+    let largest = counts.iter().copied().max().unwrap_or(0);
+    let most = (1..=largest).rev().find(|most| all_with(*most) <= MOST_CYCLES).unwrap_or(1);
+    let spread = |count: usize| -> Vec<usize> {
+        let chosen = count.min(most);
+        (0..chosen).map(|place| place * (count - 1) / (chosen - 1).max(1)).collect()
+    };
+    counts.iter().map(|count| spread(*count)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_long_records_cycles_are_looked_at_that_are_spread_over_them() {
+        assert_eq!(looked_at(&[3, 2]), [vec![0, 1, 2], vec![0, 1]]);
+        let [long, short, other] = &looked_at(&[40, 2, 17])[..] else { panic!("three records") };
+        assert_eq!(long, &[0, 3, 7, 11, 15, 19, 23, 27, 31, 35, 39]);
+        assert_eq!((short.len(), other.len(), other.last()), (2, 11, Some(&16)));
+        assert_eq!(looked_at(&[9; 30]), vec![vec![0]; 30]);
+        assert_eq!(looked_at(&[64])[0].len(), MOST_CYCLES);
+        assert_eq!(looked_at(&[1, 0]), [vec![0], vec![]]);
+    }
+}

@@ -10,7 +10,7 @@ use identify::{GroupPrior, Record, Row, Series};
 use valve_model::prescribed::Prescribed;
 use valve_model::{Fidelity, Parameters, Run, Schedule, Start};
 
-use super::cycles::{LEAD_S, driven_parts, lead_s, parts};
+use super::cycles::{LEAD_S, Part, driven_parts, lead_s, looked_at, parts};
 use super::rows::{cut, mean, rows, sample};
 use super::start::{Beginning, beginning};
 use crate::data::{Channel, Dataset, RunData, TimingGroup, same_conditions};
@@ -105,6 +105,8 @@ pub struct Setup {
     pub lead_s: f64,
     /// How long a stroke travels, s.
     pub travel_s: f64,
+    /// Recorded cycles that are not looked at, since the records hold so many.
+    pub cycles_left_out: usize,
 }
 
 /// Substeps that a step is cut into at most, unless more are needed.
@@ -131,9 +133,15 @@ impl Setup {
         };
         let mut recordings = Vec::new();
         let mut records: Vec<Record> = Vec::new();
-        for (source, (recorded, run)) in campaign.runs.iter().zip(&data.runs).enumerate() {
-            for (recording, record) in trace_recordings(recorded, run, travel_s, (stroke_m, ambient_pa), is_prescribed)
-            {
+        let cycles_of = |(recorded, run)| cycles(recorded, run, travel_s, stroke_m, is_prescribed);
+        let cycles: Vec<Vec<Part>> = campaign.runs.iter().zip(&data.runs).map(cycles_of).collect();
+        let counts: Vec<usize> = cycles.iter().map(Vec::len).collect();
+        let chosen = looked_at(&counts);
+        for (source, (run, (cycles, chosen))) in data.runs.iter().zip(cycles.iter().zip(&chosen)).enumerate() {
+            for cycle in chosen {
+                let of_many = (cycles.len() > 1).then_some(cycle + 1);
+                let (recording, record) =
+                    trace_recording(run, &cycles[*cycle], of_many, travel_s, (stroke_m, ambient_pa));
                 recordings.push(Recording { fidelity, source, ..recording });
                 records.push(record);
             }
@@ -169,6 +177,7 @@ impl Setup {
             is_prescribed,
             lead_s: data.runs.iter().map(lead_s).fold(LEAD_S, f64::max),
             travel_s,
+            cycles_left_out: counts.iter().sum::<usize>() - chosen.iter().map(Vec::len).sum::<usize>(),
         }
     }
 
@@ -303,61 +312,59 @@ impl Recording {
     }
 }
 
-fn trace_recordings(
-    recorded: &RecordedRun,
-    data: &RunData,
-    travel_s: f64,
-    (stroke_m, ambient_pa): (f64, f64),
-    is_prescribed: bool,
-) -> Vec<(Recording, Record)> {
-    let span_pa = (recorded.conditions.supply_pressure_pa - ambient_pa).abs().max(0.1 * ambient_pa);
+/// The cycles of a record.
+fn cycles(recorded: &RecordedRun, data: &RunData, travel_s: f64, stroke_m: f64, is_prescribed: bool) -> Vec<Part> {
     let position = &data.channels[0];
     let start = beginning(&data.times_s, &position.samples, position.noise, &recorded.commands, stroke_m, travel_s);
-    let parts = if is_prescribed {
+    if is_prescribed {
         driven_parts(recorded, data, start, (stroke_m, travel_s))
     } else {
         parts(data, start, stroke_m, travel_s)
+    }
+}
+
+/// A cycle of a record, and its number in it where that holds several.
+fn trace_recording(
+    data: &RunData,
+    part: &Part,
+    number: Option<usize>,
+    travel_s: f64,
+    (stroke_m, ambient_pa): (f64, f64),
+) -> (Recording, Record) {
+    let span_pa = (data.run.conditions.supply_pressure_pa - ambient_pa).abs().max(0.1 * ambient_pa);
+    let mut series = Vec::new();
+    let mut channels = Vec::new();
+    let inside = |time: &f64| *time >= part.from_s && *time < part.until_s;
+    let first = data.times_s.iter().position(inside).unwrap_or(0);
+    let end = data.times_s.iter().rposition(inside).map_or(0, |last| last + 1);
+    let times = &data.times_s[first..end];
+    for channel in &data.channels {
+        let is_position = channel.channel == Channel::Position;
+        let scale = if is_position { stroke_m } else { span_pa };
+        let samples = &channel.samples[first..end];
+        let (rows, cut) = rows(times, samples, channel.noise, scale, travel_s / ROWS_A_TRAVEL);
+        let mut samples_s = Vec::new();
+        let mut ranges = Vec::with_capacity(cut.len());
+        for range in cut {
+            let first = samples_s.len();
+            sample(times, samples, range, MOST_SAMPLES, &mut samples_s);
+            ranges.push((first, samples_s.len()));
+        }
+        series.push(Series { rows, group: usize::from(!is_position), is_process: true });
+        channels.push(ChannelRows { channel: channel.channel, samples_s, rows: ranges });
+    }
+    let name = number.map_or_else(|| data.name.clone(), |number| format!("{}, cycle {number}", data.name));
+    let recording = Recording {
+        name,
+        run: part.run(data),
+        origin_s: part.origin_s,
+        unseen_s: part.unseen_s(data),
+        beginning: part.beginning,
+        fidelity: Fidelity::FINE,
+        source: 0,
+        kind: Kind::Trace(Trace { channels }),
     };
-    let count = parts.len();
-    parts
-        .into_iter()
-        .enumerate()
-        .map(|(index, part)| {
-            let mut series = Vec::new();
-            let mut channels = Vec::new();
-            let inside = |time: &f64| *time >= part.from_s && *time < part.until_s;
-            let first = data.times_s.iter().position(inside).unwrap_or(0);
-            let end = data.times_s.iter().rposition(inside).map_or(0, |last| last + 1);
-            let times = &data.times_s[first..end];
-            for channel in &data.channels {
-                let is_position = channel.channel == Channel::Position;
-                let scale = if is_position { stroke_m } else { span_pa };
-                let samples = &channel.samples[first..end];
-                let (rows, cut) = rows(times, samples, channel.noise, scale, travel_s / ROWS_A_TRAVEL);
-                let mut samples_s = Vec::new();
-                let mut ranges = Vec::with_capacity(cut.len());
-                for range in cut {
-                    let first = samples_s.len();
-                    sample(times, samples, range, MOST_SAMPLES, &mut samples_s);
-                    ranges.push((first, samples_s.len()));
-                }
-                series.push(Series { rows, group: usize::from(!is_position), is_process: true });
-                channels.push(ChannelRows { channel: channel.channel, samples_s, rows: ranges });
-            }
-            let name = if count > 1 { format!("{}, cycle {}", data.name, index + 1) } else { data.name.clone() };
-            let recording = Recording {
-                name,
-                run: part.run(data),
-                origin_s: part.origin_s,
-                unseen_s: part.unseen_s(data),
-                beginning: part.beginning,
-                fidelity: Fidelity::FINE,
-                source: 0,
-                kind: Kind::Trace(Trace { channels }),
-            };
-            (recording, Record { series, condition: 0 })
-        })
-        .collect()
+    (recording, Record { series, condition: 0 })
 }
 
 fn times_recording(data: &Dataset, group: &TimingGroup) -> (Recording, Record) {
