@@ -346,10 +346,33 @@ fn a_base_that_is_stuck_makes_no_effect_of_what_only_begins_elsewhere() {
     assert!((base.fit.u[0] - RIGHT_VALLEY).abs() < 1e-3, "{:?}", base.fit.u);
 }
 
-/// Two candidates that do much the same, the right one of which begins in the wrong one of two valleys.
+/// Two candidates that do much the same, the right one of which begins in the wrong one of two valleys, and perhaps a third that
+/// does something else.
 struct Rivals {
     records: Vec<Record>,
+    candidates: usize,
     coordinates: [Vec<Coordinate>; 3],
+}
+
+impl Rivals {
+    /// Records of the right valley with what some candidates add.
+    fn with(candidates: usize, hidden: &[(usize, f64)]) -> Self {
+        let observed = |seed: u64| -> Vec<f64> {
+            let row = |(row, noise): (usize, f64)| {
+                let row = row as f64;
+                let added = hidden.iter().map(|(one, size)| size * added(*one, row));
+                (RIGHT_VALLEY * row).sin() + added.sum::<f64>() + noise
+            };
+            noise(60, 0.02, seed).into_iter().enumerate().map(row).collect()
+        };
+        let size = || shared("size", 0.0, 1.0, 20.0);
+        let frequency = || shared("frequency", 0.5, 0.3, 1.5);
+        Self {
+            records: (0..4).map(|one| record(&observed(700 + one as u64), 0.02, true, one)).collect(),
+            candidates,
+            coordinates: [vec![frequency()], vec![frequency(), size()], vec![frequency(), size(), size()]],
+        }
+    }
 }
 
 /// A member of it: its candidates.
@@ -357,7 +380,11 @@ struct Rival<'a>(&'a Rivals, Vec<usize>);
 
 /// What a candidate adds to a row.
 fn added(candidate: usize, row: f64) -> f64 {
-    if candidate == 0 { regressor(3, row) + 0.3 * regressor(5, row) } else { regressor(3, row) }
+    match candidate {
+        0 => regressor(3, row) + 0.3 * regressor(5, row),
+        1 => regressor(3, row),
+        _ => regressor(4, row),
+    }
 }
 
 impl Problem for Rival<'_> {
@@ -386,7 +413,7 @@ impl<'a> Family for &'a Rivals {
     type Member = Rival<'a>;
 
     fn candidates(&self) -> usize {
-        2
+        self.candidates
     }
 
     fn member(&self, set: &[usize], _: Level) -> Option<Rival<'a>> {
@@ -426,16 +453,7 @@ impl<'a> Family for &'a Rivals {
 
 #[test]
 fn a_rival_that_ended_in_another_valley_is_fitted_from_the_best_one_s_optimum() {
-    let observed = |seed: u64| -> Vec<f64> {
-        let row = |(row, noise): (usize, f64)| (RIGHT_VALLEY * row as f64).sin() + added(1, row as f64) + noise;
-        noise(60, 0.02, seed).into_iter().enumerate().map(row).collect()
-    };
-    let size = || shared("size", 0.0, 1.0, 20.0);
-    let frequency = || shared("frequency", 0.5, 0.3, 1.5);
-    let family = Rivals {
-        records: (0..4).map(|one| record(&observed(700 + one as u64), 0.02, true, one)).collect(),
-        coordinates: [vec![frequency()], vec![frequency(), size()], vec![frequency(), size(), size()]],
-    };
+    let family = Rivals::with(2, &[(1, 1.0)]);
     let alone = fit(&Rival(&family, vec![1]), &[WRONG_VALLEY, 0.1], &(&family).options()).expect("a possible start");
     assert!((alone.u[0] - RIGHT_VALLEY).abs() > 0.05, "it ends beside it: {:?}", alone.u);
     let single = SelectOptions { most: 1, ..SelectOptions::default() };
@@ -443,6 +461,14 @@ fn a_rival_that_ended_in_another_valley_is_fitted_from_the_best_one_s_optimum() 
     // Without the second look the other one stays.
     let once = SelectOptions { rivals: 0, ..single };
     assert_eq!(select(&&family, &once).expect("fitted").accepted(), [0]);
+}
+
+#[test]
+fn so_are_the_rivals_of_a_pair_that_fell_behind_in_a_first_look() {
+    let family = Rivals::with(3, &[(1, 1.0), (2, 3.0)]);
+    assert_eq!(select(&&family, &SelectOptions::default()).expect("fitted").accepted(), [1, 2]);
+    let once = SelectOptions { rivals: 0, ..SelectOptions::default() };
+    assert_ne!(select(&&family, &once).expect("fitted").accepted(), [1, 2]);
 }
 
 /// A candidate with a shape: a swing of any pace, which its prior believes to be slow. Fits that know nothing begin there, and

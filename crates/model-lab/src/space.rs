@@ -240,6 +240,25 @@ impl Space {
         }
     }
 
+    /// Writes the refinements that effects of another space, which this one has not, share by name with effects that only this one
+    /// has: bristles are as stiff whatever law the friction on them follows.
+    pub fn carry_refinements(&self, from: &Self, u: &[f64], into: &mut [f64]) {
+        let refinement = |space: &Self, other: &Self, coordinate: &Coordinate| {
+            let Target::Effect(slot, index) = coordinate.target else { return None };
+            let kind = space.effects[slot].kind();
+            let is_exchanged = other.effects.iter().all(|effect| effect.kind() != kind);
+            let parameter = &kind.parameters()[index];
+            (is_exchanged && parameter.is_refinement()).then_some(parameter.name)
+        };
+        for (place, coordinate) in self.coordinates.iter().enumerate() {
+            let Some(name) = refinement(self, from, coordinate) else { continue };
+            let same = from.coordinates.iter().position(|other| refinement(from, self, other) == Some(name));
+            if let Some(same) = same {
+                into[place] = coordinate.coordinate(from.coordinates[same].value(u[same]));
+            }
+        }
+    }
+
     /// Whether a coordinate moves the same as one of another space does.
     pub fn is_same(&self, one: &Coordinate, other_space: &Self, other: &Coordinate) -> bool {
         match (one.target, other.target) {

@@ -273,7 +273,7 @@ impl<F: Family> Search<'_, F> {
     /// Fits sets from the optimum of another. At first a little and cheaply: one that is then far less likely is not
     /// worth a fit as exact as those that decide.
     fn fit_from(&mut self, origin: &[usize], sets: &[Set]) {
-        let begun = self.begun_from(origin, sets);
+        let begun = self.begun_from(origin, sets, Level::Low);
         let of_origin = self.evidence(origin, Level::Low);
         let is_near =
             |fit: &Fit| of_origin.is_none_or(|of| fit.log_evidence + fit.predicted_gain > of - self.options.margin);
@@ -286,15 +286,15 @@ impl<F: Family> Search<'_, F> {
         }
     }
 
-    /// Sets fitted cheaply from the optimum of another.
-    fn begun_from(&self, origin: &[usize], sets: &[Set]) -> Vec<(Set, F::Member, Fit)> {
+    /// Sets fitted a little from the optimum of another.
+    fn begun_from(&self, origin: &[usize], sets: &[Set], level: Level) -> Vec<(Set, F::Member, Fit)> {
         let Some(origin) = self.models.get(&(origin.to_vec(), Level::High)) else { return Vec::new() };
         let options = FitOptions {
             known: Some(origin.fit.noise.clone()),
             ..settling(self.options.rounds[1], self.family.options())
         };
         let fitted = |set: &Set| {
-            let problem = self.family.member(set, Level::Low)?;
+            let problem = self.family.member(set, level)?;
             let start = best_start(&problem, self.family.warm(&problem, &origin.problem, &origin.fit.u))?;
             let fit = fit(&problem, &start, &options)?;
             Some((set.clone(), problem, fit))
@@ -413,29 +413,48 @@ impl<F: Family> Search<'_, F> {
             let is_near = |evidence: f64| evidence > most - self.options.margin;
             next = alike.into_iter().find(|(evidence, set)| is_near(*evidence) && !done.contains(set)).map(|one| one.1);
         }
-        best
+        self.best_rival(best)
     }
 
-    /// Of a single effect and those that came next to it the most likely one. What came next may have been held in another
-    /// valley by parameters that had made up for what was missing; now they are known better.
+    /// Of a set and those that came next to it, with one effect exchanged, the most likely one. What came next may have been held
+    /// in another valley by parameters that had made up for what was missing, or for want of shapes that are free in the end
+    /// only; now both are known better.
     fn best_rival(&mut self, set: Set) -> Set {
-        let [_] = set[..] else { return set };
-        let mut rivals: Vec<(f64, Set)> = Vec::new();
-        for model in self.models.values().filter(|model| model.set.len() == 1 && model.set != set) {
-            let gain = self.evidence(&[], model.level).map_or(f64::NEG_INFINITY, |base| model.fit.log_evidence - base);
-            match rivals.iter_mut().find(|(_, rival)| *rival == model.set) {
-                // The last level is the most exact one.
-                Some(rival) => rival.0 = gain,
-                None => rivals.push((gain, model.set.clone())),
+        let mut rivals: BTreeMap<&Set, f64> = BTreeMap::new();
+        let is_rival = |other: &Set| {
+            let shared = other.iter().filter(|one| set.contains(one)).count();
+            other.len() == set.len() && shared + 1 == set.len()
+        };
+        for model in self.models.values().filter(|model| is_rival(&model.set)) {
+            let Some(base) = self.evidence(&[], model.level) else { continue };
+            let gain = model.fit.log_evidence - base;
+            if gain > self.options.accept {
+                // A first look sees a few of the records only. The last level is the most exact one.
+                let rows: usize = model.problem.records().iter().map(crate::Record::row_count).sum();
+                rivals.insert(&model.set, gain / rows as f64);
             }
         }
-        rivals.retain(|(gain, _)| *gain > self.options.accept);
+        let mut rivals: Vec<(f64, Set)> = rivals.into_iter().map(|(rival, gain)| (gain, rival.clone())).collect();
         rivals.sort_by(|a, b| b.0.total_cmp(&a.0));
         let rivals: Vec<Set> = rivals.into_iter().take(self.options.rivals).map(|(_, rival)| rival).collect();
-        self.fit_from(&set, &rivals);
+        let of_set = self.evidence(&set, Level::High).unwrap_or(f64::NEG_INFINITY);
+        // As exactly as they are reported from the outset: what is free in the end only may decide between them.
+        let begun = self.begun_from(&set, &rivals, Level::High);
+        let is_near =
+            |fit: &Fit| fit.log_evidence + self.options.optimism * fit.predicted_gain > of_set - self.options.margin;
+        let ended = begun.into_par_iter().filter(|(.., fit)| is_near(fit)).map(|(rival, problem, begun)| {
+            let base = self.family.options();
+            let options = FitOptions { known: Some(begun.noise.clone()), ..settling(base.settled, base) };
+            let further = if begun.converged { None } else { fit(&problem, &begun.u, &options) };
+            let ended = further.filter(|fit| fit.log_evidence > begun.log_evidence).unwrap_or(begun);
+            (rival, problem, ended)
+        });
+        for (rival, problem, fit) in ended.collect::<Vec<_>>() {
+            self.keep(rival, Level::High, problem, fit);
+        }
         let of = |set: &Set| self.evidence(set, Level::High).unwrap_or(f64::NEG_INFINITY);
         let best = rivals.into_iter().max_by(|a, b| of(a).total_cmp(&of(b)));
-        best.filter(|rival| of(rival) > of(&set)).unwrap_or(set)
+        best.filter(|rival| of(rival) > of_set).unwrap_or(set)
     }
 
     /// The sets with one effect exchanged that have not been fitted.

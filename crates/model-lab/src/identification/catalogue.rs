@@ -535,6 +535,7 @@ impl<'a> Family for Catalogue<'a> {
         let (own, theirs) = (member.space.coordinates.len(), from.space.coordinates.len());
         start[own..own + nuisances].copy_from_slice(&u[theirs..theirs + nuisances]);
         member.space.carry(&from.space, u, &mut start);
+        member.space.carry_refinements(&from.space, u, &mut start);
         let has = |kind: EffectKind| from.space.effects().iter().any(|effect| effect.kind() == kind);
         let kinds: Vec<EffectKind> =
             member.space.effects().iter().map(valve_model::Effect::kind).filter(|kind| !has(*kind)).collect();
