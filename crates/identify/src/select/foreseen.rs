@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::race::settling;
-use super::{Family, Level, Search, Set};
+use super::{Family, Level, Model, Search, Set};
 use crate::Problem;
 use crate::fit::{Fit, FitOptions, fit};
 use crate::noise::{Noise, Whitener};
@@ -14,6 +14,9 @@ use crate::variance::{Effort, components, evidence};
 /// So many of the likeliest beginnings are looked at where their derivatives lead: far from where these were taken they promise
 /// too much.
 const LIKELIEST: usize = 3;
+
+/// How far shapes that hardly anybody knows are varied, in prior deviations.
+const VARIED: [f64; 4] = [-2.0, -1.0, 1.0, 2.0];
 
 impl<F: Family> Search<'_, F> {
     /// Where a set with one effect more is likely to be best, and with which errors: from the optimum of the smaller set, by
@@ -49,38 +52,73 @@ impl<F: Family> Search<'_, F> {
             points.iter().map(|point| counted_from.iter().position(|from| *from == off(point))).collect();
         let predicted = predict_all(problem, &[points.as_slice(), &counted_from].concat());
         let (predicted, without) = predicted.split_at(points.len());
-        let mut place = vec![None; smaller.problem.coordinates().len()];
-        for (index, same) in shared.iter().enumerate() {
-            if let Some(same) = same {
-                place[*same] = Some(index);
-            }
-        }
-        let kept = |columns: &[(usize, Vec<f64>)]| -> Vec<(usize, Vec<f64>)> {
-            columns.iter().filter_map(|(index, column)| Some((place[*index]?, column.clone()))).collect()
-        };
-        let groups = self.family.options().groups;
-        let noise = &smaller.fit.noise;
+        let columns = columns_of(&smaller.fit, &shared);
         let linear = points.into_iter().zip(predicted).zip(of_point).filter_map(|((u, predicted), off)| {
             let (predicted, without) = (predicted.as_ref()?, without[off?].as_ref()?);
-            let with_effect = predicted.iter().zip(without).zip(&smaller.fit.linear.columns);
-            let linear = with_effect.map(|((predicted, without), columns)| {
+            let linear = predicted.iter().zip(without).zip(&columns).map(|((predicted, without), columns)| {
                 let by_size = predicted.iter().zip(without).map(|(with, without)| (with - without) / u[size]);
-                let mut columns = kept(columns);
+                let mut columns = columns.clone();
                 columns.push((size, by_size.collect()));
                 Linear { predicted: predicted.clone(), columns }
             });
             let linear = linear.collect();
-            let at = Linearised::new(problem, u, linear);
-            let likely = evidence(problem, &at, &at.normal(problem, noise), &groups, noise);
-            likely.is_finite().then_some((likely, at))
+            Some(Linearised::new(problem, u, linear))
         });
+        let is_held = |index: usize| shared[index].is_none() && index != size;
+        self.best_end(problem, linear.collect(), is_held, &smaller.fit.noise)
+    }
+
+    /// Where a set is likely to be best as exactly as it is reported, by its cheap fit: from there, and with each coordinate that is
+    /// free in the end only (a shape that hardly anybody knows) varied over its prior. Such shapes have valleys of their own.
+    pub(super) fn refined(&self, problem: &F::Member, cheap: &Model<F::Member>) -> Vec<f64> {
+        let start = self.family.carried(&cheap.problem, &cheap.fit.u, problem);
+        let shared = self.family.shared(&cheap.problem, problem);
+        let is_held = |index: usize| shared[index].is_none();
+        let coordinates = problem.coordinates();
+        let mut points = vec![start.clone()];
+        for index in (0..coordinates.len()).filter(|index| is_held(*index)) {
+            points.extend(VARIED.map(|by| {
+                let mut point = start.clone();
+                let to = point[index] + by * coordinates[index].sigma;
+                point[index] = to.clamp(coordinates[index].lower, coordinates[index].upper);
+                point
+            }));
+        }
+        if points.len() == 1 {
+            return start;
+        }
+        let columns = columns_of(&cheap.fit, &shared);
+        let linear = predict_all(problem, &points).into_iter().zip(points).filter_map(|(predicted, u)| {
+            let of_record = predicted?.into_iter().zip(&columns);
+            let linear = of_record.map(|(predicted, columns)| Linear { predicted, columns: columns.clone() }).collect();
+            Some(Linearised::new(problem, u, linear))
+        });
+        let best = self.best_end(problem, linear.collect(), is_held, &cheap.fit.noise);
+        best.map_or(start, |(point, _)| point)
+    }
+
+    /// Of several points, with the derivatives of a fit close by, the one whose step ends best, as it ends, and the errors that are
+    /// foreseen there. Coordinates for which no derivative speaks are held: the prior alone would draw them to its mean.
+    fn best_end(
+        &self,
+        problem: &F::Member,
+        linear: Vec<Linearised>,
+        is_held: impl Fn(usize) -> bool,
+        noise: &Noise,
+    ) -> Option<(Vec<f64>, Noise)> {
+        let groups = self.family.options().groups;
+        let coordinates = problem.coordinates();
+        let likely = linear.into_iter().map(|at| {
+            let likely = evidence(problem, &at, &at.normal(problem, noise), &groups, noise);
+            (likely, at)
+        });
+        let mut linear: Vec<(f64, Linearised)> = likely.filter(|(likely, _)| likely.is_finite()).collect();
+        linear.sort_by(|a, b| b.0.total_cmp(&a.0));
         let chi2 = |residuals: &[Vec<f64>]| -> f64 {
             let whitened = |(record, residual): (&Record, &Vec<f64>)| Whitener::new(record, noise).whitened(residual);
             problem.records().iter().zip(residuals).flat_map(whitened).map(|value| value * value).sum()
         };
-        let mut linear: Vec<(f64, Linearised)> = linear.collect();
-        linear.sort_by(|a, b| b.0.total_cmp(&a.0));
-        // The one that is best as it stands is hardly worse than the smaller set, wherever the others lead.
+        // The one that is best as it stands is hardly worse than the fit close by, wherever the others lead.
         let cost = |at: &Linearised| chi2(&at.residual) + prior_cost(coordinates, &at.u);
         let costs = linear.iter().map(|(_, at)| cost(at)).enumerate();
         let nearest = costs.min_by(|a, b| a.1.total_cmp(&b.1))?.0;
@@ -88,9 +126,7 @@ impl<F: Family> Search<'_, F> {
         let stepped = chosen.filter_map(|(_, (_, at))| {
             let noise = components(problem, &at, &groups, noise, Effort::Local);
             let mut to = Posterior::new(coordinates, &at.u, &at.normal(problem, &noise)).newton()?.to;
-            // No derivative speaks for the shapes here: the prior alone would draw them to its mean.
-            let shapes = shared.iter().enumerate().filter(|(index, same)| same.is_none() && *index != size);
-            shapes.for_each(|(index, _)| to[index] = at.u[index]);
+            (0..to.len()).filter(|index| is_held(*index)).for_each(|index| to[index] = at.u[index]);
             Some((to, noise))
         });
         let stepped: Vec<(Vec<f64>, Noise)> = stepped.collect();
@@ -132,6 +168,15 @@ impl<F: Family> Search<'_, F> {
         }
         self.looked_at.extend(wanted);
     }
+}
+
+/// Derivatives of a fit, by record, as those of a problem that shares coordinates with it.
+fn columns_of(fit: &Fit, shared: &[Option<usize>]) -> Vec<Vec<(usize, Vec<f64>)>> {
+    let place = |theirs: usize| shared.iter().position(|same| *same == Some(theirs));
+    let of_record = |columns: &Vec<(usize, Vec<f64>)>| {
+        columns.iter().filter_map(|(theirs, column)| Some((place(*theirs)?, column.clone()))).collect()
+    };
+    fit.linear.columns.iter().map(of_record).collect()
 }
 
 /// The set that another grows out of: the one at hand, or, for one in which an effect was exchanged, what both share.

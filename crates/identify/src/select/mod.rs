@@ -149,7 +149,7 @@ pub fn select<F: Family>(family: &F, options: &SelectOptions) -> Option<Selectio
         models: BTreeMap::new(),
         looked_at: Vec::new(),
         screened: BTreeMap::new(),
-        reduced: Vec::new(),
+        reduced: BTreeMap::new(),
     };
     for model in base(family)? {
         search.models.insert((Vec::new(), model.level), model);
@@ -204,8 +204,8 @@ struct Search<'a, F: Family> {
     looked_at: Vec<Set>,
     /// The best evidence of sets that went on from a first look, on the few records of it.
     screened: BTreeMap<Set, f64>,
-    /// Sets whose smaller ones were fitted from their optimum.
-    reduced: Vec<Set>,
+    /// Sets whose smaller ones were fitted from their optimum, with its evidence.
+    reduced: BTreeMap<Set, f64>,
 }
 
 impl<F: Family> Search<'_, F> {
@@ -217,6 +217,12 @@ impl<F: Family> Search<'_, F> {
             let held_out = is_wanted.then(|| held_out(&problem, &fit, &folds(&problem))).flatten();
             self.models.insert((set.clone(), level), Model { set, level, problem, fit, held_out });
         }
+    }
+
+    /// Whether shapes of a set are free only in a fit as exact as those that decide: a cheap one does not say how far it may get.
+    fn has_late_shapes(&self, set: &[usize]) -> bool {
+        let free = |level| self.family.member(set, level).map(|member| member.coordinates().len());
+        free(Level::High) > free(Level::Low)
     }
 
     fn evidence(&self, set: &[usize], level: Level) -> Option<f64> {
@@ -263,9 +269,12 @@ impl<F: Family> Search<'_, F> {
     fn with_smaller(&mut self, set: &[usize]) -> Vec<Set> {
         let smaller: Vec<Set> =
             set.iter().map(|one| set.iter().copied().filter(|other| other != one).collect()).collect();
-        if !self.reduced.iter().any(|one| one == set) {
+        // A better optimum of all is a better start for each of them.
+        let known = self.reduced.get(set).copied().unwrap_or(f64::NEG_INFINITY);
+        let evidence = self.evidence(set, Level::High).unwrap_or(f64::NEG_INFINITY);
+        if evidence > known + self.family.options().tolerance {
             self.fit_from(set, &smaller);
-            self.reduced.push(set.to_vec());
+            self.reduced.insert(set.to_vec(), evidence);
         }
         smaller
     }
@@ -277,7 +286,8 @@ impl<F: Family> Search<'_, F> {
         let of_origin = self.evidence(origin, Level::Low);
         let is_near =
             |fit: &Fit| of_origin.is_none_or(|of| fit.log_evidence + fit.predicted_gain > of - self.options.margin);
-        let near: Vec<Set> = begun.iter().filter(|(.., fit)| is_near(fit)).map(|(set, ..)| set.clone()).collect();
+        let near = begun.iter().filter(|(set, _, fit)| is_near(fit) || self.has_late_shapes(set));
+        let near: Vec<Set> = near.map(|(set, ..)| set.clone()).collect();
         for (set, problem, fit) in begun {
             self.keep(set, Level::Low, problem, fit);
         }
@@ -310,7 +320,7 @@ impl<F: Family> Search<'_, F> {
             let warm = best_start(&problem, self.family.warm(&problem, &origin.problem, &origin.fit.u))?;
             let mut starts = vec![warm];
             if let Some(low) = self.models.get(&(set.clone(), Level::Low)) {
-                starts.push(self.family.carried(&low.problem, &low.fit.u, &problem));
+                starts.push(self.refined(&problem, low));
             }
             // A start that looks worse may lie in the better valley.
             let fits = starts.into_par_iter().filter_map(|start| fit(&problem, &start, &self.family.options()));

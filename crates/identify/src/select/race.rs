@@ -80,7 +80,8 @@ impl<F: Family> Search<'_, F> {
         let best = runners.first().map_or(best_known, |runner| runner.fit.log_evidence.max(best_known));
         let mut finalists = known;
         for (place, runner) in runners.into_iter().enumerate() {
-            if place < self.options.finalists && runner.fit.log_evidence > best - self.options.margin {
+            let is_near = runner.fit.log_evidence > best - self.options.margin || self.has_late_shapes(&runner.set);
+            if place < self.options.finalists && is_near {
                 finalists.push(runner.set.clone());
             }
             self.keep(runner.set, Level::Low, runner.problem, runner.fit);
@@ -172,7 +173,7 @@ impl<F: Family> Search<'_, F> {
             .filter_map(|set| {
                 let low = self.models.get(&(set.clone(), Level::Low))?;
                 let problem = self.family.member(set, Level::High)?;
-                let start = self.family.carried(&low.problem, &low.fit.u, &problem);
+                let start = self.refined(&problem, low);
                 let fit = fit(&problem, &start, &options)?;
                 self.family.tell(fitted_news(set, &problem, &fit, of));
                 Some((set.clone(), problem, fit))
