@@ -638,7 +638,7 @@ impl<'a> Family for &'a Rippled {
 fn a_shape_that_is_free_in_the_end_only_begins_in_the_valley_that_the_rows_ask_for() {
     let observed = |seed: u64| -> Vec<f64> {
         let row = |(row, noise): (usize, f64)| 0.2 + 1.5 * rippled(QUICK, row as f64) + noise;
-        noise(40, 0.02, seed).into_iter().enumerate().map(row).collect()
+        noise(14, 0.02, seed).into_iter().enumerate().map(row).collect()
     };
     let (level, size) = (|| shared("level", 0.0, 1.0, 20.0), || shared("size", 0.0, 1.0, 20.0));
     let family = Rippled {

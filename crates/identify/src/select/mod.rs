@@ -272,7 +272,7 @@ impl<F: Family> Search<'_, F> {
         // A better optimum of all is a better start for each of them.
         let known = self.reduced.get(set).copied().unwrap_or(f64::NEG_INFINITY);
         let evidence = self.evidence(set, Level::High).unwrap_or(f64::NEG_INFINITY);
-        if evidence > known + self.family.options().tolerance {
+        if evidence > known + self.options.accept {
             self.fit_from(set, &smaller);
             self.reduced.insert(set.to_vec(), evidence);
         }
@@ -446,7 +446,11 @@ impl<F: Family> Search<'_, F> {
         }
         let mut rivals: Vec<(f64, Set)> = rivals.into_iter().map(|(rival, gain)| (gain, rival.clone())).collect();
         rivals.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let rivals: Vec<Set> = rivals.into_iter().take(self.options.rivals).map(|(_, rival)| rival).collect();
+        let rivals = rivals.into_iter().take(self.options.rivals).map(|(_, rival)| rival);
+        // A pair that was fitted to the end began where a smaller set had put right what else was off.
+        let is_ended =
+            |rival: &Set| self.models.get(&(rival.clone(), Level::High)).is_some_and(|model| model.fit.converged);
+        let rivals: Vec<Set> = rivals.filter(|rival| rival.len() < 2 || !is_ended(rival)).collect();
         let of_set = self.evidence(&set, Level::High).unwrap_or(f64::NEG_INFINITY);
         // As exactly as they are reported from the outset: what is free in the end only may decide between them.
         let begun = self.begun_from(&set, &rivals, Level::High);
