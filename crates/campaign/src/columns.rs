@@ -1,7 +1,7 @@
 //! Which column holds which channel, and how its numbers become SI.
 
 use checked_toml::{QuantityKind, Section, TomlFileError};
-use column_source::{ColumnSource, Heading, did_you_mean, named, unit_at_end};
+use column_source::{ColumnSource, Heading, did_you_mean, listed, named, unit_at_end};
 use quantity::{Dimension, Reference, Unit, suggest};
 
 use crate::error::{DataError, DataProblem};
@@ -196,7 +196,7 @@ pub(crate) fn missing(source: &dyn ColumnSource, column: &str, expected: &str) -
     let problem = DataProblem::MissingColumn {
         column: format!("\"{column}\"{hint}"),
         expected: expected.to_owned(),
-        found: source.headings().iter().map(|heading| format!("\"{}\"", heading.name)).collect::<Vec<_>>().join(", "),
+        found: listed(source.headings().iter().map(|heading| heading.name.as_str())),
     };
     DataError::new(source.file(), source.header_line(), problem)
 }

@@ -1,7 +1,7 @@
 //! From a CSV text to a trace and its command edges.
 
 use checked_toml::{QuantityKind, Section, TomlFileError};
-use column_source::{Clock, ColumnSource, Comments, without_unit};
+use column_source::{Clock, ColumnSource, Comments, NoticeKind, without_unit};
 use quantity::Dimension;
 
 use crate::columns::{self, CHANNELS, Column, Mapping};
@@ -175,35 +175,16 @@ pub(crate) fn read_source(
     };
     let mut pressures = columns.pressures.map(|column| column.map(|_| Vec::with_capacity(rows)));
     let mut lines = Vec::with_capacity(rows);
-    let (mut without_time, mut without_command) = (0, 0);
-    let mut signal_range = (f64::INFINITY, f64::NEG_INFINITY);
-    let (mut first_s, mut command, mut clock) = (0.0, false, Clock::default());
+    let mut without_time = 0;
+    let (mut signals, mut clock) = (Vec::with_capacity(rows), Clock::default());
     while let Some(line) = source.next_row()? {
-        let error = |problem| DataError::new(source.file(), line, problem);
         let time_s = time_s(source, columns.time, &mut clock, line)?;
         if time_s.is_nan() {
             without_time += 1;
             continue;
         }
-        if trace.time_s.is_empty() {
-            first_s = time_s;
-        }
-        let since_first_s = time_s - first_s;
-        if let Some(&before_s) = trace.time_s.last()
-            && since_first_s <= before_s
-        {
-            return Err(error(DataProblem::TimeNotIncreasing { found_s: time_s, before_s: before_s + first_s }));
-        }
-        let signal = columns.command.to_si(source.number(columns.command.index)?);
-        if signal.is_nan() {
-            without_command += 1;
-        } else {
-            command = next_command(signal, command, trace.time_s.is_empty(), format.command_from)
-                .ok_or_else(|| error(DataProblem::CommandValue { found: signal }))?;
-            signal_range = (signal_range.0.min(signal), signal_range.1.max(signal));
-        }
-        trace.time_s.push(since_first_s);
-        trace.command_close.push(command);
+        trace.time_s.push(time_s);
+        signals.push(columns.command.to_si(source.number(columns.command.index)?));
         trace.position_m.push(columns.position.to_si(source.number(columns.position.index)?));
         for (column, values) in columns.pressures.iter().zip(&mut pressures) {
             if let (Some(column), Some(values)) = (column, values) {
@@ -215,6 +196,36 @@ pub(crate) fn read_source(
     if trace.time_s.len() < 2 {
         let problem = DataProblem::TooFewRows { rows: trace.time_s.len(), expected: 2 };
         return Err(DataError::new(source.file(), header_line, problem));
+    }
+    if newest_first(&trace.time_s) {
+        for values in
+            [&mut trace.time_s, &mut signals, &mut trace.position_m].into_iter().chain(pressures.iter_mut().flatten())
+        {
+            values.reverse();
+        }
+        lines.reverse();
+        doubts.push((header_line, Doubt::Read(NoticeKind::NewestFirst)));
+    }
+    if let Some(row) = (1..lines.len()).find(|row| trace.time_s[*row] <= trace.time_s[row - 1]) {
+        let (found_s, before_s) = (trace.time_s[row], trace.time_s[row - 1]);
+        return Err(DataError::new(source.file(), lines[row], DataProblem::TimeNotIncreasing { found_s, before_s }));
+    }
+    let first_s = trace.time_s[0];
+    for time_s in &mut trace.time_s {
+        *time_s -= first_s;
+    }
+    let (mut without_command, mut command) = (0, false);
+    let mut signal_range = (f64::INFINITY, f64::NEG_INFINITY);
+    for (&signal, &line) in signals.iter().zip(&lines) {
+        if signal.is_nan() {
+            without_command += 1;
+        } else {
+            let told = next_command(signal, command, trace.command_close.is_empty(), format.command_from);
+            let unknown = || DataError::new(source.file(), line, DataProblem::CommandValue { found: signal });
+            command = told.ok_or_else(unknown)?;
+            signal_range = (signal_range.0.min(signal), signal_range.1.max(signal));
+        }
+        trace.command_close.push(command);
     }
     if without_time > 0 {
         doubts.push((header_line, Doubt::RowsWithoutTime { rows: without_time }));
@@ -229,6 +240,11 @@ pub(crate) fn read_source(
     doubts.extend(take_outliers(&mut trace, &lines));
     let position_column = source.headings()[columns.position.index].name.clone();
     Ok(ReadTrace { trace, lines, header_line, position_column, signal_range, doubts })
+}
+
+/// Whether rows run from the newest to the oldest, as some historians export them.
+pub(crate) fn newest_first(time_s: &[f64]) -> bool {
+    time_s.len() > 2 && time_s.windows(2).all(|pair| pair[1] < pair[0])
 }
 
 /// Takes readings that no motion can have made out of every channel.

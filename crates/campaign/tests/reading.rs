@@ -501,3 +501,19 @@ fn all_that_is_wrong_with_a_campaign_is_told_before_its_recordings_are() {
     let told = read_files(sound, &[("a.csv", "x\n")]).unwrap_err().to_string();
     assert!(told.starts_with("a.csv:"), "{told}");
 }
+
+#[test]
+fn rows_from_the_newest_to_the_oldest_are_turned_round() {
+    let forward = usual();
+    let mut lines: Vec<&str> = forward.lines().collect();
+    lines[1..].reverse();
+    let campaign = read(RUN, &lines.join("\n"));
+    let expected = read(RUN, &forward);
+    let (run, other) = (&campaign.runs[0], &expected.runs[0]);
+    assert_eq!((&run.commands, &run.trace.position_m), (&other.commands, &other.trace.position_m));
+    assert!(run.trace.time_s.iter().zip(&other.trace.time_s).all(|(one, other)| (one - other).abs() < 1e-9));
+    assert_eq!(doubts(&campaign), [&Doubt::Read(NoticeKind::NewestFirst)]);
+    // One row out of place is still refused, in either order.
+    lines.swap(500, 501);
+    assert!(refusal(RUN, &lines.join("\n")).contains("expected times that increase"));
+}

@@ -14,6 +14,8 @@ const FEWEST_FOR_LENGTH: usize = 8;
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Layout {
     pub delimiter: u8,
+    /// Columns of a text without a header; its first row stands where the header would.
+    pub unnamed: Option<usize>,
     /// Byte and line of the header.
     pub header_start: usize,
     pub header_line: usize,
@@ -44,15 +46,19 @@ pub(crate) fn find(text: &[u8]) -> Option<Layout> {
         .unwrap_or_else(|| [b';', b'\t'].into_iter().find(|byte| first.text.contains(byte)).unwrap_or(b','));
     let width = usual_width(&sample, delimiter).unwrap_or_else(|| fields(first.text, delimiter).len());
     let head = &lines[..lines.len().min(LONGEST_PREAMBLE)];
-    let is_row = |line: &Line<'_>| is_data(line.text, delimiter, width);
+    let numbers = number_columns(&sample, delimiter, width);
+    let is_row =
+        |line: &Line<'_>| is_data(line.text, delimiter, width) && holds_numbers(line.text, delimiter, &numbers);
     // A line such as "Date;2026-03-01" is no row: what follows it is none.
     let data = (0..head.len()).find(|at| is_row(&head[*at]) && lines.get(at + 1).is_none_or(is_row)).unwrap_or(0);
-    let header = header_above(&head[..data], delimiter, width).unwrap_or(0);
+    let unnamed = is_row(&lines[data]) && has_no_header(&lines, data, delimiter, width);
+    let header = if unnamed { data } else { header_above(&head[..data], delimiter, width).unwrap_or(0) };
     let units = (header + 1 < data && is_units(lines[header + 1].text, delimiter)).then(|| lines[header + 1].number);
-    let rows = &lines[(header + 1).min(lines.len())..];
+    let rows = &lines[(header + usize::from(!unnamed)).min(lines.len())..];
     let names_first = names_first(rows, delimiter);
     Some(Layout {
         delimiter,
+        unnamed: unnamed.then_some(width),
         header_start: lines[header].start,
         header_line: lines[header].number,
         preamble: header,
@@ -137,6 +143,21 @@ fn is_data(line: &[u8], delimiter: u8, width: usize) -> bool {
     fields.len() == width && numbers > 0 && 2 * (numbers + gaps) >= fields.len()
 }
 
+/// Which columns hold numbers in most rows.
+fn number_columns(sample: &[Line<'_>], delimiter: u8, width: usize) -> Vec<bool> {
+    let rows = sample.iter().map(|line| fields(line.text, delimiter)).filter(|fields| fields.len() == width);
+    let rows: Vec<_> = rows.collect();
+    let numbers = |column: usize| rows.iter().filter(|fields| is_numeric(fields[column])).count();
+    (0..width).map(|column| 2 * numbers(column) > rows.len()).collect()
+}
+
+/// Whether a line has a number, or a gap, in every column that holds numbers: what a recorder says of its channels above
+/// the header has words there.
+fn holds_numbers(line: &[u8], delimiter: u8, numbers: &[bool]) -> bool {
+    let fields = fields(line, delimiter);
+    fields.iter().zip(numbers).all(|(field, number)| !number || is_numeric(field) || is_gap(bare(field)))
+}
+
 /// The header among the lines above the first row: the fullest one without numbers, else the last one.
 fn header_above(lines: &[Line<'_>], delimiter: u8, width: usize) -> Option<usize> {
     let names = |line: &Line<'_>| {
@@ -153,13 +174,37 @@ fn header_above(lines: &[Line<'_>], delimiter: u8, width: usize) -> Option<usize
     }
 }
 
+/// Whether a text has rows alone, or notes above them that name no columns: its first row is written like the second one,
+/// and no line above has as many fields.
+fn has_no_header(lines: &[Line<'_>], data: usize, delimiter: u8, width: usize) -> bool {
+    let kinds = |line: &Line<'_>| fields(line.text, delimiter).into_iter().map(is_numeric).collect::<Vec<_>>();
+    let alike = lines.get(data + 1).is_some_and(|next| {
+        // What is a number in the second row is one in the first, or a gap there.
+        let first = fields(lines[data].text, delimiter);
+        let second = kinds(next);
+        first.iter().zip(&second).all(|(field, number)| is_numeric(field) == *number || is_gap(bare(field)))
+    });
+    // Some recorders end each row with a separator and the header without one.
+    let names = |line: &Line<'_>| {
+        let found = fields(line.text, delimiter).len();
+        found >= width || found > 1 && found + 1 == width
+    };
+    alike && !lines[..data].iter().any(names)
+}
+
 /// Whether a line under the header is a row of units.
 fn is_units(line: &[u8], delimiter: u8) -> bool {
     let fields = fields(line, delimiter);
     let text = |field: &[u8]| String::from_utf8_lossy(bare(field)).into_owned();
-    let known = fields.iter().filter(|field| understood(&text(field)).is_some()).count();
+    let known = fields.iter().filter(|field| understood(&text(field)).is_some() || is_other_unit(&text(field))).count();
     let real = fields.iter().filter(|field| understood(&text(field)).is_some_and(|unit| !unit.text().is_empty()));
     real.count() > 0 && 2 * known >= fields.len() && !fields.iter().any(|field| is_numeric(field))
+}
+
+/// Whether a word is a unit of what this program does not measure.
+fn is_other_unit(word: &str) -> bool {
+    const OTHERS: [&str; 14] = ["V", "mV", "kV", "A", "mA", "%", "N", "kN", "Nm", "Hz", "l/min", "rpm", "m/s", "1/min"];
+    OTHERS.contains(&word.trim_matches(['(', ')', '[', ']', ' ']))
 }
 
 /// Whether the first column of most rows holds words.

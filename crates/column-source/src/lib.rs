@@ -3,7 +3,7 @@
 //! A [`ColumnSource`] gives headings and then row by row numbers and texts, whatever the format behind it. The one for
 //! text, [`TextSource`], finds out for itself how a file is written: bytes (gzip, UTF-8, UTF-16, Windows-1252),
 //! separators (comma, semicolon, tab), lines before the header, a row of units under it, decimal commas, thousands
-//! separators, comments, a last row that was cut off. Every such guess that is not the plain case is a [`Notice`].
+//! separators, comments, a last row that was cut off, columns without names, a date beside a time of the day. Every such guess that is not the plain case is a [`Notice`].
 //! Times may be numbers or timestamps ([`Clock`]). [`open`] knows every format by its first bytes.
 //!
 //! It knows no valve, and what a column means is the caller's business.
@@ -28,7 +28,7 @@ mod timestamp;
 
 pub use error::{RecordError, RecordProblem};
 pub use heading::Heading;
-pub use naming::{any_unit_at_end, did_you_mean, named, unit_at_end, without_unit, written_out};
+pub use naming::{any_unit_at_end, did_you_mean, listed, named, unit_at_end, without_unit, written_out};
 pub use notice::{Notice, NoticeKind};
 pub use open::{open, recognised};
 pub use source::ColumnSource;

@@ -1,4 +1,5 @@
-//! MATLAB files up to v7: every vector of numbers is a column, every matrix one for each of its own.
+//! MATLAB files up to v7: every vector of numbers is a column, every matrix one for each of its own, or for each of its
+//! rows where those are the signals.
 
 use matfile::{Array, MatFile, NumericData};
 
@@ -27,9 +28,13 @@ fn columns(array: &Array) -> Vec<(String, Values)> {
     if *rows == 1 || *count == 1 {
         return vec![(name.to_owned(), Values::Numbers(values))];
     }
-    let numbered =
-        |(index, column): (usize, &[f64])| (format!("{name}_{}", index + 1), Values::Numbers(column.to_vec()));
-    values.chunks(*rows).enumerate().map(numbered).collect()
+    let numbered = |(index, signal): (usize, Vec<f64>)| (format!("{name}_{}", index + 1), Values::Numbers(signal));
+    let row = |row: usize| values.iter().skip(row).step_by(*rows).copied().collect::<Vec<_>>();
+    // Simulink's "To File" lays signals down as rows, the time first.
+    if rows < count && row(0).windows(2).all(|pair| pair[1] > pair[0]) {
+        return (0..*rows).map(row).enumerate().map(numbered).collect();
+    }
+    values.chunks(*rows).map(<[f64]>::to_vec).enumerate().map(numbered).collect()
 }
 
 /// The numbers of an array; none where they are complex.

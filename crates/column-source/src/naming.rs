@@ -40,8 +40,11 @@ pub fn written_out(name: &str) -> String {
             'ü' => plain.push_str("ue"),
             'ß' => plain.push_str("ss"),
             'é' | 'è' | 'ê' => plain.push('e'),
-            'à' | 'â' => plain.push('a'),
-            'ô' => plain.push('o'),
+            'à' | 'â' | 'á' | 'ã' => plain.push('a'),
+            'ô' | 'ó' | 'ò' | 'õ' => plain.push('o'),
+            'í' | 'ì' | 'î' => plain.push('i'),
+            'ú' | 'ù' | 'û' => plain.push('u'),
+            'ñ' => plain.push('n'),
             'ç' => plain.push('c'),
             other => plain.push(other),
         }
@@ -63,6 +66,18 @@ pub fn named(headings: &[(&str, &str)], name: &str) -> Vec<usize> {
     };
     let all = |way| (0..headings.len()).filter(|index| fits(way, headings[*index].0, headings[*index].1)).collect();
     (0..4).map(all).find(|found: &Vec<usize>| !found.is_empty()).unwrap_or_default()
+}
+
+/// Names of columns in quotation marks for a message; of a great many the first ones, and how many more there are.
+#[must_use]
+pub fn listed<'a>(names: impl ExactSizeIterator<Item = &'a str>) -> String {
+    const MOST: usize = 24;
+    let more = names.len().saturating_sub(MOST);
+    let mut all: Vec<String> = names.take(MOST).map(|name| format!("\"{name}\"")).collect();
+    if more > 0 {
+        all.push(format!("and {more} more"));
+    }
+    all.join(", ")
 }
 
 /// " (did you mean ...?)" for a name among names with and without their units, or nothing.

@@ -24,6 +24,23 @@ pub enum NoticeKind {
         /// How many.
         lines: usize,
     },
+    /// No header.
+    #[error("no line names the columns; from left to right they are called \"column 1\" to \"column {columns}\"")]
+    NoHeader {
+        /// How many.
+        columns: usize,
+    },
+    /// A date and a time of the day in two columns.
+    #[error("the date in \"{date}\" and the time of the day in \"{time}\" were taken together")]
+    DateBeside {
+        /// The column of the date.
+        date: String,
+        /// The column of the time.
+        time: String,
+    },
+    /// Rows from the last to the first.
+    #[error("the rows run from the newest to the oldest; they were turned round")]
+    NewestFirst,
     /// A row of units.
     #[error("the row under the header was taken as units: {units}")]
     UnitsRow {

@@ -31,6 +31,15 @@ pub fn open(bytes: &[u8], file: &str, comments: Comments) -> Result<Box<dyn Colu
         let instead = "export it as CSV, from DIAdem, Excel with NI's add-in, or Python with npTDMS";
         return refuse(RecordProblem::NotRead { format: "a TDMS file", instead });
     }
+    // Workbooks of a spreadsheet: the newer ones are ZIP archives, the older ones compound files.
+    if bytes.starts_with(b"PK\x03\x04") {
+        let instead = "save the sheet as CSV: in Excel, Save As, \"CSV UTF-8\"; or unpack the archive";
+        return refuse(RecordProblem::NotRead { format: "an Excel workbook or another ZIP archive", instead });
+    }
+    if bytes.starts_with(b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1") {
+        let instead = "save the sheet as CSV: in Excel, Save As, \"CSV UTF-8\"";
+        return refuse(RecordProblem::NotRead { format: "an old Excel workbook (.xls)", instead });
+    }
     Ok(Box::new(TextSource::new(bytes, file, comments)?))
 }
 

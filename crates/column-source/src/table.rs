@@ -10,6 +10,7 @@ pub(crate) enum Values {
     /// Numbers; NaN for a gap.
     Numbers(Vec<f64>),
     /// Texts, such as timestamps and names.
+    #[cfg_attr(not(feature = "parquet"), expect(dead_code, reason = "MATLAB files give numbers alone"))]
     Texts(Vec<String>),
 }
 

@@ -9,6 +9,7 @@ use csv::ByteRecord;
 use crate::heading::understood;
 use crate::layout::{self, Layout};
 use crate::number::{NumberStyle, is_gap, plain_decimal};
+use crate::timestamp::are_a_moment;
 use crate::{ColumnSource, Heading, Notice, NoticeKind, RecordError, RecordProblem, decode};
 
 /// The longest line that is read, bytes.
@@ -35,6 +36,10 @@ pub struct TextSource {
     row: ByteRecord,
     line: usize,
     comments: bool,
+    /// Rows have been read.
+    begun: bool,
+    /// The columns of a date and of the time of that day.
+    date_beside: Option<(usize, usize)>,
     notices: Vec<Notice>,
 }
 
@@ -53,6 +58,9 @@ impl TextSource {
         if layout.preamble > 0 {
             let kind = NoticeKind::Preamble { lines: layout.preamble };
             notices.push(Notice { line: layout.header_line, kind });
+        }
+        if let Some(columns) = layout.unnamed {
+            notices.push(Notice { line: layout.header_line, kind: NoticeKind::NoHeader { columns } });
         }
         if let Some((start, line)) = layout.cut {
             text.truncate(start);
@@ -78,6 +86,8 @@ impl TextSource {
             layout,
             reader,
             comments,
+            begun: false,
+            date_beside: None,
             notices,
         };
         source.read_headings();
@@ -86,13 +96,17 @@ impl TextSource {
     }
 
     fn read_headings(&mut self) {
+        if let Some(columns) = self.layout.unnamed {
+            self.headings = (1..=columns).map(|number| Heading::new(&format!("column {number}"))).collect();
+            return;
+        }
         self.read();
-        self.headings = (0..self.row.len()).map(|column| Heading::new(&self.field(column))).collect();
+        self.headings = (0..self.row.len()).map(|column| Heading::new(&self.text_of(column))).collect();
         let Some(units_line) = self.layout.units_line else { return };
         self.read();
         let mut said = Vec::new();
         for column in 0..self.headings.len().min(self.row.len()) {
-            let unit = understood(&self.field(column)).filter(|unit| !unit.text().is_empty());
+            let unit = understood(&self.text_of(column)).filter(|unit| !unit.text().is_empty());
             if let Some(unit) = unit {
                 said.push(format!("{} in {}", self.headings[column].name, unit.text()));
                 self.headings[column].unit = Some(unit);
@@ -100,6 +114,20 @@ impl TextSource {
         }
         let kind = NoticeKind::UnitsRow { units: said.join(", ") };
         self.notices.push(Notice { line: units_line, kind });
+    }
+
+    /// Finds a date in one column and the time of that day in another one, by the first row.
+    fn find_date_beside(&mut self) {
+        let fields: Vec<Cow<'_, str>> = (0..self.row.len()).map(|column| self.text_of(column)).collect();
+        let is_moment = |date: usize, time: usize| date != time && are_a_moment(&fields[date], &fields[time]);
+        let all = (0..fields.len()).flat_map(|date| (0..fields.len()).map(move |time| (date, time)));
+        let found: Vec<(usize, usize)> = all.filter(|(date, time)| is_moment(*date, *time)).collect();
+        // Of several nobody knows which belong together.
+        let [(date, time)] = found[..] else { return };
+        self.date_beside = Some((date, time));
+        let name = |column: usize| self.headings[column].name.clone();
+        let kind = NoticeKind::DateBeside { date: name(date), time: name(time) };
+        self.notices.push(Notice { line: self.line, kind });
     }
 
     /// How numbers are written, from the whole file: a separator can be rare.
@@ -114,7 +142,8 @@ impl TextSource {
             return;
         }
         let Ok(text) = std::str::from_utf8(rows) else { return };
-        let mut lines = text.lines().enumerate().skip(1 + usize::from(self.layout.units_line.is_some()));
+        let above = usize::from(self.layout.unnamed.is_none()) + usize::from(self.layout.units_line.is_some());
+        let mut lines = text.lines().enumerate().skip(above);
         let first_line = lines.clone().next().map_or(0, |(index, _)| index);
         let mut fields: Vec<&str> = Vec::new();
         for (_, line) in &mut lines {
@@ -164,6 +193,10 @@ impl TextSource {
         line
     }
 
+    fn text_of(&self, column: usize) -> Cow<'_, str> {
+        String::from_utf8_lossy(self.bytes(column))
+    }
+
     fn bytes(&self, column: usize) -> &[u8] {
         self.row.get(column).unwrap_or_default().trim_ascii()
     }
@@ -199,6 +232,9 @@ impl ColumnSource for TextSource {
         if found != expected && !ended {
             return Err(self.error(self.line, RecordProblem::RowLength { found, expected }));
         }
+        if !std::mem::replace(&mut self.begun, true) {
+            self.find_date_beside();
+        }
         Ok(Some(self.line))
     }
 
@@ -228,7 +264,10 @@ impl ColumnSource for TextSource {
     }
 
     fn field(&self, column: usize) -> Cow<'_, str> {
-        String::from_utf8_lossy(self.bytes(column))
+        match self.date_beside {
+            Some((date, time)) if time == column => format!("{} {}", self.text_of(date), self.text_of(time)).into(),
+            _ => self.text_of(column),
+        }
     }
 
     fn notices(&self) -> &[Notice] {

@@ -67,6 +67,13 @@ const DATES: [(&str, &str); 6] = [
 ];
 const CLOCK: [&str; 2] = ["%H:%M:%S%.f", "%I:%M:%S%.f %p"];
 
+/// Whether a date in one column and a time of the day in another one are a moment together.
+pub(crate) fn are_a_moment(date: &str, time: &str) -> bool {
+    let moment = |text: &str| Clock::recognised(&text.replace(',', ".")).is_some();
+    let parted = !date.trim().is_empty() && !date.contains(':') && time.contains(':');
+    parted && !moment(date) && moment(&format!("{date} 00:00:00")) && moment(&format!("{date} {time}"))
+}
+
 impl Clock {
     /// Seconds from the first timestamp, or `None` where the field is none (or written unlike the first).
     pub fn seconds(&mut self, field: &str, line: usize) -> Option<f64> {
@@ -97,7 +104,7 @@ impl Clock {
     }
 
     fn recognised(text: &str) -> Option<(Format, i128)> {
-        let civil = CIVIL.into_iter().map(|(format, name)| Format::Civil(format, name));
+        let civil = CIVIL.into_iter().chain(MINUTES).map(|(format, name)| Format::Civil(format, name));
         let all = [Format::Zoned, Format::Iso].into_iter().chain(civil).chain(CLOCK.into_iter().map(Format::Clock));
         all.into_iter().find_map(|format| Some((format, format.read(text)?)))
     }
@@ -178,6 +185,25 @@ mod tests {
         }
         // Over the night in which clocks are put back, the zone counts.
         assert_eq!(seconds(&["2026-10-25T02:59:59+02:00", "2026-10-25T02:00:00+01:00"]), [Some(0.0), Some(1.0)]);
+    }
+
+    #[test]
+    fn a_date_and_a_time_of_the_day_are_a_moment() {
+        for (date, time) in [
+            ("2024-11-27", "23:59:00"),
+            ("2024-11-27", "23:59"),
+            ("27.11.2024", "23:59:00,250"),
+            ("27.11.24", "23:59:00"),
+            ("11/27/2024", "11:59:00.5 PM"),
+            ("27-Nov-2024", "23:59:00"),
+        ] {
+            assert!(are_a_moment(date, time), "{date} {time}");
+        }
+        for (date, time) in
+            [("2024-11-27", "7.25"), ("7", "23:59:00"), ("", "23:59:00"), ("2024-11-27", ""), ("1.5", "2.5")]
+        {
+            assert!(!are_a_moment(date, time), "{date} {time}");
+        }
     }
 
     #[test]

@@ -24,6 +24,9 @@ fn formats_that_are_not_read_are_named_with_a_way_out() {
         assert!(refused(&hdf5).contains("v7.3, which this program does not read; save it with"), "{}", refused(&hdf5));
     }
     assert!(refused(b"TDSm\x0e\0\0\0").contains("npTDMS"));
+    for workbook in [&b"PK\x03\x04\x14\0"[..], b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1\0"] {
+        assert!(refused(workbook).contains("which this program does not read; save the sheet as CSV"));
+    }
     // What is cut off or made up is refused, not read as text.
     for start in [&b"PAR1"[..], b"MATLAB 5.0 MAT-file"] {
         let words = refused(start);
@@ -88,11 +91,17 @@ mod mat {
         let mut source = opened(&bytes).expect("a MATLAB file");
         let names: Vec<&str> = source.headings().iter().map(|heading| heading.name.as_str()).collect();
         assert_eq!(names, ["time_s", "position_mm", "pressure_1", "pressure_2"]);
-        let rows = rows(source.as_mut());
-        assert_eq!(rows[0], [0.0, 25.4, 1.0, 4.0]);
-        assert!(rows[1][1].is_nan());
-        assert_eq!(rows[2], [0.2, 3.0, 3.0, 6.0]);
+        let read = rows(source.as_mut());
+        assert_eq!(read[0], [0.0, 25.4, 1.0, 4.0]);
+        assert!(read[1][1].is_nan());
+        assert_eq!(read[2], [0.2, 3.0, 3.0, 6.0]);
         assert!(source.notices()[0].kind.to_string().ends_with("left out: rate_hz"), "{:?}", source.notices());
+        // Lying signals, the time first; the other way round it is a table of many columns.
+        let lying = file(&[matrix("ans", [2, 3], &[0.0, 5.0, 0.1, 6.0, 0.2, 7.0])]);
+        let mut source = opened(&lying).expect("a MATLAB file");
+        assert_eq!(rows(source.as_mut()), [[0.0, 5.0], [0.1, 6.0], [0.2, 7.0]]);
+        let wide = file(&[matrix("ans", [2, 3], &[0.2, 5.0, 0.1, 6.0, 0.0, 7.0])]);
+        assert_eq!(opened(&wide).expect("a MATLAB file").headings().len(), 3);
         for length in 0..bytes.len() {
             // Any cut is an error or a shorter table.
             let _ = opened(&bytes[..length]);

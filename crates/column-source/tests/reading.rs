@@ -1,6 +1,6 @@
 //! Files as recorders, spreadsheets and loggers write them.
 
-use column_source::{ColumnSource, Comments, NoticeKind, TextSource};
+use column_source::{Clock, ColumnSource, Comments, NoticeKind, TextSource};
 
 struct Table {
     names: Vec<String>,
@@ -218,4 +218,81 @@ proptest::proptest! {
 fn notices_are_of_their_kind() {
     let source = open(b"t;x\n0,1;1,5\n0,2;1,5\n");
     assert!(matches!(source.notices()[0].kind, NoticeKind::DecimalComma { .. }));
+}
+
+#[test]
+fn columns_without_names_are_numbered_and_no_row_is_lost() {
+    let table = read(b"0.000\t3.427\t-0.009\n11.000\t3.426\t0.004\n22.000\t3.426\t0.000\n");
+    assert_eq!(table.names, ["column 1", "column 2", "column 3"]);
+    assert_eq!((table.lines, &table.numbers[0]), (vec![1, 2, 3], &vec![0.0, 3.427, -0.009]));
+    let said = "1: no line names the columns; from left to right they are called \"column 1\" to \"column 3\"";
+    assert_eq!(table.notices, [said]);
+    // Notes above the rows name nothing; neither does a single column's lack of a word.
+    let table = read(b"bench 7, second try\n# by hand\n0;1,5\n1;1,6\n2;1,7\n");
+    assert_eq!((table.names.len(), table.numbers.len(), table.lines[0]), (2, 3, 3));
+    assert_eq!(table.numbers[1], [1.0, 1.6]);
+    assert_eq!(read(b"1.5\n2.5\n3.5\n").numbers, [[1.5], [2.5], [3.5]]);
+    // A gap in the first row is a gap; names that are numbers but for one are names.
+    assert!(read(b"0.0,,1\n0.1,2,1\n0.2,2,1\n").numbers[0][1].is_nan());
+    assert_eq!(read(b"time,1,2\n0.0,5,6\n0.1,5,6\n").names, ["time", "1", "2"]);
+    assert_eq!(read(b"x\n1\n2\n").names, ["x"]);
+}
+
+#[test]
+fn a_date_beside_a_time_of_the_day_is_a_moment() {
+    let text = "id,date,time,Hub\n3,2026-02-28,23:59:59.5,1\n4,2026-03-01,00:00:01.0,2\n";
+    let mut source = open(text.as_bytes());
+    let (mut clock, mut times_s) = (Clock::default(), Vec::new());
+    while let Some(line) = source.next_row().unwrap() {
+        times_s.push(clock.seconds(&source.field(2), line).unwrap());
+    }
+    assert_eq!(times_s, [0.0, 1.5]);
+    let said: Vec<String> = source.notices().iter().map(|notice| notice.kind.to_string()).collect();
+    assert_eq!(said, ["the date in \"date\" and the time of the day in \"time\" were taken together"]);
+    // Two such columns cannot be told apart, and are left as they stand.
+    let mut two = open(b"date,on,off\n2026-03-01,10:00:00,10:00:02\n2026-03-01,10:01:00,10:01:02\n");
+    two.next_row().unwrap();
+    assert_eq!((two.field(1).as_ref(), two.notices().len()), ("10:00:00", 0));
+}
+
+#[test]
+fn a_measurement_file_of_labview_is_read() {
+    let text = "LabVIEW Measurement\t\nWriter_Version\t2\nReader_Version\t2\nSeparator\tTab\nDecimal_Separator\t.\n\
+                X_Columns\tOne\nTime_Pref\tRelative\nDate\t2026/03/01\nTime\t10:00:00.25\n***End_of_Header***\t\n\t\n\
+                Channels\t2\t\t\nSamples\t4\t4\t\nDate\t2026/03/01\t2026/03/01\t\nTime\t10:00:00.25\t10:00:00.25\t\n\
+                Y_Unit_Label\tmm\tbar\t\nX_Dimension\tTime\tTime\t\nX0\t0.0000000000000000E+0\t0.0000000000000000E+0\t\n\
+                Delta_X\t0.001000\t0.001000\t\n***End_of_Header***\t\t\t\nX_Value\tWeg\tDruck\tComment\n";
+    let rows = (0..60).map(|row| format!("{:.6}\t25.4\t0.{row:02}\t\n", f64::from(row) * 1e-3));
+    let table = read((text.to_owned() + &rows.collect::<String>()).as_bytes());
+    assert_eq!(table.names, ["X_Value", "Weg", "Druck", "Comment"], "{:?}", table.notices);
+    assert_eq!((table.numbers.len(), &table.numbers[3][..3]), (60, &[0.003, 25.4, 0.03][..]));
+}
+
+#[test]
+fn exports_of_scopes_and_loggers_are_read() {
+    // A scope's CSV: settings, names, units, an empty line.
+    let pico = "Time,Channel A,Channel B\n(ms),(V),(V)\n\n0.00000,1.5,0.1\n0.00100,1.6,0.1\n0.00200,1.7,0.1\n";
+    let table = read(pico.as_bytes());
+    assert_eq!((table.names[0].as_str(), table.units[0].as_deref()), ("Time", Some("ms")));
+    assert_eq!(table.numbers[2][1], 1.7);
+    let tektronix = "Model,DPO2024\nFirmware Version,1.52\n\nPoint Format,Y,\nHorizontal Units,S,\nSample Interval,1e-3,\n\
+                     Record Length,60,\n,,\nTIME,CH1,CH2\n-1.0e-3,0.12,2.0\n";
+    let rows = (0..60).map(|row| format!("{row}e-3,0.14,2.1\n"));
+    let table = read((tektronix.to_owned() + &rows.collect::<String>()).as_bytes());
+    assert_eq!(table.names, ["TIME", "CH1", "CH2"]);
+    assert_eq!(table.numbers[0], [-1e-3, 0.12, 2.0]);
+    // A controller's log: quoted fields, a name for each value's state.
+    let wincc = "\"VarName\";\"TimeString\";\"VarValue\";\"Validity\";\"Time_ms\"\r\n\"Weg\";\"01.03.2026 10:00:00\";12,5;1;46082416666,6667\r\n\
+                 \"Weg\";\"01.03.2026 10:00:01\";12,6;1;46082416678,2407\r\n";
+    let table = read_text(wincc.as_bytes(), &[2]);
+    assert_eq!(table, [[12.5], [12.6]]);
+}
+
+fn read_text(bytes: &[u8], columns: &[usize]) -> Vec<Vec<f64>> {
+    let mut source = open(bytes);
+    let mut rows = Vec::new();
+    while source.next_row().unwrap().is_some() {
+        rows.push(columns.iter().map(|column| source.number(*column).unwrap()).collect());
+    }
+    rows
 }
