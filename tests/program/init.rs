@@ -47,6 +47,22 @@ fn a_datasheet_becomes_a_valve_file_that_runs() {
 }
 
 #[test]
+fn a_cylinder_without_a_spring_is_opened_by_its_weight() {
+    let sandbox = Sandbox::new();
+    let arguments = "init --out new.toml --typical --supply 5_barg --bore 25_mm --stroke 80_mm --moving-mass 1.5_kg \
+                     --spring-stiffness 0_N/m --solenoid 2_mm --port 2_mm --viscous-friction 20_N_s/m";
+    let arguments: Vec<String> = arguments.split_whitespace().map(|word| word.replace('_', " ")).collect();
+    let output = sandbox.valve(&arguments.iter().map(String::as_str).collect::<Vec<_>>());
+    assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
+    let said = String::from_utf8(output.stdout).unwrap();
+    let one_line = said.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(one_line.contains("that its weight opens it, there being no spring"), "{said}");
+    assert!(!one_line.contains("does not get there"), "{said}");
+    let text = sandbox.read("new.toml");
+    assert!(text.contains("orientation = \"inverted\"") && !text.contains("\"nan"), "{text}");
+}
+
+#[test]
 fn nothing_is_guessed_or_replaced_unasked() {
     let sandbox = Sandbox::new();
     let refused = shown(&sandbox.valve(&DATASHEET));

@@ -7,7 +7,7 @@ use anyhow::Context;
 use campaign::guess::{Conflict, DraftRun, Hints, Recording, Understanding, Unknown, draft, understand};
 use campaign::{Campaign, ValveFacts};
 use model_lab::data::valve_facts;
-use quantity::{Dimension, Quantity, pressure_pa};
+use quantity::{Dimension, Quantity, Reference, Unit, pressure_pa};
 
 use super::conditions::Stated;
 use super::dialogue;
@@ -98,6 +98,7 @@ fn hints(args: &InitCampaignArgs, facts: Option<&ValveFacts>) -> anyhow::Result<
         stroke_m: facts.map(|facts| facts.stroke_m).or(stroke),
         ambient_pressure_pa: facts.map_or(USUAL_AMBIENT_PA, |facts| facts.ambient_pressure_pa),
         columns,
+        units: Vec::new(),
         left_out,
         one_closes: args.one_means.as_deref().map(|word| word == "close"),
         grows_to_open: args.position_grows.as_deref().map(|word| word == "open"),
@@ -128,7 +129,7 @@ fn settled(recordings: &[Recording], hints: &mut Hints) -> anyhow::Result<Unders
         let found = understand(recordings, hints);
         agreed(&found.conflicts)?;
         let Some(unknown) = found.unknown.first().copied() else { return Ok(found) };
-        let names = recordings[0].names.iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
+        let names = recordings[0].listed();
         let (what, option) = described(unknown);
         if !dialogue::is_possible() {
             let said = found.said.iter().fold(String::new(), |text, said| text + "\n  " + said);
@@ -140,7 +141,7 @@ fn settled(recordings: &[Recording], hints: &mut Hints) -> anyhow::Result<Unders
         for said in &found.said {
             output::note(&format!("  {said}"));
         }
-        ask(unknown, what, &names, recordings, hints)?;
+        ask(unknown, &what, &names, recordings, hints)?;
     }
 }
 
@@ -156,17 +157,30 @@ fn agreed(conflicts: &[Conflict]) -> anyhow::Result<()> {
     Err(Hinted::error(conflicts.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"), hint))
 }
 
-fn described(unknown: Unknown) -> (&'static str, &'static str) {
-    match unknown {
+fn described(unknown: Unknown) -> (String, String) {
+    let (what, option) = match unknown {
         Unknown::Time => ("which column is the time", "--column time=NAME"),
         Unknown::Position => ("which column is the position", "--column position=NAME"),
-        Unknown::PositionUnit => ("in which unit the position is", "--valve valve.toml or --stroke \"25.4 mm\""),
+        Unknown::PositionUnit => (
+            "in which unit the position is",
+            "--column \"position=NAME [mm]\" (or [-] where its ends are the stops), beside --valve valve.toml or \
+             --stroke \"25.4 mm\"",
+        ),
+        Unknown::PressureUnit(channel) => {
+            let what = format!("in which unit the {} is", channel.replace('_', " "));
+            let option = format!(
+                "--column \"{channel}=NAME [barg]\" (or bara, psig, psia, kPa and so on), or --column {channel}=none to \
+                 do without it"
+            );
+            return (what, option);
+        }
         Unknown::Command => ("which column is the command", "--column command=NAME or --column pipe_pressure=NAME"),
         Unknown::Direction => (
             "whether a command of 1 tells the valve to close or to open",
             "--one-means close (or open), or --position-grows open (or closed)",
         ),
-    }
+    };
+    (what.to_owned(), option.to_owned())
 }
 
 fn ask(unknown: Unknown, what: &str, names: &str, recordings: &[Recording], hints: &mut Hints) -> anyhow::Result<()> {
@@ -179,11 +193,33 @@ fn ask(unknown: Unknown, what: &str, names: &str, recordings: &[Recording], hint
         Unknown::Time => Some("time"),
         Unknown::Position => Some("position"),
         Unknown::Command => Some("command"),
-        Unknown::PositionUnit | Unknown::Direction => None,
+        Unknown::PositionUnit | Unknown::PressureUnit(_) | Unknown::Direction => None,
     };
     if let Some(channel) = channel {
         let answer = dialogue::ask(&format!("Tell {what} ({names})"), false, column)?;
         hints.columns.extend(answer.map(|(_, name)| (channel.to_owned(), name)));
+    } else if let Unknown::PressureUnit(channel) = unknown {
+        let unit = |text: &str| {
+            let unit = Unit::parse(text).ok().filter(|unit| unit.measures(Dimension::Pressure));
+            let unit = unit.filter(|unit| unit.reference() != Reference::Ambiguous);
+            unit.ok_or_else(|| {
+                format!("\"{text}\" is no unit of a pressure with its zero; expected barg, bara, psig, psia, kPa")
+            })
+        };
+        let question = format!("The unit of the {}, such as barg, bara, psig or kPa", channel.replace('_', " "));
+        let answer = dialogue::ask(&question, false, unit)?;
+        hints.units.extend(answer.map(|(_, unit)| (channel.to_owned(), unit)));
+    } else if unknown == Unknown::PositionUnit && hints.stroke_m.is_some() {
+        let unit = |text: &str| {
+            let unit = Unit::parse(text.trim_matches('-')).ok();
+            let unit = unit.filter(|unit| unit.measures(Dimension::Length) || unit.text().is_empty());
+            unit.ok_or_else(|| {
+                format!("\"{text}\" is no unit of a position; expected mm, in, or - where its ends are the stops")
+            })
+        };
+        let question = "The unit of the position, such as mm; - where its ends are the stops";
+        let answer = dialogue::ask(question, false, unit)?;
+        hints.units.extend(answer.map(|(_, unit)| ("position".to_owned(), unit)));
     } else if unknown == Unknown::PositionUnit {
         let length = |text: &str| Quantity::parse(text, Dimension::Length).map_err(|error| error.to_string());
         let answer = dialogue::ask("The stroke between the stops, such as 25.4 mm", false, length)?;

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use quantity::{Dimension, Unit, format_number, format_si, pressure_pa};
+use quantity::{Dimension, Quantity, Unit, format_number, format_si, pressure_pa};
 
 use super::dialogue;
 use super::facts::{FACTS, Fact, bench_set_pa, plain};
@@ -92,6 +92,11 @@ impl<'a> Collector<'a> {
                 }
                 None => self.fact(fact, size)?,
             });
+        }
+        if entries.iter().any(is_no_spring) {
+            self.assumed.push("that its weight opens it, there being no spring".to_owned());
+            let comment = "without a spring the weight opens it, with the rod up; else it stays closed";
+            entries.push(entry("actuator.orientation", "inverted".to_owned(), comment));
         }
         let gas = self.gas()?;
         let limits_s =
@@ -255,6 +260,12 @@ impl<'a> Collector<'a> {
             _ => None,
         }
     }
+}
+
+/// Whether an entry says that there is no spring.
+fn is_no_spring(entry: &Entry) -> bool {
+    let stiffness = Quantity::parse(entry.text.trim_matches('"'), Dimension::Stiffness);
+    entry.key == "spring.stiffness" && stiffness.is_ok_and(|stiffness| stiffness.si() == 0.0)
 }
 
 /// The typical stiffness of the stops, with its unit.

@@ -67,12 +67,17 @@ fn times_s(file: &ValveFile) -> [Option<f64>; 2] {
     loop {
         let schedule = Schedule { close_at_s: 0.0, open_at_s: close_s, end_s: 3.0 * close_s };
         let cycles = Cycles::simulate(file.valve(), conditions, &schedule, 1, 1e-3);
-        let times = cycles.times_s[0];
+        let times = cycles.times_s[0].map(moved);
         if times.iter().all(Option::is_some) || 6.0 * close_s > LONGEST_CYCLE_S {
             return times;
         }
         close_s *= 2.0;
     }
+}
+
+/// The time of a stroke; none where the valve was there already because it had never left.
+fn moved(time_s: Option<f64>) -> Option<f64> {
+    time_s.filter(|time_s| *time_s > 0.0)
 }
 
 /// Stroke times with the cycle and the limits that fit them. How long the valve opens depends on how full it is by then,
@@ -82,7 +87,10 @@ fn settled(file: &ValveFile, given: &[Option<f64>; 2]) -> ([Option<f64>; 2], Sch
     let mut times = times_s(file);
     let (mut schedule, mut limits) = cycle(times, given);
     for _ in 0..MOST_CYCLES_TRIED {
-        let last = Cycles::simulate(file.valve(), conditions, &schedule, REPEATS, 1e-3).times_s.last().copied();
+        let last = Cycles::simulate(file.valve(), conditions, &schedule, REPEATS, 1e-3)
+            .times_s
+            .last()
+            .map(|times| times.map(moved));
         let Some(own) = last.filter(|own| own.iter().all(Option::is_some)) else { break };
         times = own;
         let (next, next_limits) = cycle(times, given);

@@ -95,6 +95,6 @@ fn no_column(recording: &Recording, channel: &str, name: &str) -> Conflict {
         name: name.to_owned(),
         suggestion: did_you_mean(recording.headings(), name),
         file: recording.file.clone(),
-        found: recording.names.iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", "),
+        found: recording.listed(),
     }
 }

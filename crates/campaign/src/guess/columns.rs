@@ -1,11 +1,24 @@
 //! Which column is which, and in which unit.
 
+use column_source::listed;
 use quantity::{Dimension, Reference, Unit};
 
 use super::levels::{increases, plateaus, two_levels};
 use super::words::{self, CHANNELS};
 use super::{ColumnGuess, Hints, Recording, ThresholdGuess, Understanding, Unknown};
 use crate::noise::quantile;
+
+/// A vented pipe keeps less than this share of the highest pressure above the atmosphere.
+const MOST_LEFT: f64 = 0.5;
+/// A motion in mm over at least this share of the stroke is one that somebody would record.
+const PART_AT_LEAST: f64 = 0.5;
+/// What transmitters give at the ends of their range: mA, V, percent.
+const SIGNALS: [(f64, f64); 8] =
+    [(4.0, 20.0), (0.0, 20.0), (0.0, 10.0), (2.0, 10.0), (1.0, 5.0), (0.0, 5.0), (0.0, 100.0), (0.0, 1.0)];
+/// How near an end is to that of a signal, in ranges of the signal.
+const NEAR_SIGNAL: f64 = 0.03;
+/// How far outside the stops a position in mm may lie, in strokes.
+const PART_OUTSIDE: f64 = 0.12;
 
 /// What each channel measures; a temperature is recognised so that it is taken for nothing else.
 fn dimension(channel: &str) -> Dimension {
@@ -62,7 +75,7 @@ pub(super) fn assign(recordings: &[&Recording], hints: &Hints, found: &mut Under
     }
     let has = |found: &Understanding, channel: &str| found.columns.iter().any(|column| column.channel == channel);
     if !has(found, "command") {
-        command_from_pressure(recordings, found);
+        command_from_pressure(recordings, hints.ambient_pressure_pa, found);
     }
     for (channel, unknown) in [("time", Unknown::Time), ("position", Unknown::Position)] {
         if !has(found, channel) {
@@ -72,9 +85,9 @@ pub(super) fn assign(recordings: &[&Recording], hints: &Hints, found: &mut Under
     if !has(found, "command") && found.threshold.is_none() {
         found.unknown.push(Unknown::Command);
     }
-    let left: Vec<String> = free.iter().map(|index| format!("\"{}\"", first.names[*index])).collect();
-    if !left.is_empty() {
-        found.said.push(format!("not read: {}", left.join(", ")));
+    if !free.is_empty() {
+        let left = listed(free.iter().map(|index| first.names[*index].as_str()));
+        found.said.push(format!("not read: {left}"));
     }
 }
 
@@ -158,6 +171,11 @@ fn take(
             format!("which holds {low} and {high}")
         }
         _ => match written {
+            _ if let Some(unit) = stated(hints, channel) => {
+                column.factor = unit.difference_to_si(1.0);
+                column.unit = Some(unit.text().to_owned());
+                format!("in {}, as you said", unit.text())
+            }
             Some(unit) if reader_knows(first, index, &unit, dimension(channel)) => {
                 column.factor = unit.difference_to_si(1.0);
                 column.offset = 0.0;
@@ -172,12 +190,27 @@ fn take(
                     column.unit = Some(unit.text().to_owned());
                     words
                 }
-                None if channel == "position" => scaled_to_stroke(recordings, hints, index, &mut column)
-                    .unwrap_or_else(|| {
+                None if channel == "position" => {
+                    let scaled = if may_be_mm(first, hints, index) {
+                        Err(
+                            "in a unit that it does not say: in mm it would move over a part of the stroke alone, in any \
+                             other its ends may be the stops",
+                        )
+                    } else {
+                        scaled_to_stroke(recordings, hints, index, &mut column).ok_or("in a unit that it does not say")
+                    };
+                    scaled.unwrap_or_else(|why| {
                         found.unknown.push(Unknown::PositionUnit);
-                        "in a unit that it does not say".to_owned()
-                    }),
-                None => "in a unit that it does not say".to_owned(),
+                        why.to_owned()
+                    })
+                }
+                None => {
+                    // The reader would take it for kPa.
+                    found
+                        .unknown
+                        .extend((dimension(channel) == Dimension::Pressure).then_some(Unknown::PressureUnit(channel)));
+                    "in a unit that it does not say".to_owned()
+                }
             },
         },
     };
@@ -223,7 +256,7 @@ fn guessed_unit(
             let step = quantile(&steps, 0.5);
             let (text, reason) =
                 if step >= 0.5 { ("ms", "rows would be too far apart for s") } else { ("s", "the usual unit") };
-            Some((unit(text)?, format!("{reason} (a step of {step})")))
+            Some((unit(text)?, format!("{reason} (a step of {})", rounded(step))))
         }
         Dimension::Length => {
             let stroke_m = hints.stroke_m?;
@@ -273,6 +306,30 @@ fn pressure_unit(
     })
 }
 
+/// The unit that the user stated, where it needs no guess.
+fn stated<'a>(hints: &'a Hints, channel: &str) -> Option<&'a Unit> {
+    hints.unit_of(channel).filter(|unit| {
+        unit.measures(dimension(channel)) && !unit.text().is_empty() && unit.reference() != Reference::Ambiguous
+    })
+}
+
+/// Whether a position without any unit may be mm of a motion that leaves out a part of the stroke. Taken for the stops,
+/// its ends would stretch it.
+fn may_be_mm(first: &Recording, hints: &Hints, index: usize) -> bool {
+    let silent = first.unit(index).is_none() && hints.unit_of("position").is_none();
+    let (low, high) = plateaus(&first.columns[index]);
+    let is_signal = SIGNALS.iter().any(|(start, end)| {
+        let near = NEAR_SIGNAL * (end - start);
+        (low - start).abs() < near && (high - end).abs() < near
+    });
+    hints.stroke_m.is_some_and(|stroke_m| {
+        let stroke_mm = stroke_m * 1e3;
+        // Within the stops, give or take what a zero may be off by.
+        let within = low > -PART_OUTSIDE * stroke_mm && high < (1.0 + PART_OUTSIDE) * stroke_mm;
+        silent && !is_signal && within && high - low > PART_AT_LEAST * stroke_mm
+    })
+}
+
 /// A position in volts, percent or counts: its plateaus are the stops.
 fn scaled_to_stroke(
     recordings: &[&Recording],
@@ -292,24 +349,34 @@ fn scaled_to_stroke(
     Some(format!("its plateaus at {low:.4} and {high:.4} taken for the stops, {:.4} mm apart", stroke_m * 1e3))
 }
 
-/// A pipe pressure tells the command where no column does.
-fn command_from_pressure(recordings: &[&Recording], found: &mut Understanding) {
+/// A pipe pressure tells the command where no column does, if the pipe is vented in between.
+fn command_from_pressure(recordings: &[&Recording], ambient_pressure_pa: f64, found: &mut Understanding) {
     let Some(pipe) = found.columns.iter().find(|column| column.channel == "pipe_pressure") else { return };
     let unit = pipe.unit.clone().and_then(|text| Unit::parse(&text).ok()).or_else(|| recordings[0].unit(pipe.index));
     let Some(unit) = unit else { return };
     let (low, high) = plateaus(&recordings[0].columns[pipe.index]);
+    let zero_pa = if unit.reference() == Reference::Gauge { ambient_pressure_pa } else { 0.0 };
+    let absolute_pa = |number: f64| unit.to_si(number) + zero_pa;
+    if absolute_pa(low) - ambient_pressure_pa > MOST_LEFT * (absolute_pa(high) - ambient_pressure_pa) {
+        let text = unit.text();
+        found.said.push(format!(
+            "command: no column holds it, and the pipe pressure does not tell it: it lies between {low:.3} and {high:.3} \
+             {text}, where a pipe that is vented would fall to the atmosphere"
+        ));
+        return;
+    }
     // Low, so that the edge is near the command: pipes fill from the start.
-    let level = unit.to_si(low + 0.2 * (high - low));
+    let level = low + 0.2 * (high - low);
     found.threshold = Some(ThresholdGuess {
         channel: "pipe_pressure".to_owned(),
-        threshold: level.round(),
+        threshold: absolute_pa(level).round(),
         hysteresis: unit.difference_to_si(0.1 * (high - low)).round(),
         is_pressure: true,
         above_closes: true,
     });
     found.said.push(format!(
         "command: no column holds it; told by the pipe pressure at a fifth of its rise, {:.1} {}",
-        unit.from_si(level),
+        level,
         unit.text()
     ));
 }

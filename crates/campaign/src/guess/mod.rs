@@ -16,6 +16,9 @@ mod words;
 pub use draft::{DraftRun, draft};
 pub use recording::Recording;
 
+use column_source::Heading;
+use quantity::Unit;
+
 /// What the user knows already.
 #[derive(Debug, Clone, Default)]
 pub struct Hints {
@@ -23,14 +26,36 @@ pub struct Hints {
     pub stroke_m: Option<f64>,
     /// Atmospheric pressure, Pa absolute.
     pub ambient_pressure_pa: f64,
-    /// Columns that are named: channel and name.
+    /// Columns that are named: channel and name, which may have a unit in brackets that the heading does not have.
     pub columns: Vec<(String, String)>,
+    /// Units that are stated: channel and unit. One of no dimension means that a position's ends are the stops.
+    pub units: Vec<(String, Unit)>,
     /// Channels that are not to be read although there are columns for them.
     pub left_out: Vec<String>,
     /// Whether a command of 1 (or the higher level) tells the valve to close.
     pub one_closes: Option<bool>,
     /// Whether the position grows towards the open stop.
     pub grows_to_open: Option<bool>,
+}
+
+impl Hints {
+    /// The same with the unit parted from a column's name, where the heading has none: `press [barg]`.
+    fn parted(&self, first: &Recording) -> Self {
+        let mut parted = self.clone();
+        for (channel, name) in &mut parted.columns {
+            let heading = Heading::new(name);
+            if let (true, Some(unit)) = (first.columns_named(name).is_empty(), heading.unit.clone()) {
+                parted.units.push((channel.clone(), unit));
+                heading.bare().clone_into(name);
+            }
+        }
+        parted
+    }
+
+    /// The unit that is stated of a channel.
+    fn unit_of(&self, channel: &str) -> Option<&Unit> {
+        self.units.iter().rev().find(|(other, _)| other == channel).map(|(_, unit)| unit)
+    }
 }
 
 /// What recordings hold, as far as they tell.
@@ -114,6 +139,8 @@ pub enum Unknown {
     Position,
     /// In which unit the position is.
     PositionUnit,
+    /// In which unit the pressure of a channel is.
+    PressureUnit(&'static str),
     /// No column tells the command.
     Command,
     /// Whether 1 means close or open, and with it which way the position counts.
@@ -157,6 +184,7 @@ pub enum Conflict {
 pub fn understand(recordings: &[Recording], hints: &Hints) -> Understanding {
     let mut found = Understanding { left_out: hints.left_out.clone(), ..Understanding::default() };
     let Some(first) = recordings.first() else { return found };
+    let hints = &hints.parted(first);
     // From here on all have the columns and the units of the first.
     let alike: Vec<_> = recordings.iter().map(|recording| recording.like(first, hints.ambient_pressure_pa)).collect();
     let alike: Vec<&Recording> = alike.iter().map(AsRef::as_ref).collect();

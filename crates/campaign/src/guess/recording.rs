@@ -2,10 +2,12 @@
 
 use std::borrow::Cow;
 
-use column_source::{Clock, Comments, Notice, any_unit_at_end, named, without_unit};
+use column_source::{Clock, Comments, Notice, any_unit_at_end, listed, named, without_unit};
 use quantity::{Reference, Unit};
 
+use super::words;
 use crate::DataError;
+use crate::trace::newest_first;
 
 /// A file with all its columns.
 #[derive(Debug, Clone)]
@@ -44,6 +46,22 @@ impl Recording {
             }
         }
         let headings = source.headings();
+        let timestamps: Vec<bool> = clocks.iter().map(|clock| clock.notice().is_some()).collect();
+        // What is no timestamp may fall from row to row for other reasons, unless it is called a time.
+        let falls = |index: &usize| {
+            (timestamps[*index] || words::is_time(headings[*index].bare())) && newest_first(&columns[*index])
+        };
+        if (0..count).any(|index| falls(&index)) {
+            for (values, is_time) in columns.iter_mut().zip(&timestamps) {
+                values.reverse();
+                let first_s = values.first().copied().unwrap_or(0.0);
+                if *is_time {
+                    for value in values {
+                        *value -= first_s;
+                    }
+                }
+            }
+        }
         let notices = source.notices().iter().chain(clocks.iter().filter_map(Clock::notice));
         Ok(Self {
             file: file.to_owned(),
@@ -52,8 +70,14 @@ impl Recording {
             units: headings.iter().map(|heading| heading.unit.clone()).collect(),
             notices: notices.cloned().collect(),
             columns,
-            timestamps: clocks.iter().map(|clock| clock.notice().is_some()).collect(),
+            timestamps,
         })
+    }
+
+    /// The names of the columns for a message.
+    #[must_use]
+    pub fn listed(&self) -> String {
+        listed(self.names.iter().map(String::as_str))
     }
 
     /// A column's unit: in brackets, in the row of units, or at the end of its name.

@@ -79,7 +79,7 @@ fn read_back(recorder: &Recorder) -> Campaign {
         .unwrap_or_else(|error| panic!("{error}\n{text}"))
 }
 
-const RECORDERS: [Recorder; 8] = [
+const RECORDERS: [Recorder; 9] = [
     Recorder {
         header: "time_s,command,position_mm",
         row: |t, c, x, _| format!("{t:.3},{},{x:.4}", u8::from(c)),
@@ -124,6 +124,12 @@ const RECORDERS: [Recorder; 8] = [
     Recorder {
         header: "t,LVDT [mm],Leitungsdruck [kPa]",
         row: |t, _, x, p| format!("{t:.3},{:.3},{:.2}", x + 7.0, p / 1e3),
+        hints: |_| (),
+    },
+    // The same above the atmosphere.
+    Recorder {
+        header: "t,LVDT [mm],Leitungsdruck [barg]",
+        row: |t, _, x, p| format!("{t:.3},{x:.3},{:.4}", (p - 101_325.0) / 1e5),
         hints: |_| (),
     },
     // Limit switches beside the command.
@@ -193,6 +199,20 @@ fn every_guess_is_said_with_its_reason() {
 }
 
 #[test]
+fn a_pipe_that_is_never_vented_tells_no_command() {
+    let row: fn(f64, bool, f64, f64) -> String =
+        |t, _, x, p| format!("{t:.3},{x:.3},{:.4}", 2.95 + 0.1 * (p - 101_325.0) / 517e3);
+    let (found, ..) = understood(&Recorder { header: "t,LVDT [mm],Leitungsdruck [barg]", row, hints: |_| () });
+    assert_eq!((found.unknown, found.threshold), (vec![Unknown::Command], None));
+    let told = found.said.iter().any(|said| said.contains("a pipe that is vented would fall to the atmosphere"));
+    assert!(told, "{:?}", found.said);
+    // Nor is a pressure read in a unit that nobody has said.
+    let row: fn(f64, bool, f64, f64) -> String = |t, _, x, p| format!("{t:.3},{x:.3},{:.4}", (p - 101_325.0) / 1e5);
+    let (found, ..) = understood(&Recorder { header: "t,LVDT [mm],Leitungsdruck", row, hints: |_| () });
+    assert_eq!(found.unknown, [Unknown::PressureUnit("pipe_pressure"), Unknown::Command]);
+}
+
+#[test]
 fn what_cannot_be_known_is_not_guessed() {
     let unknown = |header: &'static str, row: fn(f64, bool, f64, f64) -> String, change: fn(&mut Hints)| {
         understood(&Recorder { header, row, hints: change }).0.unknown
@@ -205,6 +225,60 @@ fn what_cannot_be_known_is_not_guessed() {
     let no_time: fn(f64, bool, f64, f64) -> String = |_, c, x, _| format!("1,{},{x:.4}", u8::from(c));
     assert_eq!(unknown("time_s,command,position_mm", no_time, |_| ()), [Unknown::Time]);
     assert!(understand(&[], &hints()).columns.is_empty());
+}
+
+#[test]
+fn a_word_inside_another_one_names_nothing() {
+    let row: fn(f64, bool, f64, f64) -> String = |t, c, x, _| format!("{t:.3},{},{:.4},{x:.4}", u8::from(c), t.sin());
+    let header = "time_s,command,system state,pos";
+    let hints: fn(&mut Hints) = |hints| hints.one_closes = Some(true);
+    let (found, ..) = understood(&Recorder { header, row, hints });
+    assert_eq!(found.columns.iter().find(|column| column.channel == "position").unwrap().name, "pos");
+}
+
+#[test]
+fn a_part_of_a_stroke_in_no_unit_is_not_stretched_to_the_stops() {
+    let row: fn(f64, bool, f64, f64) -> String = |t, c, x, _| format!("{t:.3},{},{:.4}", u8::from(c), 3.0 + 0.7 * x);
+    let found = |name: Option<&'static str>| {
+        let text = record(&Recorder { header: "time_s,close,desl", row, hints: |_| () });
+        let recording = Recording::read(text.as_bytes(), "75psig.csv").unwrap();
+        let mut hints = hints();
+        hints.columns.extend(name.map(|name| ("position".into(), name.into())));
+        understand(std::slice::from_ref(&recording), &hints)
+    };
+    let silent = found(None);
+    assert_eq!(silent.unknown, [Unknown::PositionUnit]);
+    assert!(
+        silent.said.iter().any(|said| said.contains("in mm it would move over a part of the stroke")),
+        "{silent:?}"
+    );
+    let in_mm = found(Some("desl [mm]"));
+    let position = in_mm.columns.iter().find(|column| column.channel == "position").unwrap();
+    assert_eq!((position.unit.as_deref(), position.scale, position.factor), (Some("mm"), 1.0, 1e-3));
+    assert!(in_mm.unknown.is_empty() && in_mm.said.iter().any(|said| said.contains("in mm, as you said")), "{in_mm:?}");
+    // Where the ends are said to be the stops, they are.
+    let scaled = found(Some("desl [-]"));
+    let position = scaled.columns.iter().find(|column| column.channel == "position").unwrap();
+    assert!(scaled.unknown.is_empty() && (position.scale - 1.0 / 0.7).abs() < 0.02, "{scaled:?}");
+}
+
+#[test]
+fn an_export_from_the_newest_row_to_the_oldest_is_understood() {
+    let recorder = Recorder {
+        header: "id,date,time,command,position_mm",
+        row: |t, c, x, _| format!("7,2026-03-01,10:00:{t:06.3},{},{x:.4}", u8::from(c)),
+        hints: |hints| hints.one_closes = Some(true),
+    };
+    let text = record(&recorder);
+    let mut lines: Vec<&str> = text.lines().collect();
+    lines[1..].reverse();
+    let recording = Recording::read(lines.join("\n").as_bytes(), "75psig.csv").unwrap();
+    let mut hints = hints();
+    (recorder.hints)(&mut hints);
+    let found = understand(std::slice::from_ref(&recording), &hints);
+    assert!(found.unknown.is_empty(), "{found:?}");
+    let time = found.columns.iter().find(|column| column.channel == "time").unwrap();
+    assert_eq!((time.name.as_str(), recording.columns[time.index][0]), ("time", 0.0));
 }
 
 /// Recordings of the same strokes: their texts, named "75psig.csv" and "2.csv".

@@ -1,4 +1,4 @@
-//! The words by which columns go, in English, German and French.
+//! The words by which columns go, in English, German, French, and the commonest in Spanish, Portuguese and Italian.
 
 /// Words of a channel: those that name it, and those that only fit it.
 pub(crate) struct Words {
@@ -11,7 +11,19 @@ pub(crate) struct Words {
 pub(crate) const CHANNELS: [Words; 7] = [
     Words {
         channel: "time",
-        strong: &["time", "zeit", "temps", "zeitstempel", "timestamp", "horodatage", "uhrzeit", "elapsed", "abszeit"],
+        strong: &[
+            "time",
+            "zeit",
+            "temps",
+            "zeitstempel",
+            "timestamp",
+            "horodatage",
+            "uhrzeit",
+            "elapsed",
+            "abszeit",
+            "tiempo",
+            "tempo",
+        ],
         weak: &["t", "s", "sec", "datum", "date", "sekunden", "ms"],
     },
     Words {
@@ -34,8 +46,15 @@ pub(crate) const CHANNELS: [Words; 7] = [
             "hubweg",
             "tige",
             "encoder",
+            "posicion",
+            "posicao",
+            "posizione",
+            "desplazamiento",
+            "deslocamento",
+            "carrera",
+            "corsa",
         ],
-        weak: &["pos", "x", "s", "z", "sensor", "capteur", "geber"],
+        weak: &["desl", "pos", "x", "s", "z", "sensor", "capteur", "geber"],
     },
     Words {
         channel: "supply_pressure",
@@ -55,6 +74,9 @@ pub(crate) const CHANNELS: [Words; 7] = [
             "inlet",
             "air",
             "vorlauf",
+            "alimentacion",
+            "alimentacao",
+            "alimentazione",
         ],
         weak: &["pv", "ps", "p0", "tank", "eingang", "kessel"],
     },
@@ -76,6 +98,9 @@ pub(crate) const CHANNELS: [Words; 7] = [
             "diaphragm",
             "kolben",
             "piston",
+            "camara",
+            "cilindro",
+            "camera",
         ],
         weak: &["pc", "pk", "p1", "pa"],
     },
@@ -141,6 +166,10 @@ pub(crate) const CHANNELS: [Words; 7] = [
 /// Words of columns that hold 0 and 1 and are no command.
 const SWITCHES: [&str; 9] = ["endlage", "endschalter", "limit", "switch", "fin", "zs", "zso", "zsc", "rueckmeldung"];
 
+/// Words that end like one of the above and mean something else.
+const NO_COMPOUNDS: [&str; 8] =
+    ["system", "subsystem", "filesystem", "baseline", "offline", "online", "deadline", "anlage"];
+
 /// The parts of a name in small letters, umlauts and accents written out.
 pub(crate) fn parts(name: &str) -> Vec<String> {
     let plain = column_source::written_out(name);
@@ -152,15 +181,21 @@ pub(crate) fn parts(name: &str) -> Vec<String> {
 pub(crate) fn fit(name: &str, words: &Words) -> u32 {
     let parts = parts(name);
     // German words run together: "Kolbenweg", "Stellhub".
+    let compounds = || parts.iter().filter(|part| !NO_COMPOUNDS.contains(&part.as_str()));
     let names = |word: &&str| {
-        parts.iter().any(|part| part == word || word.len() > 3 && (part.starts_with(*word) || part.ends_with(*word)))
-            || word.len() == 3 && parts.iter().any(|part| part.len() > 5 && part.ends_with(*word))
+        compounds().any(|part| part == word || word.len() > 3 && (part.starts_with(*word) || part.ends_with(*word)))
+            || word.len() == 3 && compounds().any(|part| part.len() > 5 && part.ends_with(*word))
     };
     if words.strong.iter().any(names) {
         2
     } else {
         u32::from(words.weak.iter().any(|word| parts.iter().any(|part| part == word)))
     }
+}
+
+/// Whether a name is that of a time.
+pub(crate) fn is_time(name: &str) -> bool {
+    CHANNELS.iter().any(|words| words.channel == "time" && fit(name, words) == 2)
 }
 
 /// Whether a name is that of a limit switch.
