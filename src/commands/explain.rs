@@ -181,7 +181,7 @@ fn next(args: &ExplainArgs, answer: &Explanation) -> String {
             };
             adopt(&format!("add what was found to the valve file{first}"), "better.toml", &effects)
         }
-        Verdict::OutsideCatalogue => match &answer.discrepancy {
+        Verdict::OutsideCatalogue => match answer.discrepancy.as_ref().filter(|_| explanation::is_explained(answer)) {
             Some(discrepancy) => {
                 adopt("add the formula to the valve file, refitted", "better.toml", &[discrepancy.effect.name()])
             }

@@ -82,7 +82,7 @@ impl Units {
     }
 
     fn of(&self, dimension: Dimension) -> Told {
-        let usual = USUAL.into_iter().find(|(one, _)| *one == dimension).map_or("", |(_, name)| name);
+        let usual = USUAL.into_iter().find(|(one, _)| *one == dimension).map_or(dimension.si_unit(), |(_, name)| name);
         let usual = Unit::parse(usual).unwrap_or_else(|error| unreachable!("{error}"));
         let unit = self.chosen.iter().find(|unit| unit.measures(dimension)).unwrap_or(&usual).clone();
         #[expect(clippy::cast_possible_truncation, reason = "units differ by a few decades")]
@@ -177,6 +177,7 @@ mod tests {
         assert_eq!(units.of(Dimension::Temperature).number(293.15, 0), "20");
         assert_eq!(units.of(Dimension::Temperature).difference(5.0, 0), "5");
         assert_eq!(units.of(Dimension::Force).number(2.0, 1), "2.0", "the others stay");
+        assert_eq!(units.of(Dimension::Speed).difference_name(), "m/s", "what cannot be chosen is told in SI");
         assert_eq!(Units::parse("Pa").unwrap().of(Dimension::Pressure).number(618_432.0, 1), "618432");
     }
 

@@ -61,12 +61,18 @@ pub fn headline_in(answer: &Explanation, length: &dyn Fn(f64) -> String) -> Stri
                 left(answer, length)
             );
             match answer.discrepancy.as_ref().and_then(|discrepancy| Some((discrepancy, discrepancy.errors.rmse_m?))) {
-                Some((discrepancy, rmse_m)) => format!(
-                    "{missing}; a formula for {} {} does, but for {}",
-                    acting(discrepancy.axis.target),
-                    along(discrepancy.axis.variable),
-                    length(rmse_m)
-                ),
+                Some((discrepancy, rmse_m)) => {
+                    let formula = format!(
+                        "a formula for {} {}",
+                        acting(discrepancy.axis.target),
+                        along(discrepancy.axis.variable)
+                    );
+                    if is_explained(answer) {
+                        format!("{missing}; {formula} does, but for {}", length(rmse_m))
+                    } else {
+                        format!("{missing}; nor does {formula}, which leaves {}", length(rmse_m))
+                    }
+                }
                 None => missing,
             }
         }
@@ -79,6 +85,19 @@ pub fn headline_in(answer: &Explanation, length: &dyn Fn(f64) -> String) -> Stri
         Verdict::NotEnoughData => {
             format!("something is missing; {} explains it, and so do too many others", ids(answer))
         }
+    }
+}
+
+/// Whether a formula takes away at least half of what no effect explains; else it stands in for something that is neither
+/// a force nor a flow of this kind of valve.
+#[must_use]
+pub fn is_explained(answer: &Explanation) -> bool {
+    let formula = answer.discrepancy.as_ref().and_then(|found| found.errors.rmse_m);
+    let without = answer.steps.last().and_then(|step| step.errors.rmse_m);
+    match (formula, without) {
+        (Some(formula), Some(without)) => formula < 0.5 * without,
+        // Of stroke times alone the evidence is all there is.
+        _ => answer.discrepancy.is_some(),
     }
 }
 

@@ -215,6 +215,10 @@ fn steps(
     steps.extend(errors::at(&base.problem, &base.problem.at_their_word()).map(StepReport::datasheet));
     let mut shown: Vec<EffectKind> = Vec::new();
     for set in &found.steps {
+        // Effects that are not named lead nowhere: what is left is that of the model without them.
+        if recommended.is_empty() && !set.is_empty() {
+            continue;
+        }
         let Some(model) = found.model(set) else { continue };
         let kinds = catalogue.kinds_of(set);
         let new: Vec<&str> = recommended
