@@ -6,7 +6,7 @@ use std::sync::Arc;
 use leak_table::{Stroke, TableBundle};
 use serde::{Deserialize, Serialize};
 
-use crate::bayes::{BayesConfig, BayesEstimate, BayesEstimator, Change, Noise, PROPER_FROM, ValveRecord};
+use crate::bayes::{BayesConfig, BayesEstimate, BayesEstimator, Change, Noise, PROPER_FROM, ValveRecord, Workspace};
 use crate::calendar::Calendar;
 use crate::kept::KeptPrognosis;
 use crate::log::LogRow;
@@ -64,6 +64,7 @@ pub struct Prognoser {
     tables: Arc<TableBundle>,
     method: Method,
     valves: HashMap<String, Valve>,
+    workspace: Workspace,
 }
 
 enum Estimator {
@@ -98,6 +99,13 @@ struct Rows {
     residuals: (f64, f64),
 }
 
+/// What all valves are looked at with.
+struct Means<'a> {
+    tables: &'a TableBundle,
+    method: &'a Method,
+    workspace: &'a mut Workspace,
+}
+
 struct Valve {
     estimator: Estimator,
     rows: Rows,
@@ -115,7 +123,7 @@ impl ValveState {
 impl Prognoser {
     /// A prognoser that has seen no valve.
     pub fn new(tables: Arc<TableBundle>, method: Method) -> Self {
-        Self { tables, method, valves: HashMap::new() }
+        Self { tables, method, valves: HashMap::new(), workspace: Workspace::default() }
     }
 
     /// Number of valves seen.
@@ -180,10 +188,10 @@ impl Prognoser {
     /// Takes in one row and gives the prognosis after it. A row that cannot be
     /// used gives the last prognosis of its valve again, with a notice.
     pub fn push(&mut self, row: &LogRow<'_>) -> Prognosis {
-        let (tables, method) = (&*self.tables, &self.method);
+        let means = &mut Means { tables: &self.tables, method: &self.method, workspace: &mut self.workspace };
         let mut prognosis = match self.valves.get_mut(row.valve) {
-            Some(valve) => valve.push(tables, method, row),
-            None => self.valves.entry(row.valve.to_owned()).or_insert(Valve::new(method)).push(tables, method, row),
+            Some(valve) => valve.push(means, row),
+            None => self.valves.entry(row.valve.to_owned()).or_insert(Valve::new(means.method)).push(means, row),
         };
         prognosis.time = row.time.map(str::to_owned);
         prognosis
@@ -199,7 +207,7 @@ impl Valve {
         Self { estimator, rows: Rows::default(), late: Vec::new(), last: None }
     }
 
-    fn push(&mut self, tables: &TableBundle, method: &Method, row: &LogRow<'_>) -> Prognosis {
+    fn push(&mut self, means: &mut Means<'_>, row: &LogRow<'_>) -> Prognosis {
         let (name, reading) = (row.valve, &row.reading);
         let mut notices = Vec::new();
         if let Some(latest) = self.rows.latest {
@@ -215,9 +223,9 @@ impl Valve {
                     return self.unused(name, reading, Notice::OutOfOrder { latest });
                 }
                 let late = std::mem::take(&mut self.late);
-                *self = Self::new(method);
+                *self = Self::new(means.method);
                 for earlier in &late[..late.len() - 1] {
-                    self.take(tables, method, name, earlier, None, Vec::new());
+                    self.take(means, name, earlier, None, Vec::new());
                 }
                 notices.push(Notice::CounterRestarted);
             } else {
@@ -228,7 +236,7 @@ impl Valve {
                 }
             }
         }
-        self.take(tables, method, name, reading, row.time, notices)
+        self.take(means, name, reading, row.time, notices)
     }
 
     /// The last prognosis again, for a row that is not used.
@@ -241,8 +249,7 @@ impl Valve {
 
     fn take(
         &mut self,
-        tables: &TableBundle,
-        method: &Method,
+        Means { tables, method, workspace }: &mut Means<'_>,
         name: &str,
         reading: &Reading,
         time: Option<&str>,
@@ -263,7 +270,7 @@ impl Valve {
         let mut repaired = false;
         let mut prognosis = match (&mut self.estimator, method) {
             (Estimator::Bayes(estimator), Method::Bayes(config)) => {
-                let estimate = estimator.update(tables, reading);
+                let estimate = estimator.update_in(workspace, tables, reading);
                 remark(tables, reading, &estimate, &mut notices);
                 repaired = estimate.change == Some(Change::Repaired);
                 let prognosis = from_bayes(name, tables, reading, &estimate, config);

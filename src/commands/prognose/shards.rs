@@ -62,8 +62,6 @@ struct Chunk {
 
 struct Row {
     shard: usize,
-    /// Of the valve's name.
-    hash: u64,
     valve: Range<usize>,
     time: Option<Range<usize>>,
     reading: Reading,
@@ -162,11 +160,11 @@ impl Shards {
         let chunk = &self.chunk;
         let (name, format) = (self.log.as_str(), self.way.format);
         let kept = self.store.as_deref().map(Store::reader).transpose()?;
-        let work = |(index, shard): (usize, &mut Shard)| shard.work(index, chunk, name, format, kept.as_ref());
+        let work = |shard: &mut Shard| shard.work(chunk, name, format, kept.as_ref());
         if self.all.len() == 1 {
-            self.all.iter_mut().enumerate().try_for_each(work)?;
+            self.all.iter_mut().try_for_each(work)?;
         } else {
-            self.all.par_iter_mut().enumerate().try_for_each(work)?;
+            self.all.par_iter_mut().try_for_each(work)?;
         }
         let mut spans: Vec<_> = self.all.iter().map(|shard| shard.spans.iter()).collect();
         for row in &self.chunk.rows {
@@ -186,6 +184,9 @@ impl Shards {
     fn read(&mut self, rows: &mut Rows, note: &mut impl FnMut(&str)) -> anyhow::Result<Step> {
         self.chunk.texts.clear();
         self.chunk.rows.clear();
+        for shard in &mut self.all {
+            shard.order.clear();
+        }
         let size = if self.way.one_by_one { 1 } else { CHUNK };
         let hasher = BuildHasherDefault::<DefaultHasher>::default();
         while self.chunk.rows.len() < size {
@@ -215,7 +216,9 @@ impl Shards {
             let hash = hasher.hash_one(row.valve);
             #[expect(clippy::cast_possible_truncation, reason = "a remainder by a small number")]
             let shard = (hash % self.all.len() as u64) as usize;
-            self.chunk.rows.push(Row { shard, hash, valve, time, reading: row.reading, line: row.line });
+            let order = &mut self.all[shard].order;
+            order.push((hash, order.len(), self.chunk.rows.len()));
+            self.chunk.rows.push(Row { shard, valve, time, reading: row.reading, line: row.line });
         }
         Ok(Step::More)
     }
@@ -276,21 +279,11 @@ impl Shard {
         self.touched.clear();
     }
 
-    fn work(
-        &mut self,
-        index: usize,
-        chunk: &Chunk,
-        log: &str,
-        format: RowFormat,
-        kept: Option<&Reader<'_>>,
-    ) -> anyhow::Result<()> {
+    fn work(&mut self, chunk: &Chunk, log: &str, format: RowFormat, kept: Option<&Reader<'_>>) -> anyhow::Result<()> {
         self.out.clear();
         self.notes.clear();
         self.batch = Batch::default();
         // A valve's rows one after the other, so that what is known of it is fetched from memory once a chunk.
-        let own = chunk.rows.iter().enumerate().filter(|(_, row)| row.shard == index);
-        self.order.clear();
-        self.order.extend(own.enumerate().map(|(place, (at, row))| (row.hash, place, at)));
         self.order.sort_unstable();
         self.spans.clear();
         self.spans.resize(self.order.len(), Span::default());

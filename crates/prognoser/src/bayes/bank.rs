@@ -8,6 +8,7 @@ use super::motion::{advance, late, turn};
 use super::plant::Plant;
 use super::rate_prior::RatePrior;
 use super::special::{normal_tail, quick_ln};
+use super::workspace::Turning;
 
 /// Most hypotheses kept.
 pub(crate) const MOST_HYPOTHESES: usize = 44;
@@ -36,6 +37,7 @@ pub(crate) struct Outcome {
 /// Moves all hypotheses on and lets them meet a reading.
 pub(crate) fn step(
     hypotheses: &mut Vec<Hypothesis>,
+    turning: &mut Turning,
     plant: &Plant,
     config: &BayesConfig,
     rates: &RatePrior,
@@ -44,7 +46,7 @@ pub(crate) fn step(
     readings: f64,
 ) -> Outcome {
     if cycles > 0.0 {
-        turn(hypotheses, plant, config, rates, readings, observed.shape);
+        turn(hypotheses, turning, plant, config, rates, readings, observed.shape);
     }
     let prior = &config.growth_prior;
     let mut outcome = Outcome::default();

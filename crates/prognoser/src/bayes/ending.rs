@@ -76,7 +76,7 @@ const SIDE: usize = 4;
 
 /// Some lines, number by number. Where there are fewer, the others weigh nothing.
 #[derive(Clone, Copy, Debug, Default)]
-struct Block {
+pub(crate) struct Block {
     weight: [f64; SIDE],
     short: [f64; SIDE],
     growth: [f64; SIDE],
@@ -90,8 +90,8 @@ struct Block {
 
 impl Block {
     /// Lines with their weights, and by how many cycles each is looked at later.
-    fn all<'a>(lines: impl Iterator<Item = (f64, f64, &'a Line)>) -> Vec<Self> {
-        let mut blocks: Vec<Self> = Vec::with_capacity(12);
+    fn all<'a>(blocks: &mut Vec<Self>, lines: impl Iterator<Item = (f64, f64, &'a Line)>) {
+        blocks.clear();
         for (count, (weight, later, line)) in lines.enumerate() {
             let k = count % SIDE;
             if k == 0 {
@@ -108,7 +108,6 @@ impl Block {
             block.until[k] = if line.turns_until > 0.0 { line.turns_until } else { f64::MAX };
             block.later[k] = later - line.rest;
         }
-        blocks
     }
 
     /// Weighed probability that the end comes within so many cycles.
@@ -127,17 +126,18 @@ impl Block {
 }
 
 /// The end of several hypotheses together.
-pub(crate) struct Ending {
-    lines: Vec<Line>,
+pub(crate) struct Ending<'a> {
+    lines: &'a [Line],
     ends: Vec<(f64, f64)>,
 }
 
-impl Ending {
-    pub(crate) fn new(mut lines: Vec<Line>) -> Self {
+impl<'a> Ending<'a> {
+    /// Of some ways to come to it, of which those that do not count are dropped.
+    pub(crate) fn new(lines: &'a mut Vec<Line>) -> Self {
         let total: f64 = lines.iter().map(|line| line.weight).sum();
         lines.retain(|line| line.weight > NEGLIGIBLE * total);
         let total: f64 = lines.iter().map(|line| line.weight).sum();
-        for line in &mut lines {
+        for line in lines.iter_mut() {
             line.weight /= total;
         }
         let ends = lines.iter().map(Line::end).collect();
@@ -146,8 +146,12 @@ impl Ending {
 
     /// The remaining cycles within which the end comes with each probability, and
     /// the probability that it comes within one.
-    pub(crate) fn quantiles<const N: usize>(&self, probabilities: [f64; N]) -> ([f64; N], f64) {
-        let blocks = Block::all(self.lines.iter().map(|line| (line.weight, 0.0, line)));
+    pub(crate) fn quantiles<const N: usize>(
+        &self,
+        probabilities: [f64; N],
+        blocks: &mut Vec<Block>,
+    ) -> ([f64; N], f64) {
+        Block::all(blocks, self.lines.iter().map(|line| (line.weight, 0.0, line)));
         let within = |t: f64| blocks.iter().map(|block| block.within(t)).sum();
         let mut curve = Curve::new(within, self.lines.iter().map(|line| line.weight), &self.ends);
         (probabilities.map(|probability| curve.place_of(probability)), within(1.0))
@@ -155,13 +159,14 @@ impl Ending {
 
     /// The remaining life with the smallest expected relative error: the median
     /// with every possible life weighed by its inverse.
-    pub(crate) fn best(&self) -> f64 {
+    pub(crate) fn best(&self, blocks: &mut Vec<Block>) -> f64 {
         let weight = |(line, (t, _)): (&Line, &(f64, f64))| line.weight / t.max(SOON);
         let total: f64 = self.lines.iter().zip(&self.ends).map(weight).sum();
-        let blocks = Block::all(self.lines.iter().zip(&self.ends).map(|(line, (t, sd))| {
+        let weighed = self.lines.iter().zip(&self.ends).map(|(line, (t, sd))| {
             // Within a line the weighing moves the median by variance over life.
             (line.weight / t.max(SOON) / total, (sd * sd / t.max(SOON)).min(LARGEST_WEIGHING * t), line)
-        }));
+        });
+        Block::all(blocks, weighed);
         let within = |t: f64| blocks.iter().map(|block| block.within(t)).sum();
         Curve::new(within, self.lines.iter().zip(&self.ends).map(weight), &self.ends).place_of(0.5)
     }

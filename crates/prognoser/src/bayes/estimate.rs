@@ -87,12 +87,14 @@ impl FaultProbability {
         self
     }
 
-    /// The likeliest fault; of equal ones, the first of the tables.
-    pub(crate) fn leading(&self) -> (FaultCall, f64) {
-        let mut best = (FaultCall::Other, f64::NEG_INFINITY);
-        for (fault, share) in self.faults() {
+    /// What most likely wears; of equal causes, the first of the tables.
+    #[expect(clippy::cast_possible_truncation, reason = "at most MOST_WEARS")]
+    pub(crate) fn leading(&self) -> (Cause, f64) {
+        let mut best = (Cause::Other, f64::NEG_INFINITY);
+        let wears = self.wears().iter().enumerate().map(|(wear, (_, share))| (Cause::Wear(wear as u8), *share));
+        for (cause, share) in wears.chain([(Cause::Both, self.both_leaks), (Cause::Other, self.other)]) {
             if share > best.1 {
-                best = (fault, share);
+                best = (cause, share);
             }
         }
         best

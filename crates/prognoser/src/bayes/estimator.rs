@@ -5,7 +5,7 @@ use leak_table::TableBundle;
 use super::assimilate::Observation;
 use super::bank::{self, Outcome};
 use super::config::{BayesConfig, Noise};
-use super::ending::{Ending, LONGEST, Line, Quantiles, waits};
+use super::ending::{Block, Ending, LONGEST, Line, Quantiles, waits};
 use super::estimate::{BayesEstimate, Change, EndEstimate, FaultProbability, fault_call};
 use super::hypothesis::{Cause, Hypothesis, Mode, SEEN_FROM};
 use super::law::Law;
@@ -16,6 +16,7 @@ use super::special::quick_exp;
 use super::start;
 use super::state::{ValveRecord, single};
 use super::two_leaks::TwoLeaks;
+use super::workspace::Workspace;
 use crate::reading::Reading;
 
 /// Smallest noise that can be stated, in s; a log is rounded more coarsely.
@@ -60,6 +61,16 @@ impl BayesEstimator {
     /// Takes in one cycle and gives the estimate after it. Cycles must rise;
     /// sorting out repeats is the caller's work.
     pub fn update(&mut self, tables: &TableBundle, reading: &Reading) -> BayesEstimate {
+        self.update_in(&mut Workspace::default(), tables, reading)
+    }
+
+    /// The same in memory that is there.
+    pub(crate) fn update_in(
+        &mut self,
+        workspace: &mut Workspace,
+        tables: &TableBundle,
+        reading: &Reading,
+    ) -> BayesEstimate {
         let stated =
             CycleConditions { supply_pressure_pa: reading.supply_pressure_pa, temperature_k: reading.temperature_k };
         let plant = Plant::new(tables, stated);
@@ -67,14 +78,15 @@ impl BayesEstimator {
         let record = &mut self.record;
         let first = record.readings == 0;
         let shape = f64::from(record.shape);
-        let mut hypotheses = if first {
+        let Workspace { hypotheses, turning, .. } = workspace;
+        if first {
             let sd = match config.noise {
                 Noise::Known { sd_s } | Noise::Estimated { prior_sd_s: sd_s, .. } => sd_s.max(SMALLEST_NOISE_S),
             };
-            start::hypotheses(&plant, config, shape, shape * sd * sd)
+            *hypotheses = start::hypotheses(&plant, config, shape, shape * sd * sd);
         } else {
-            record.hypotheses()
-        };
+            record.unpack(hypotheses);
+        }
         let weight = 1.0 / f64::from(record.inflation);
         let observed = Observation {
             time_s: [reading.close_time_s, reading.open_time_s],
@@ -86,18 +98,19 @@ impl BayesEstimator {
         };
         let cycles = if first { 0.0 } else { reading.cycle.saturating_sub(record.cycle) as f64 };
         let rates = RatePrior::new(config);
-        let outcome = bank::step(&mut hypotheses, &plant, config, &rates, &observed, cycles, record.readings as f64);
+        let outcome =
+            bank::step(hypotheses, turning, &plant, config, &rates, &observed, cycles, record.readings as f64);
         let told = observed.time_s.iter().zip(outcome.update.inlier).filter(|(time, _)| time.is_some());
         let gained: f64 = told.map(|(_, inlier)| 0.5 * inlier * weight).sum();
         let grown = shape + gained;
         // A stated noise is not learnt.
         let kept = if matches!(config.noise, Noise::Known { .. }) { shape } else { grown.min(LARGEST_SHAPE) };
-        for hypothesis in &mut hypotheses {
+        for hypothesis in hypotheses.iter_mut() {
             hypothesis.scale *= kept / grown;
         }
         record.shape = single(kept);
         let shape = f64::from(record.shape);
-        for hypothesis in &mut hypotheses {
+        for hypothesis in hypotheses.iter_mut() {
             hypothesis.inflate();
             if hypothesis.is_untuned(hypothesis.scale / shape) {
                 hypothesis.retune(start::priors(hypothesis, &plant), hypothesis.scale / shape);
@@ -107,8 +120,8 @@ impl BayesEstimator {
         record.inflation = single(likeliest.map_or(1.0, |hypothesis| hypothesis.inflation));
         record.cycle = reading.cycle;
         record.readings += 1;
-        record.keep(&hypotheses);
-        let estimate = self.estimate(&plant, &rates, &hypotheses, &outcome, reading.cycle as f64);
+        record.keep(hypotheses);
+        let estimate = self.estimate(workspace, &plant, &rates, &outcome, reading.cycle as f64);
         let soon = estimate.end.map_or(0.0, |end| end.soon);
         let spent = if estimate.change == Some(Change::Repaired) { 0.0 } else { f64::from(self.record.spent) };
         self.record.spent = single(spent + soon);
@@ -122,9 +135,9 @@ impl BayesEstimator {
 
     fn estimate(
         &self,
+        Workspace { hypotheses, weights, paces, lines, blocks, .. }: &mut Workspace,
         plant: &Plant,
         prior: &RatePrior,
-        hypotheses: &[Hypothesis],
         outcome: &Outcome,
         cycle: f64,
     ) -> BayesEstimate {
@@ -137,8 +150,10 @@ impl BayesEstimator {
                 hypothesis.mode,
             )
         };
-        let mut weights = Vec::with_capacity(hypotheses.len());
-        let mut paces = Vec::with_capacity(hypotheses.len());
+        let hypotheses = hypotheses.as_slice();
+        weights.clear();
+        paces.clear();
+        lines.clear();
         for hypothesis in hypotheses {
             let (factor, pace) = match hypothesis.cause {
                 // Too unlikely for its prior to matter.
@@ -160,24 +175,24 @@ impl BayesEstimator {
             paces.push(pace);
         }
         let top = weights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        for weight in &mut weights {
+        for weight in weights.iter_mut() {
             *weight = quick_exp(*weight - top);
         }
         let total: f64 = weights.iter().sum();
         let mut probability = FaultProbability::new(plant);
-        for (hypothesis, weight) in hypotheses.iter().zip(&mut weights) {
+        for (hypothesis, weight) in hypotheses.iter().zip(weights.iter_mut()) {
             *weight /= total;
             probability.add(hypothesis.cause, *weight);
         }
         let (leading, share) = probability.leading();
-        let mine = |hypothesis: &Hypothesis| fault_call(hypothesis.cause, plant) == leading;
+        let mine = |hypothesis: &Hypothesis| hypothesis.cause == leading;
         let heaviest =
-            hypotheses.iter().zip(&weights).max_by(|a, b| a.1.total_cmp(b.1)).map(|(hypothesis, _)| hypothesis);
+            hypotheses.iter().zip(weights.iter()).max_by(|a, b| a.1.total_cmp(b.1)).map(|(hypothesis, _)| hypothesis);
         let heaviest = heaviest.copied().unwrap_or_else(|| hypotheses[0]);
         let wears = probability.none < self.config.healthy_from;
         let mut estimate = BayesEstimate {
             probability,
-            leading,
+            leading: fault_call(leading, plant),
             severity: 0.0,
             growth: 0.0,
             end: None,
@@ -197,25 +212,24 @@ impl BayesEstimator {
         if outcome.renewed {
             estimate.change = Some(Change::Repaired);
         }
-        let wearing = hypotheses.iter().zip(&weights).filter(|(hypothesis, _)| hypothesis.cause != Cause::None);
+        let wearing = hypotheses.iter().zip(weights.iter()).filter(|(hypothesis, _)| hypothesis.cause != Cause::None);
         let (all, seen) = wearing.fold((0.0, 0.0), |(all, seen), (hypothesis, weight)| {
             (all + weight, if is_seen(hypothesis, sigma2(hypothesis)) { seen + weight } else { seen })
         });
         estimate.seen = seen / all.max(f64::MIN_POSITIVE);
-        let mut lines = Vec::with_capacity(24);
         let named = hypotheses
             .iter()
-            .zip(&weights)
+            .zip(weights.iter())
             .filter(|(hypothesis, _)| mine(hypothesis))
             .max_by(|a, b| a.1.total_cmp(b.1))
             .map_or(Cause::None, |(hypothesis, _)| hypothesis.cause);
-        for ((hypothesis, weight), pace) in hypotheses.iter().zip(&weights).zip(&paces) {
+        for ((hypothesis, weight), pace) in hypotheses.iter().zip(weights.iter()).zip(paces.iter()) {
             let own = weight / share.max(f64::MIN_POSITIVE);
             // One leak may turn out to be two, and the other way round.
             let leaks = plant.knows_both_leaks() && [hypothesis.cause, named].iter().all(|cause| is_leak(*cause));
             if wears && own > NEGLIGIBLE && (mine(hypothesis) || leaks) {
                 let pace = pace.unwrap_or_else(|| correct(hypothesis, 1));
-                self.lines(hypothesis, plant, prior, pace, own, &mut lines);
+                self.lines(hypothesis, plant, prior, pace, own, lines);
             }
             if !mine(hypothesis) {
                 continue;
@@ -227,17 +241,17 @@ impl BayesEstimator {
             estimate.rough += if matches!(hypothesis.mode, Mode::Rough | Mode::Wander) { own } else { 0.0 };
             estimate.resting += if hypothesis.mode == Mode::Rest { own } else { 0.0 };
         }
-        estimate.end = (wears && !lines.is_empty()).then(|| self.end(lines, cycle));
+        estimate.end = (wears && !lines.is_empty()).then(|| self.end(lines, blocks, cycle));
         estimate
     }
 
     /// The end that some lines lead to.
-    fn end(&self, lines: Vec<Line>, cycle: f64) -> EndEstimate {
+    fn end(&self, lines: &mut Vec<Line>, blocks: &mut Vec<Block>, cycle: f64) -> EndEstimate {
         let ending = Ending::new(lines);
-        let (left, soon) = ending.quantiles([0.05, 0.5, 0.95, self.risk_left()]);
+        let (left, soon) = ending.quantiles([0.05, 0.5, 0.95, self.risk_left()], blocks);
         let at = left.map(|left| cycle + left.min(LONGEST));
         EndEstimate {
-            cycle: match ending.best() {
+            cycle: match ending.best(blocks) {
                 0.0 => (cycle - ending.ago()).max(0.0),
                 left => cycle + left.min(LONGEST),
             },

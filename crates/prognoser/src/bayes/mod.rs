@@ -22,6 +22,7 @@ mod special;
 mod start;
 mod state;
 mod two_leaks;
+mod workspace;
 
 pub(crate) use assimilate::PROPER_FROM;
 pub use config::{BayesConfig, GrowthLaw, GrowthPrior, Noise, StartPrior};
@@ -29,3 +30,4 @@ pub use ending::Quantiles;
 pub use estimate::{BayesEstimate, Change, FaultProbability};
 pub use estimator::BayesEstimator;
 pub use state::{STATE_VERSION, ValveRecord};
+pub(crate) use workspace::Workspace;

@@ -8,6 +8,7 @@ use super::rate_prior::{RatePrior, SLOW_BELOW, WideGrowth};
 use super::special::quick_ln;
 use super::start::{drifting, share};
 use super::two_leaks::second_leaks;
+use super::workspace::Turning;
 
 /// Hypotheses that bring less than this share, as a logarithm, bring nothing.
 const LN_NOTHING: f64 = -16.0;
@@ -158,6 +159,7 @@ fn way(hypothesis: &Hypothesis, to: Mode, ways: &Ways, likely: bool, shape: f64)
 /// Lets hypotheses turn into each other in the course of one cycle.
 pub(crate) fn turn(
     hypotheses: &mut Vec<Hypothesis>,
+    Turning { made, sources }: &mut Turning,
     plant: &Plant,
     config: &BayesConfig,
     rates: &RatePrior,
@@ -171,8 +173,15 @@ pub(crate) fn turn(
     let onset = prior.onset_after(readings);
     let ways = Ways::new(prior, rates.slow_share);
     let top = hypotheses.iter().map(|hypothesis| hypothesis.ln_weight).fold(f64::NEG_INFINITY, f64::max);
-    let mut made: Vec<Hypothesis> = Vec::with_capacity(hypotheses.len() + 8);
-    let (mut inflow, mut sources) = (Vec::with_capacity(8), Vec::with_capacity(hypotheses.len()));
+    made.clear();
+    // What goes on as it was.
+    let leaves = quick_ln(1.0 - onset);
+    for hypothesis in
+        hypotheses.iter().filter(|hypothesis| hypothesis.mode == Mode::Steady && hypothesis.cause != Cause::Other)
+    {
+        let left = if hypothesis.cause == Cause::None { leaves } else { 0.0 };
+        made.push(Hypothesis { ln_weight: hypothesis.ln_weight + left, ..*hypothesis });
+    }
     for wear in 0..plant.wears() {
         let cause = Cause::Wear(wear);
         let ln_begin = quick_ln(onset * share(cause, plant));
@@ -183,8 +192,8 @@ pub(crate) fn turn(
             }
         }
         for mode in [Mode::Late, Mode::Slow, Mode::Rough, Mode::Wander, Mode::Rest] {
-            inflow.clear();
-            for (place, likely) in sources.iter().copied() {
+            let first = made.len();
+            for &(place, likely) in sources.iter() {
                 let hypothesis = &hypotheses[place];
                 let Some((ln_rate, pace)) = way(hypothesis, mode, &ways, likely, shape) else {
                     continue;
@@ -194,47 +203,41 @@ pub(crate) fn turn(
                 if ln_weight < top + LN_NOTHING {
                     continue;
                 }
-                inflow.push(match pace {
+                made.push(match pace {
                     Pace::Same => *hypothesis,
                     Pace::Off(by) => repaced(hypothesis, by, shape),
                     Pace::Fresh => hypothesis.with_growth(WideGrowth::of(mode), hypothesis.scale / shape),
                 });
-                if let Some(moved) = inflow.last_mut() {
+                if let Some(moved) = made.last_mut() {
                     (moved.cause, moved.law, moved.mode, moved.ln_weight) = (cause, Law::Linear, mode, ln_weight);
                 }
             }
-            join(&mut made, &inflow, shape);
+            join(made, first, shape);
         }
     }
-    inflow.clear();
+    let first = made.len();
     let ln_drift = quick_ln(onset * share(Cause::Other, plant));
     for hypothesis in hypotheses.iter() {
         match hypothesis.cause {
-            Cause::Other => inflow.push(*hypothesis),
+            Cause::Other => made.push(*hypothesis),
             Cause::None if hypothesis.ln_weight + ln_drift > top + LN_NOTHING => {
                 let drifting = drifting(hypothesis, plant, shape);
-                inflow.push(Hypothesis { ln_weight: hypothesis.ln_weight + ln_drift, ..drifting });
+                made.push(Hypothesis { ln_weight: hypothesis.ln_weight + ln_drift, ..drifting });
             }
             _ => {}
         }
     }
-    join(&mut made, &inflow, shape);
+    join(made, first, shape);
     if plant.knows_both_leaks() {
-        made.append(&mut second_leaks(hypotheses, prior, top + LN_LIKELY, shape));
+        second_leaks(hypotheses, made, prior, top + LN_LIKELY, shape);
     }
-    hypotheses.retain(|hypothesis| hypothesis.mode == Mode::Steady && hypothesis.cause != Cause::Other);
-    let leaves = quick_ln(1.0 - onset);
-    for hypothesis in hypotheses.iter_mut().filter(|hypothesis| hypothesis.cause == Cause::None) {
-        hypothesis.ln_weight += leaves;
-    }
-    hypotheses.append(&mut made);
+    std::mem::swap(hypotheses, made);
 }
 
-/// Adds some hypotheses as one, if there are any.
-fn join(hypotheses: &mut Vec<Hypothesis>, some: &[Hypothesis], shape: f64) {
-    match some {
-        [] => {}
-        [one] => hypotheses.push(*one),
-        _ => hypotheses.push(Hypothesis::merged(some, shape)),
+/// Makes one of the hypotheses from a place on, if there are any.
+fn join(hypotheses: &mut Vec<Hypothesis>, first: usize, shape: f64) {
+    if hypotheses.len() > first + 1 {
+        hypotheses[first] = Hypothesis::merged(&hypotheses[first..], shape);
+        hypotheses.truncate(first + 1);
     }
 }

@@ -21,6 +21,7 @@ pub(crate) struct CycleConditions {
 pub(crate) struct Plant<'t> {
     bundle: &'t TableBundle,
     wears: usize,
+    ids: [DegradationId; MOST_WEARS],
     limits: [f64; MOST_WEARS],
     healthy_s: [f64; 2],
     /// The tables under the reference conditions.
@@ -36,14 +37,17 @@ pub(crate) struct Plant<'t> {
 impl<'t> Plant<'t> {
     pub(crate) fn new(bundle: &'t TableBundle, stated: CycleConditions) -> Self {
         let wears = bundle.len().min(MOST_WEARS);
+        let mut ids = [DegradationId::new(""); MOST_WEARS];
         let mut limits = [1.0; MOST_WEARS];
         let mut tables = [None; MOST_WEARS];
         for (index, entry) in bundle.entries().enumerate().take(wears) {
-            (limits[index], tables[index]) = (entry.limit_severity, Some(entry.table));
+            (ids[index], limits[index], tables[index]) =
+                (entry.degradation.id, entry.limit_severity, Some(entry.table));
         }
         let mut plant = Self {
             bundle,
             wears,
+            ids,
             limits,
             healthy_s: [0.0; 2],
             tables,
@@ -63,7 +67,7 @@ impl<'t> Plant<'t> {
 
     /// The name of a kind of wear.
     pub(crate) fn id(&self, wear: u8) -> DegradationId {
-        self.bundle.entry(usize::from(wear)).degradation.id
+        self.ids[usize::from(wear)]
     }
 
     /// Times in s of both strokes, each with its derivative by the severity.

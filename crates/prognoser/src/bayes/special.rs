@@ -1,11 +1,9 @@
 //! The few special functions that the posterior needs.
 
-use std::sync::LazyLock;
-
 /// Probability that a standard normal variable exceeds `z`: Abramowitz and
 /// Stegun 7.1.26. Absolute error below 1.5e-7.
 #[inline]
-pub(crate) fn normal_tail(z: f64) -> f64 {
+pub(crate) const fn normal_tail(z: f64) -> f64 {
     let x = z.abs() / std::f64::consts::SQRT_2;
     let t = 1.0 / (1.0 + 0.327_591_1 * x);
     let poly =
@@ -18,9 +16,16 @@ pub(crate) fn normal_tail(z: f64) -> f64 {
 const STEPS: u32 = 64;
 const FARTHEST: f64 = 6.0;
 
-/// Values of the normal distribution function from -6 to 6.
-static SHARES: LazyLock<Vec<f64>> =
-    LazyLock::new(|| (0..=12 * STEPS + 1).map(|i| normal_tail(FARTHEST - f64::from(i) / f64::from(STEPS))).collect());
+/// Values of the normal distribution function from -6 to 6, and one more for the last place's neighbour.
+static SHARES: [f64; 12 * STEPS as usize + 2] = {
+    let mut shares = [0.0; 12 * STEPS as usize + 2];
+    let mut i = 0;
+    while i < shares.len() {
+        shares[i] = normal_tail(FARTHEST - i as f64 / STEPS as f64);
+        i += 1;
+    }
+    shares
+};
 
 /// Probability that a standard normal variable is below `z`, from a table.
 /// Absolute error below 1e-5, a third of the cost of [`normal_tail`].
@@ -88,7 +93,7 @@ pub(crate) fn above_zero(z: f64) -> (f64, f64) {
 /// hyperbolic tangent. Relative error of the argument below 1e-9: enough for
 /// probabilities, at a fraction of the cost of the exact function.
 #[inline]
-pub(crate) fn quick_ln(x: f64) -> f64 {
+pub(crate) const fn quick_ln(x: f64) -> f64 {
     // Shifts the exponent so that the mantissa lies in sqrt(1/2)..sqrt(2).
     // Unsigned operations only, which every processor has for whole vectors.
     let bits = x.to_bits();
@@ -111,7 +116,7 @@ const ROUNDER: f64 = 6_755_399_441_055_744.0;
 /// Exponential of a number below 700, next to zero below -700. Relative error
 /// below 1e-9.
 #[inline]
-pub(crate) fn quick_exp(x: f64) -> f64 {
+pub(crate) const fn quick_exp(x: f64) -> f64 {
     let x = x.max(-700.0);
     let shifted = x * std::f64::consts::LOG2_E + ROUNDER;
     let r = x - (shifted - ROUNDER) * std::f64::consts::LN_2;

@@ -72,10 +72,9 @@ impl ValveRecord {
     }
 
     /// Takes the hypotheses out to work on them.
-    pub(crate) fn hypotheses(&self) -> Vec<Hypothesis> {
-        let mut hypotheses = Vec::with_capacity(self.hypotheses.len() + 24);
+    pub(crate) fn unpack(&self, hypotheses: &mut Vec<Hypothesis>) {
+        hypotheses.clear();
         hypotheses.extend(self.hypotheses.iter().map(StoredHypothesis::unpacked));
-        hypotheses
     }
 
     /// Keeps the hypotheses.

@@ -24,15 +24,16 @@ const CLOSE: f64 = 2e-3;
 /// The leak that slows down each stroke, which is its place among the tables.
 const LEAKS: [u8; 2] = [0, 1];
 
-/// The hypotheses of one leak and then another, with those that begin in this cycle. One does beside the leak that is likelier
+/// Adds the hypotheses of one leak and then another, with those that begin in this cycle. One does beside the leak that is likelier
 /// to be there, where it can be told from none; hypotheses below a weight have none.
 pub(crate) fn second_leaks(
     hypotheses: &[Hypothesis],
+    seconds: &mut Vec<Hypothesis>,
     prior: &GrowthPrior,
     ln_likely: f64,
     shape: f64,
-) -> Vec<Hypothesis> {
-    let mut seconds: Vec<Hypothesis> = Vec::with_capacity(MOST_SECONDS + 1);
+) {
+    let others = seconds.len();
     seconds.extend(
         hypotheses.iter().filter(|hypothesis| hypothesis.cause == Cause::Both && hypothesis.mode == Mode::Late),
     );
@@ -42,20 +43,21 @@ pub(crate) fn second_leaks(
             .filter(|hypothesis| matches!(hypothesis.cause, Cause::Wear(0 | 1)) && hypothesis.ln_weight > ln_likely)
     };
     let likeliest = leaks().max_by(|a, b| a.ln_weight.total_cmp(&b.ln_weight)).map(|hypothesis| hypothesis.cause);
-    let begin: Vec<Hypothesis> = leaks()
+    let first = seconds.len();
+    let begin = leaks()
         .filter(|hypothesis| {
             Some(hypothesis.cause) == likeliest && hypothesis.law == Law::Linear && hypothesis.mode != Mode::Rest
         })
         .filter(|hypothesis| hypothesis.is_seen(shape))
-        .map(|hypothesis| with_second(hypothesis, prior.second, shape))
-        .collect();
-    if !begin.is_empty() {
-        seconds.push(Hypothesis::merged(&begin, shape));
+        .map(|hypothesis| with_second(hypothesis, prior.second, shape));
+    seconds.extend(begin);
+    if seconds.len() > first {
+        seconds[first] = Hypothesis::merged(&seconds[first..], shape);
+        seconds.truncate(first + 1);
     }
-    if seconds.len() > MOST_SECONDS {
-        merge_nearest(&mut seconds, shape);
+    if seconds.len() > others + MOST_SECONDS {
+        merge_nearest(seconds, others, shape);
     }
-    seconds
 }
 
 /// A hypothesis of one leak, with one of the other kind that begins now. What the tables are off by is held from then on.
@@ -79,17 +81,17 @@ fn with_second(hypothesis: &Hypothesis, probability: f64, shape: f64) -> Hypothe
     both
 }
 
-/// Makes one hypothesis of the two that are least worth telling apart.
-fn merge_nearest(hypotheses: &mut Vec<Hypothesis>, shape: f64) {
+/// Makes one hypothesis of the two that are least worth telling apart, of those from a place on.
+fn merge_nearest(hypotheses: &mut Vec<Hypothesis>, first: usize, shape: f64) {
     let apart = |a: &Hypothesis, b: &Hypothesis| {
         let sigma2 = 0.5 * (a.scale + b.scale) / shape;
         let of = |i: usize| (a.mean[i] - b.mean[i]).powi(2) / ((a.cov[i][i] + b.cov[i][i]) * sigma2 + 1e-12);
         // What is lost: the distance, by the smaller weight.
         quick_ln((0..SIZE).map(of).sum::<f64>() + 1e-3) + a.ln_weight.min(b.ln_weight)
     };
-    let mut best = (f64::INFINITY, 0, 1);
-    for j in 1..hypotheses.len() {
-        for i in 0..j {
+    let mut best = (f64::INFINITY, first, first + 1);
+    for j in first + 1..hypotheses.len() {
+        for i in first..j {
             let lost = apart(&hypotheses[i], &hypotheses[j]);
             if lost < best.0 {
                 best = (lost, i, j);
