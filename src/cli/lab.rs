@@ -5,6 +5,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::LogColumnArgs;
+
 /// Where a page is served.
 #[derive(Debug, Args)]
 pub struct PageArgs {
@@ -34,12 +36,19 @@ and no file is written but the one that you name there.
 
 Examples:
   valve lab valve.toml campaign.toml
+  valve lab valve.toml campaign.toml --log log.csv
   valve lab valve.toml campaign.toml --no-open --port 8000")]
 pub struct LabArgs {
     /// The valve file
     pub valve: PathBuf,
     /// The campaign file
     pub campaign: PathBuf,
+    /// A timing log of the valve, to see its remaining life by the file's model and by the sliders'
+    #[arg(long, value_name = "FILE")]
+    pub log: Option<PathBuf>,
+    /// How the log's columns are to be read.
+    #[command(flatten)]
+    pub columns: LogColumnArgs,
     /// Where it is served
     #[command(flatten)]
     pub page: PageArgs,

@@ -85,8 +85,20 @@ impl Lives {
         Ok(lives)
     }
 
-    /// As a table.
+    /// As a table with its caption.
     pub fn table(&self) -> String {
+        let mut text =
+            format!("end of life of {} by {} (cycle, 5 to 95 %)\n{}", self.valve, self.log, self.rows().render());
+        for model in &self.models {
+            if let Err(why) = &model.told {
+                let _ = write!(text, "\n{}: no tables, {why}\n", model.name);
+            }
+        }
+        text
+    }
+
+    /// A row for each share of the log, a column for each model.
+    pub fn rows(&self) -> TextTable {
         let heads = self.models.iter().map(|model| (model.name.as_str(), Align::Right));
         let columns: Vec<(&str, Align)> = std::iter::once(("after cycle", Align::Right)).chain(heads).collect();
         let mut table = TextTable::new(&columns);
@@ -97,13 +109,17 @@ impl Lives {
             });
             table.row(std::iter::once(cycle.to_string()).chain(told).collect());
         }
-        let mut text = format!("end of life of {} by {} (cycle, 5 to 95 %)\n{}", self.valve, self.log, table.render());
-        for model in &self.models {
-            if let Err(why) = &model.told {
-                let _ = write!(text, "\n{}: no tables, {why}\n", model.name);
-            }
-        }
-        text
+        table
+    }
+
+    /// The end of life by the whole log, a sentence for every model.
+    pub fn words(&self) -> String {
+        let told = |model: &Model| match &model.told {
+            Ok(told) => told.last().map_or_else(String::new, |told| format!("{}: {}", model.name, told.text())),
+            Err(_) => format!("{}: no tables", model.name),
+        };
+        let all: Vec<String> = self.models.iter().map(told).collect();
+        format!("{} ends at cycle (5 to 95 %): {}", self.valve, all.join("; "))
     }
 
     /// For programs.

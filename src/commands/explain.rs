@@ -1,6 +1,7 @@
 //! `valve explain`: which physical effect is missing.
 
 use std::fmt::Write;
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -32,7 +33,11 @@ pub fn run(args: &ExplainArgs) -> anyhow::Result<Answer> {
     let options = DiagnoseOptions { good_enough_m: args.good_enough, ..DiagnoseOptions::default() };
     let answer = search(&input, &options)?;
     match args.format {
-        Format::Text => output::print_text(&(text(&answer, &input) + &next(args, &answer)))?,
+        Format::Text => {
+            let (why, words) = next(&args.valve, &args.campaign, &answer);
+            let words: Vec<&str> = words.iter().map(String::as_str).collect();
+            output::print_text(&(text(&answer, &input) + &next_step(&why, &words)))?;
+        }
         Format::Json => output::print_json(&explanation::document(&answer, &input.campaign.name))?,
     }
     if let Some(plot) = plot {
@@ -160,16 +165,18 @@ pub fn nuisance_lines(nuisances: &[NuisanceReport]) -> String {
 }
 
 /// What to do with what was found.
-fn next(args: &ExplainArgs, answer: &Explanation) -> String {
-    let (valve, campaign) = (args.valve.display().to_string(), args.campaign.display().to_string());
+/// What to do with an answer: why, and the call that does it.
+pub fn next(valve: &Path, campaign: &Path, answer: &Explanation) -> (String, Vec<String>) {
+    let [file, strokes] = [valve, campaign].map(|path| path.display().to_string());
+    let call = |why: &str, words: &[&str]| (why.to_owned(), words.iter().map(|word| (*word).to_owned()).collect());
     let adopt = |why: &str, out: &str, effects: &[&str]| {
-        let out = free_name_beside(&args.valve, out);
+        let out = free_name_beside(valve, out);
         let effects = effects.iter().flat_map(|id| ["--effect", id]);
         let words: Vec<&str> =
-            ["adopt", &valve, &campaign].into_iter().chain(effects).chain(["--out", out.as_str()]).collect();
-        next_step(why, &words)
+            ["adopt", &file, &strokes].into_iter().chain(effects).chain(["--out", out.as_str()]).collect();
+        call(why, &words)
     };
-    let again = ["explain", valve.as_str(), campaign.as_str()];
+    let again = ["explain", file.as_str(), strokes.as_str()];
     match answer.verdict {
         Verdict::Adequate => adopt("write the refitted parameters into a valve file", "calibrated.toml", &[]),
         Verdict::EffectFound | Verdict::PartlyExplained => {
@@ -185,14 +192,14 @@ fn next(args: &ExplainArgs, answer: &Explanation) -> String {
             Some(discrepancy) => {
                 adopt("add the formula to the valve file, refitted", "better.toml", &[discrepancy.effect.name()])
             }
-            None => next_step(
+            None => call(
                 "see where the missing force or flow sits",
-                &["compare", &valve, &campaign, "--residual-force", "--plot-force", "force.svg"],
+                &["compare", &file, &strokes, "--residual-force", "--plot-force", "force.svg"],
             ),
         },
-        Verdict::NotEnoughData if answer.interrupted => next_step("let the search run to its end", &again),
+        Verdict::NotEnoughData if answer.interrupted => call("let the search run to its end", &again),
         Verdict::NotEnoughData => {
-            next_step("record more (the [[run]] above tells most), add it to the campaign, and explain again", &again)
+            call("record more (the [[run]] above tells most), add it to the campaign, and explain again", &again)
         }
     }
 }

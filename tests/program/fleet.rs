@@ -95,7 +95,7 @@ fn two_hundred_valves_stand_worst_first_in_text_and_report() {
     let output = sandbox.valve(&["report", "valve.toml", "--log", "fleet.csv", "--out", "report.html"]);
     assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
     let page = sandbox.read("report.html");
-    let callout = page.lines().find(|line| line.contains("200 valves: ")).expect("the counts");
+    let callout = page.lines().find(|line| line.contains("callout\">200 valves: ")).expect("the counts");
     check_counts(callout.trim_end_matches("</p>"), &counts);
     let cells = page.lines().filter_map(|line| line.strip_prefix("<tr><td>FV-"));
     let in_report: Vec<String> = cells.map(|rest| format!("FV-{}", &rest[..3])).take(VALVES).collect();

@@ -162,6 +162,34 @@ fn fits_are_those_of_calibrate_and_adopt_and_the_file_is_written_once() {
 }
 
 #[test]
+fn the_life_before_and_after_is_that_of_the_models_tables() {
+    let sandbox = sandbox();
+    let without = start(&sandbox);
+    assert_eq!(without.get("api/lab").json()["has_log"], false);
+    let refused = without.post("api/lives", &json!({}));
+    assert!(refused.status == 422 && refused.body.contains("--log"), "{}", refused.body);
+
+    let served = Served::start(&sandbox, &["lab", "valve.toml", "campaign.toml", "--log", "log.csv"]);
+    assert_eq!(served.get("api/lab").json()["has_log"], true);
+    let model = json!({ "parameters": { "spring.stiffness": 15_000.0 } });
+    let lives = served.post("api/lives", &model).json();
+    let names: Vec<&Value> = lives["models"].as_array().expect("models").iter().map(|one| &one["model"]).collect();
+    assert_eq!(names, ["valve file", "sliders"]);
+    let last = |model: usize| lives["models"][model]["told"][3].clone();
+    sandbox.write("moved.toml", &VALVE.replace("stiffness = \"16 kN/m\"", "stiffness = \"15 kN/m\""));
+    for (model, file) in [(0, "valve.toml"), (1, "moved.toml")] {
+        let tables = format!("tables-{model}");
+        let built = sandbox.valve(&["build-tables", file, "--out", &tables]);
+        assert_eq!(built.status.code(), Some(0), "{}", shown(&built));
+        let output = sandbox.valve(&["prognose", "log.csv", "--tables", &tables, "--format", "jsonl"]);
+        let text = String::from_utf8(output.stdout).expect("text");
+        let told: Value = serde_json::from_str(text.lines().last().expect("a row")).expect("JSON");
+        assert_eq!(last(model)["eol_cycle"], told["eol_cycle"], "{file}");
+    }
+    assert_ne!(last(0)["eol_cycle"], last(1)["eol_cycle"]);
+}
+
+#[test]
 fn files_that_change_are_read_again_and_broken_ones_are_not() {
     let sandbox = sandbox();
     let served = start(&sandbox);
@@ -190,7 +218,7 @@ fn files_that_change_are_read_again_and_broken_ones_are_not() {
 #[ignore = "needs node, Chromium and `npm ci` in crates/lab/web; .ci/run does that and runs it"]
 fn a_browser_finds_the_missing_friction() {
     let sandbox = sandbox();
-    let served = start(&sandbox);
+    let served = Served::start(&sandbox, &["lab", "valve.toml", "campaign.toml", "--log", "log.csv"]);
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/crates/lab/web/test/lab.mjs");
     let driven = Command::new("node").arg(script).arg(&served.url).arg(sandbox.path("")).output().expect("node runs");
     assert!(driven.status.success(), "{}", shown(&driven));

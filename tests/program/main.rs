@@ -21,6 +21,7 @@ mod mosquitto;
 mod next;
 mod outputs;
 mod page;
+mod report_page;
 mod state;
 mod support;
 mod unattended;

@@ -20,9 +20,15 @@ pub const LAB: Page = Page { html: include_str!("../assets/lab.html"), script: i
 /// The watch.
 pub const WATCH: Page = Page { html: include_str!("../assets/watch.html"), script: include_str!("../assets/watch.js") };
 
+/// The script of a page without a server.
+pub const REPORT_SCRIPT: &str = include_str!("../assets/report.js");
+/// Its style.
+pub const REPORT_STYLE: &str = include_str!("../assets/report.css");
+/// The library of charts.
+pub const UPLOT: &str = include_str!("../assets/uPlot.iife.min.js");
 const STYLE: &str = include_str!("../assets/style.css");
-const UPLOT: &str = include_str!("../assets/uPlot.iife.min.js");
-const UPLOT_STYLE: &str = include_str!("../assets/uPlot.min.css");
+/// The style of the charts.
+pub const UPLOT_STYLE: &str = include_str!("../assets/uPlot.min.css");
 
 /// The files of a page, at the site's paths.
 pub fn routes<S: Clone + Send + Sync + 'static>(site: &Site, page: &'static Page) -> Router<S> {

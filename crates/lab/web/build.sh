@@ -14,11 +14,13 @@ fi
 
 npm ci --no-audit --no-fund --silent
 npx tsc --project tsconfig.json
-for page in lab watch; do
+for page in lab watch report; do
     npx esbuild "src/$page.ts" --bundle --minify --format=iife --target=es2022 --log-level=warning \
         --outfile="$out/$page.js"
 done
-npx esbuild src/style.css --bundle --minify --log-level=warning --outfile="$out/style.css"
+for style in style report; do
+    npx esbuild "src/$style.css" --bundle --minify --log-level=warning --outfile="$out/$style.css"
+done
 cp src/lab.html src/watch.html node_modules/uplot/dist/uPlot.iife.min.js node_modules/uplot/dist/uPlot.min.css "$out/"
 cp node_modules/uplot/LICENSE "$out/uPlot.LICENSE"
 

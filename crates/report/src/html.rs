@@ -87,6 +87,38 @@ pub enum Block {
     Figure(Box<Figure>),
     /// Text to be copied, such as a piece of a valve file.
     Code(String),
+    /// Something to hover over, zoom and sort.
+    View(View),
+}
+
+/// Blocks of which the page's script makes something to hover over, zoom and sort. Without scripts and on paper they stand
+/// there as they are.
+#[derive(Debug, Clone)]
+pub struct View {
+    /// Which of the script's views it becomes.
+    pub kind: &'static str,
+    /// The name of the page's data that it shows.
+    pub of: &'static str,
+    /// The same, still.
+    pub still: Vec<Block>,
+}
+
+/// One of the few sentences at the top of a page: how it stands, what is worst, what to do.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Point {
+    /// What it is about.
+    pub lead: &'static str,
+    /// What there is to say.
+    pub text: String,
+    /// A command to be copied.
+    pub command: Option<String>,
+}
+
+impl Point {
+    /// A sentence.
+    pub fn new(lead: &'static str, text: impl Into<String>) -> Self {
+        Self { lead, text: text.into(), command: None }
+    }
 }
 
 /// A section with its headline.
@@ -105,27 +137,23 @@ pub struct Page {
     pub title: String,
     /// A line below it.
     pub subtitle: String,
+    /// What a reader must know, in a few sentences.
+    pub short: Vec<Point>,
     /// The sections.
     pub sections: Vec<Section>,
     /// The last line: program and version.
     pub footer: String,
+    /// The style sheet.
+    pub style: String,
+    /// The script that makes the views.
+    pub script: String,
+    /// What the views show: JSON texts by name.
+    pub data: Vec<(&'static str, String)>,
 }
 
-const STYLE: &str = "\
-body{font:15px/1.5 system-ui,'Helvetica Neue',Arial,sans-serif;color:#222;background:#fff;\
-max-width:820px;margin:2em auto;padding:0 1em}\
-h1{font-size:1.6em;margin-bottom:0}h2{font-size:1.2em;margin-top:2em;\
-border-bottom:1px solid #ddd;padding-bottom:.2em}\
-.sub,footer{color:#5a5a5a}footer{margin-top:3em;font-size:.85em}\
-.callout{border-left:4px solid #0072b2;background:#f2f7fb;padding:.6em 1em;margin:1em 0}\
-table{border-collapse:collapse;font-size:.92em;margin:1em 0}\
-th,td{padding:.25em .9em;text-align:right;border-bottom:1px solid #e4e4e4}\
-th:first-child,td:first-child{text-align:left}th{border-bottom:2px solid #8c8c8c}\
-td.strong,td.bad{font-weight:600}td.bad{color:#9c2a00}td.caution{color:#8a5a00}td.note{color:#005a9c}\
-td.good{color:#00664a}td.faint{color:#5a5a5a}\
-pre{background:#f6f6f6;padding:.8em 1em;overflow-x:auto;font-size:.9em}\
-figure{margin:1em 0}figure svg{max-width:100%;height:auto}\
-nav a{margin-right:1.2em}@media print{nav{display:none}}";
+/// What the page may do: what is inside it, and nothing else.
+const RULES: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:; base-uri 'none'; \
+                     form-action 'none'";
 
 impl Page {
     /// The page as HTML that needs no other file.
@@ -136,13 +164,27 @@ impl Page {
             out,
             "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-             <title>{title}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n<h1>{title}</h1>\n"
+             <meta http-equiv=\"Content-Security-Policy\" content=\"{RULES}\">\n\
+             <meta name=\"color-scheme\" content=\"light dark\">\n<link rel=\"icon\" href=\"data:,\">\n\
+             <title>{title}</title>\n<style>{}</style>\n</head>\n<body class=\"report\">\n<h1>{title}</h1>\n",
+            self.style
         );
         if !self.subtitle.is_empty() {
             let _ = writeln!(out, "<p class=\"sub\">{}</p>", escape(&self.subtitle));
         }
+        if !self.short.is_empty() {
+            out.push_str("<ul class=\"in-short\">\n");
+            for Point { lead, text, command } in &self.short {
+                let _ = write!(out, "<li><strong>{}:</strong> {}", escape(lead), escape(text));
+                if let Some(command) = command {
+                    let _ = write!(out, "<pre>{}</pre>", escape(command));
+                }
+                out.push_str("</li>\n");
+            }
+            out.push_str("</ul>\n");
+        }
         if self.sections.len() > 1 {
-            out.push_str("<nav>");
+            out.push_str("<nav aria-label=\"sections\">");
             for (index, section) in self.sections.iter().enumerate() {
                 let _ = write!(out, "<a href=\"#s{index}\">{}</a>", escape(&section.title));
             }
@@ -157,6 +199,14 @@ impl Page {
         if !self.footer.is_empty() {
             let _ = writeln!(out, "<footer>{}</footer>", escape(&self.footer));
         }
+        for (name, json) in &self.data {
+            // The sign stands in strings alone, where it can be told by its number.
+            let json = json.replace('<', "\\u003c");
+            let _ = writeln!(out, "<script type=\"application/json\" id=\"data-{name}\">{json}</script>");
+        }
+        if !self.script.is_empty() {
+            let _ = writeln!(out, "<script>{}</script>", self.script);
+        }
         out.push_str("</body>\n</html>\n");
         out
     }
@@ -168,6 +218,13 @@ fn write_block(out: &mut String, block: &Block) {
         Block::Callout(text) => writeln!(out, "<p class=\"callout\">{}</p>", escape(text)),
         Block::Code(text) => writeln!(out, "<pre>{}</pre>", escape(text)),
         Block::Figure(figure) => writeln!(out, "<figure>\n{}</figure>", figure.to_svg()),
+        Block::View(View { kind, of, still }) => {
+            let _ = writeln!(out, "<div data-view=\"{kind}\" data-of=\"{of}\">\n<div class=\"still\">");
+            for block in still {
+                write_block(out, block);
+            }
+            writeln!(out, "</div>\n</div>")
+        }
         Block::Table(table) => {
             write_table(out, table);
             Ok(())
@@ -176,9 +233,14 @@ fn write_block(out: &mut String, block: &Block) {
 }
 
 fn write_table(out: &mut String, table: &Table) {
-    out.push_str("<table>\n<thead><tr>");
+    let name = escape(&table.columns.join(", "));
+    let _ = write!(
+        out,
+        "<div class=\"table\" tabindex=\"0\" role=\"group\" aria-label=\"table: {name}\"><table class=\"{}\">\n<thead><tr>",
+        text_columns(table)
+    );
     for column in &table.columns {
-        let _ = write!(out, "<th>{}</th>", escape(column));
+        let _ = write!(out, "<th scope=\"col\">{}</th>", escape(column));
     }
     out.push_str("</tr></thead>\n<tbody>\n");
     for row in &table.rows {
@@ -189,12 +251,24 @@ fn write_table(out: &mut String, table: &Table) {
         }
         out.push_str("</tr>\n");
     }
-    out.push_str("</tbody>\n</table>\n");
+    out.push_str("</tbody>\n</table></div>\n");
+}
+
+/// The columns that hold texts, which stand left, by their numbers: "t2 t5".
+fn text_columns(table: &Table) -> String {
+    let is_number = |text: &str| text.starts_with(|first: char| first.is_ascii_digit() || "+-−".contains(first));
+    let is_text = |column: &usize| {
+        let cells = table.rows.iter().filter_map(|row| row.get(*column)).filter(|cell| cell.text.len() > 1);
+        let (texts, numbers): (Vec<&Cell>, Vec<&Cell>) = cells.partition(|cell| !is_number(&cell.text));
+        texts.len() > numbers.len()
+    };
+    let columns = (1..table.columns.len()).filter(is_text).map(|column| format!("t{}", column + 1));
+    columns.collect::<Vec<_>>().join(" ")
 }
 
 fn escape(text: &str) -> String {
     let text: String = text.chars().filter(|letter| !letter.is_control() || "\n\t".contains(*letter)).collect();
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 #[cfg(test)]
@@ -203,12 +277,18 @@ mod tests {
 
     #[test]
     fn page_holds_its_parts_and_escapes_them() {
-        let mut table = Table::of_texts(["step", "error"], vec![vec!["a < b".to_owned(), "1.0".to_owned()]]);
+        let mut table = Table::of_texts(["step", "error", "state"], vec![vec!["a < b".to_owned(), "1.0".to_owned()]]);
         table.rows[0].push(Cell::toned("act-now", Tone::Bad));
         let section =
             Section { title: "Errors".to_owned(), blocks: vec![Block::Table(table), Block::Text("x & y".to_owned())] };
-        let page = Page { title: "DV-1".to_owned(), sections: vec![section], ..Page::default() };
+        let view = View { kind: "fleet", of: "log", still: vec![Block::Text("still".to_owned())] };
+        let data = vec![("log", r#"{"valve":"</script><b>"}"#.to_owned())];
+        let live = Section { title: "Live".to_owned(), blocks: vec![Block::View(view)] };
+        let page = Page { title: "DV-1".to_owned(), sections: vec![section, live], data, ..Page::default() };
         let html = page.to_html();
+        assert!(html.contains("<div data-view=\"fleet\" data-of=\"log\">\n<div class=\"still\">\n<p>still</p>"));
+        assert!(html.contains(r#"{"valve":"\u003c/script>\u003cb>"}</script>"#), "no text ends the data");
+        assert!(html.contains("<table class=\"t3\">"), "texts stand left");
         assert!(html.contains("<td>a &lt; b</td>"));
         assert!(html.contains("<td class=\"bad\">act-now</td>"));
         assert!(html.contains("<p>x &amp; y</p>"));

@@ -1,12 +1,14 @@
-//! The section about a timing log.
+//! What a timing log says.
 
 use std::path::Path;
 use std::sync::Arc;
 
+use lab::frozen::FrozenFleet;
 use leak_table::TableBundle;
-use prognoser::{Method, Prognoser};
-use report::html::{Block, Section, Table};
+use prognoser::{Method, Prognoser, Prognosis, Status};
+use report::html::{Block, Point, Section, Table, View};
 
+use super::Part;
 use crate::cli::LogColumnArgs;
 use crate::commands::log_input::LogInput;
 use crate::commands::prognose::Ends;
@@ -17,8 +19,12 @@ const PICTURES: usize = 8;
 /// Remarks that are listed.
 const REMARKS: usize = 50;
 
+/// Valves that are named at the top of the page.
+const NAMED: usize = 12;
+
 /// Reads the log and tells how its valves stand: all in a table, the worst first, and the worst of them in pictures.
-pub fn section(path: &Path, columns: &LogColumnArgs, tables: &Arc<TableBundle>) -> anyhow::Result<Section> {
+pub fn part(path: &Path, columns: &LogColumnArgs, tables: &Arc<TableBundle>) -> anyhow::Result<Part> {
+    let fleet = FrozenFleet::new(tables);
     let mut prognoser = Prognoser::new(Arc::clone(tables), Method::default());
     let mut remarks: Vec<Vec<String>> = Vec::new();
     let mut unlisted = 0_usize;
@@ -26,6 +32,7 @@ pub fn section(path: &Path, columns: &LogColumnArgs, tables: &Arc<TableBundle>) 
     log.announce();
     while let Some(row) = log.next_row()? {
         let prognosis = prognoser.push(&row);
+        fleet.take(&row, &prognosis);
         for notice in &prognosis.notices {
             if remarks.len() < REMARKS {
                 remarks.push(vec![prognosis.valve.clone(), prognosis.cycle.to_string(), notice.to_string()]);
@@ -35,17 +42,17 @@ pub fn section(path: &Path, columns: &LogColumnArgs, tables: &Arc<TableBundle>) 
         }
     }
     let ends = Ends::of(prognoser.lasts().cloned());
-    let mut blocks = Vec::new();
+    let mut still = Vec::new();
     if ends.len() <= PICTURES {
-        blocks.extend(ends.iter().map(|end| Block::Callout(end.sentence())));
+        still.extend(ends.iter().map(|end| Block::Callout(end.sentence())));
     } else {
-        let counts: Vec<String> = ends.counts().into_iter().map(|cell| cell.text).collect();
-        blocks.push(Block::Callout(format!("{} valves: {}", ends.len(), counts.join(", "))));
-        blocks.push(Block::Table(ends.table().into()));
-        blocks.push(Block::Text(format!("How the {PICTURES} that stand worst came to this:")));
+        still.push(Block::Callout(counted(&ends)));
+        still.push(Block::Table(ends.table().into()));
+        still.push(Block::Text(format!("How the {PICTURES} that stand worst came to this:")));
     }
     let worst: Vec<&str> = ends.iter().take(PICTURES).map(|end| end.row().valve.as_str()).collect();
-    blocks.extend(pictures(path, columns, tables, &worst)?);
+    still.extend(pictures(path, columns, tables, &worst)?);
+    let mut blocks = vec![Block::View(View { kind: "fleet", of: "log", still })];
     if !remarks.is_empty() {
         blocks.push(Block::Text("What was odd in the log:".to_owned()));
         blocks.push(Block::Table(Table::of_texts(["valve", "cycle", "remark"], remarks)));
@@ -53,7 +60,48 @@ pub fn section(path: &Path, columns: &LogColumnArgs, tables: &Arc<TableBundle>) 
     if unlisted > 0 {
         blocks.push(Block::Text(format!("{unlisted} more remarks are not listed; `valve prognose` prints all.")));
     }
-    Ok(Section { title: "Timing log".to_owned(), blocks })
+    Ok(Part {
+        short: short(&ends),
+        sections: vec![Section { title: "Timing log".to_owned(), blocks }],
+        data: vec![("log", fleet.whole(&path.display().to_string()).to_string())],
+    })
+}
+
+/// How many valves stand where.
+fn counted(ends: &Ends) -> String {
+    let counts: Vec<String> = ends.counts().into_iter().map(|cell| cell.text).collect();
+    format!("{} valves: {}", ends.len(), counts.join(", "))
+}
+
+/// State, worst and what to do.
+fn short(ends: &Ends) -> Vec<Point> {
+    let Some(worst) = ends.iter().next() else { return Vec::new() };
+    let mut points = Vec::new();
+    if ends.len() > 1 {
+        points.push(Point::new("State", counted(ends)));
+    }
+    points.push(Point::new(if ends.len() > 1 { "Worst" } else { "State" }, worst.sentence()));
+    let now = |end: &&crate::commands::prognose::End| matches!(end.row().status, Status::EolReached | Status::ActNow);
+    let mut urgent: Vec<&str> = ends.iter().filter(now).map(|end| end.row().valve.as_str()).collect();
+    let to_do = if urgent.is_empty() {
+        next_replacement(worst.row())
+    } else {
+        let more = urgent.len().saturating_sub(NAMED);
+        urgent.truncate(NAMED);
+        let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+        format!("replace now: {}{more}", urgent.join(", "))
+    };
+    points.push(Point::new("What to do", to_do));
+    points
+}
+
+/// By when the worst of valves that all have time is to be replaced.
+fn next_replacement(worst: &Prognosis) -> String {
+    match (&worst.replace_by, worst.replace_by_cycle) {
+        (Some(date), Some(cycle)) => format!("replace {} by {date} (cycle {cycle})", worst.valve),
+        (None, Some(cycle)) => format!("replace {} by cycle {cycle}", worst.valve),
+        (_, None) => "go on recording: nothing is to be replaced".to_owned(),
+    }
 }
 
 /// The paths of these valves. Which they are is only known at the end of the log, so it is read again.

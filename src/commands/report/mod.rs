@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use answers::CampaignInput;
 use anyhow::Context;
-use report::html::Page;
+use report::html::{Page, Point, Section};
 use serde::Serialize;
 use valve_file::ValveFile;
 
@@ -24,6 +24,16 @@ struct ReportDocument<'a> {
     out: String,
 }
 
+/// What a page gains from one of the things that it is about.
+#[derive(Default)]
+struct Part {
+    /// For its top.
+    short: Vec<Point>,
+    sections: Vec<Section>,
+    /// What its views show.
+    data: Vec<(&'static str, String)>,
+}
+
 /// Builds the page, section by section.
 pub fn run(args: &ReportArgs) -> anyhow::Result<Answer> {
     let file = ValveFile::read(&args.valve)?;
@@ -32,21 +42,28 @@ pub fn run(args: &ReportArgs) -> anyhow::Result<Answer> {
     let mut outputs = Outputs::new(args.force).reads(read).reads([&args.valve]).reads(&args.log);
     let out = outputs.file(&args.out)?;
     let bundle = Arc::new(tables::build(&file).with_context(|| file.file_name().to_owned())?.bundle);
+    let mut parts = Vec::new();
+    if let Some(path) = &args.log {
+        parts.push(log::part(path, &args.columns, &bundle)?);
+    }
+    if let Some(input) = &campaign {
+        parts.push(campaign::part(input, args)?);
+    }
+    let about = vec![valve::strokes(&file), valve::tables(&bundle), valve::model(&file)];
+    parts.push(Part { sections: about, ..Part::default() });
     let mut page = Page {
         title: file.name().to_owned(),
         subtitle: format!("from {}", output::short_name(file.file_name())),
-        sections: Vec::new(),
         footer: format!("Made by valve {}. Times in s, pressures absolute.", env!("CARGO_PKG_VERSION")),
+        style: lab::frozen::style(),
+        script: lab::frozen::script(),
+        ..Page::default()
     };
-    if let Some(path) = &args.log {
-        page.sections.push(log::section(path, &args.columns, &bundle)?);
+    for part in parts {
+        page.short.extend(part.short);
+        page.sections.extend(part.sections);
+        page.data.extend(part.data);
     }
-    if let Some(input) = &campaign {
-        page.sections.extend(campaign::sections(input)?);
-    }
-    page.sections.push(valve::strokes(&file));
-    page.sections.push(valve::tables(&bundle));
-    page.sections.push(valve::model(&file));
     out.write_whole(page.to_html().as_bytes())?;
     let out = args.out.display().to_string();
     match args.format {

@@ -10,7 +10,7 @@ use valve_file::{HistoryEntry, ValveFile};
 
 use super::model::Model;
 use super::subject::Subject;
-use super::{Output, Writer};
+use super::{LifeTeller, Output, Writer};
 use crate::site::Refusal;
 
 /// The valve file that says a model, with a step in its history: the errors are those of `valve compare`.
@@ -52,6 +52,17 @@ pub fn preview(subject: &Subject, model: &Model) -> Result<Value, Refusal> {
         "diff": lines,
         "path": free_path(Path::new(subject.input.file.file_name())).display().to_string(),
     }))
+}
+
+/// The end of life that a log tells, with the valve file's model and with that of the sliders.
+pub fn lives(subject: &Subject, model: &Model, told: &LifeTeller) -> Result<Value, Refusal> {
+    let old = &subject.input.file;
+    let new = model.file(old)?;
+    let mut models = vec![("valve file".to_owned(), old.clone())];
+    if new.text() != old.text() {
+        models.push(("sliders".to_owned(), new));
+    }
+    told(&models).map_err(Refusal::new)
 }
 
 /// A name beside the valve file that is not taken: valve-better.toml, valve-better-2.toml.

@@ -1,7 +1,7 @@
 //! What the page needs to know once: the valve, the runs, the catalogue with its ranges, all in the user's units.
 
 use checked_toml::Document;
-use model_lab::data::same_conditions;
+use model_lab::data::{Channel, same_conditions};
 use quantity::{Dimension, Quantity, Reference, Unit, format_number};
 use serde_json::{Value, json};
 use valve_file::ValveFile;
@@ -25,7 +25,7 @@ pub fn document(subject: &Subject) -> Value {
         "stroke_mm": 1e3 * file.valve().parameters().stroke_m,
         "doubts": input.doubts(),
         "runs": runs(subject),
-        "channels": channels(subject),
+        "channels": channels(subject).into_iter().map(|(_, name)| name).collect::<Vec<_>>(),
         "parameters": parameters(file),
         "effects": EffectKind::ALL.iter().map(|kind| effect(*kind, file)).collect::<Vec<_>>(),
         "custom": custom(file),
@@ -62,8 +62,8 @@ fn runs(subject: &Subject) -> Vec<Value> {
         .collect()
 }
 
-fn channels(subject: &Subject) -> Vec<&'static str> {
-    use model_lab::data::Channel;
+/// The channels that any run has, with their names.
+pub fn channels(subject: &Subject) -> Vec<(Channel, &'static str)> {
     let has = |wanted: Channel| {
         let mut channels = subject.input.data.runs.iter().flat_map(|run| &run.channels);
         channels.any(|channel| channel.channel == wanted)
@@ -71,7 +71,6 @@ fn channels(subject: &Subject) -> Vec<&'static str> {
     [(Channel::Position, "position"), (Channel::ChamberPressure, "chamber"), (Channel::PipePressure, "pipe")]
         .into_iter()
         .filter(|(channel, _)| has(*channel))
-        .map(|(_, name)| name)
         .collect()
 }
 

@@ -8,16 +8,15 @@ use answers::{CampaignInput, calibration, explanation, steps};
 use identify::Stop;
 use model_lab::calibrate::Calibration;
 use model_lab::diagnosis::adopt::sequence;
-use model_lab::diagnosis::experiment::DECISIVE;
-use model_lab::diagnosis::{DiagnoseOptions, Explanation, Indistinguishable, Progress, explain};
+use model_lab::diagnosis::{DiagnoseOptions, Progress, explain};
 use model_lab::errors::StepReport;
 use model_lab::space::Target;
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
-use valve_model::{EffectKind, Valve};
+use valve_model::EffectKind;
 
-use super::model::{EffectValues, Model};
-use super::simulate::positions_mm;
+use super::answer::{answer, sliders};
+use super::model::Model;
 use super::subject::Subject;
 use crate::events::Events;
 use crate::site::Refusal;
@@ -146,94 +145,12 @@ impl Jobs {
         let input = &subject.input;
         let found = explain(&input.file, &input.campaign, &DiagnoseOptions::default(), &tell, stop)
             .ok_or_else(|| cannot_be_simulated(input))?;
-        Ok(json!({
-            "headline": explanation::headline(&found),
-            "document": explanation::document(&found, &input.campaign.name),
-            "model": explained_model(&found),
-            "twins": found.indistinguishable.iter().map(|twins| twin(&found, twins)).collect::<Vec<_>>(),
-            "noise_mm": found.noise_m.map(|noise| 1e3 * noise),
-        }))
+        Ok(answer(&found, &input.campaign.name))
     }
 }
 
 fn cannot_be_simulated(input: &CampaignInput) -> String {
     format!("{}: its strokes cannot be simulated; look at the valve with `valve simulate`", input.file.file_name())
-}
-
-/// The sliders of a valve, effects and the parameters that may move.
-fn sliders(valve: &Valve, moved: impl Iterator<Item = (&'static str, f64)>) -> Model {
-    let finite = |value: &f64| value.is_finite().then_some(*value);
-    Model {
-        parameters: moved.map(|(key, value)| (key.to_owned(), value)).collect(),
-        effects: valve
-            .effects()
-            .iter()
-            .map(|effect| EffectValues {
-                name: effect.kind().id().to_owned(),
-                values: effect.values().iter().map(finite).collect(),
-            })
-            .collect(),
-        custom: valve
-            .custom()
-            .iter()
-            .map(|effect| EffectValues {
-                name: effect.name().to_owned(),
-                values: effect.parameters().iter().map(|parameter| finite(&parameter.value)).collect(),
-            })
-            .collect(),
-    }
-}
-
-/// The recommended model, as sliders.
-fn explained_model(found: &Explanation) -> Model {
-    sliders(&found.valve, found.moved.iter().map(|moved| (moved.id.key(), moved.after)))
-}
-
-/// What cannot be told from a recommended effect, each as sliders, and the run that would tell.
-fn twin(found: &Explanation, twins: &Indistinguishable) -> Value {
-    let moved: Vec<&'static str> = found.moved.iter().map(|moved| moved.id.key()).collect();
-    let of_valve = |valve: &Valve| {
-        let at = |key: &'static str| {
-            let id = valve_model::ParameterId::ALL.iter().copied().find(|id| id.key() == key);
-            id.map(|id| (key, valve.parameters().get(id)))
-        };
-        sliders(valve, moved.iter().copied().filter_map(at))
-    };
-    let with: Vec<Value> = twins
-        .with
-        .iter()
-        .map(|other| {
-            json!({ "effect": other.kind.id(), "behind": other.behind, "model": of_valve(&other.valve),
-                    "parameters": explanation::parameters(&other.parameters) })
-        })
-        .collect();
-    let experiment = twins.experiment.as_ref().map(|plan| {
-        let points = 600_u32;
-        let times_s: Vec<f64> = (0..=points).map(|i| plan.run.end_s * f64::from(i) / f64::from(points)).collect();
-        let valves = [&found.valve].into_iter().chain(twins.with.first().map(|other| &other.valve));
-        let positions: Vec<Vec<f64>> = valves.map(|valve| positions_mm(valve, &plan.run, &times_s)).collect();
-        let commands: Vec<Value> =
-            plan.run.commands.iter().map(|edge| json!({ "at_s": edge.time_s, "close": edge.closes() })).collect();
-        json!({
-            "purpose": plan.purpose,
-            "separation": plan.separation,
-            "decides": plan.separation >= DECISIVE,
-            "pressures": plan.pressures,
-            "repeats": plan.replicates,
-            "toml": explanation::run_toml(plan),
-            "time_s": times_s,
-            "position_mm": positions,
-            "plan": {
-                "commands": commands,
-                "end_s": plan.run.end_s,
-                "supply_pressure_pa": plan.run.conditions.supply_pressure_pa,
-                "temperature_k": plan.run.conditions.temperature_k,
-                "leak_to_atmosphere_m2": plan.run.conditions.leak_to_atmosphere_m2,
-                "leak_from_supply_m2": plan.run.conditions.leak_from_supply_m2,
-            },
-        })
-    });
-    json!({ "effect": twins.kind.id(), "with": with, "experiment": experiment })
 }
 
 /// A fit: of the tolerated parameters alone as `valve calibrate` does it, with effects as `valve adopt` does it.

@@ -1,11 +1,12 @@
 //! The lab: a valve file and a campaign side by side, with the physics to try out.
 
 mod adopt;
-mod describe;
+pub mod answer;
+pub mod describe;
 mod jobs;
-mod model;
-mod simulate;
-mod subject;
+pub mod model;
+pub mod simulate;
+pub mod subject;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -15,6 +16,7 @@ use axum::routing::{get, post};
 use axum::{Json, Router};
 use rayon::ThreadPool;
 use serde_json::{Value, json};
+use valve_file::ValveFile;
 
 use crate::assets;
 use crate::events::Events;
@@ -43,6 +45,10 @@ pub struct Output<'a> {
 /// How files are written: whole or not at all; an error is a sentence for the user.
 pub type Writer = dyn Fn(&Output<'_>) -> Result<(), String> + Send + Sync;
 
+/// What models, each with its name, say of the life in a timing log: the document of `valve adopt --log`; an error is a
+/// sentence for the user.
+pub type LifeTeller = dyn Fn(&[(String, ValveFile)]) -> Result<Value, String> + Send + Sync;
+
 /// What to open.
 pub struct LabOptions {
     /// The valve file.
@@ -55,6 +61,8 @@ pub struct LabOptions {
     pub open: bool,
     /// How files are written.
     pub writer: Box<Writer>,
+    /// What reads the timing log, where one is given.
+    pub lives: Option<Box<LifeTeller>>,
 }
 
 /// Why there is no lab.
@@ -69,11 +77,12 @@ pub enum LabError {
 }
 
 /// What all requests share.
-struct Lab {
+pub struct Lab {
     current: Current,
     events: Events,
     jobs: Jobs,
     writer: Box<Writer>,
+    lives: Option<Box<LifeTeller>>,
     /// Threads for what a hand waits for, so that a search that runs does not hold it up.
     hands: ThreadPool,
 }
@@ -92,6 +101,7 @@ pub fn lab(options: LabOptions, doubt: &dyn Fn(&str)) -> Result<(), LabError> {
         jobs: Jobs::new(events.clone()),
         events,
         writer: options.writer,
+        lives: options.lives,
         hands,
     });
     subject::watch(Arc::downgrade(&lab));
@@ -112,6 +122,7 @@ fn routes(site: &Site, lab: Arc<Lab>) -> Router {
         .route(&path("/api/predict"), post(predicted))
         .route(&path("/api/job"), get(last_job).post(start_job))
         .route(&path("/api/stop"), post(stop_job))
+        .route(&path("/api/lives"), post(lives))
         .route(&path("/api/preview"), post(preview))
         .route(&path("/api/write"), post(write))
         .layer(DefaultBodyLimit::max(LARGEST_REQUEST))
@@ -133,7 +144,12 @@ async fn events(State(lab): Shared) -> impl axum::response::IntoResponse {
 }
 
 async fn description(State(lab): Shared) -> Result<Json<Value>, Refusal> {
-    answered(move || Ok(describe::document(&lab.current.get()))).await
+    answered(move || {
+        let mut document = describe::document(&lab.current.get());
+        document["has_log"] = lab.lives.is_some().into();
+        Ok(document)
+    })
+    .await
 }
 
 async fn measured(State(lab): Shared, Json(wanted): Json<simulate::Selection>) -> Result<Json<Value>, Refusal> {
@@ -162,6 +178,15 @@ async fn start_job(State(lab): Shared, Json(wanted): Json<jobs::Wanted>) -> Resu
 
 async fn stop_job(State(lab): Shared) -> Json<Value> {
     Json(lab.jobs.stop())
+}
+
+async fn lives(State(lab): Shared, Json(model): Json<model::Model>) -> Result<Json<Value>, Refusal> {
+    answered(move || {
+        let told =
+            lab.lives.as_ref().ok_or_else(|| Refusal::new("start the lab with --log to see the remaining life"))?;
+        adopt::lives(&lab.current.get(), &model, told)
+    })
+    .await
 }
 
 async fn preview(State(lab): Shared, Json(model): Json<model::Model>) -> Result<Json<Value>, Refusal> {

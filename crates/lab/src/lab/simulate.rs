@@ -38,9 +38,8 @@ impl Selection {
         }
     }
 
-    /// From SI to what the page shows: mm and kPa.
     fn factor(&self) -> f64 {
-        if self.channel() == Channel::Position { 1e3 } else { 1e-3 }
+        shown_per_si(self.channel())
     }
 
     fn runs<'a>(&self, subject: &'a Subject) -> Vec<(usize, &'a RunData)> {
@@ -69,8 +68,13 @@ impl Selection {
 }
 
 /// Four decimals: a tenth of a micrometre, a tenth of a pascal.
-fn rounded(value: f64) -> f64 {
-    (value * 1e4).round() * 1e-4
+pub fn rounded(value: f64) -> f64 {
+    (value * 1e4).round() / 1e4
+}
+
+/// From SI to what the page shows: mm and kPa.
+pub fn shown_per_si(channel: Channel) -> f64 {
+    if channel == Channel::Position { 1e3 } else { 1e-3 }
 }
 
 /// What was recorded.
@@ -121,7 +125,7 @@ pub fn simulated(subject: &Subject, request: &Request) -> Result<Value, Refusal>
 }
 
 /// Where the phases of each stroke end.
-fn strokes(run: &RunData, compared: &RunComparison) -> Vec<Value> {
+pub fn strokes(run: &RunData, compared: &RunComparison) -> Vec<Value> {
     compared
         .strokes
         .iter()

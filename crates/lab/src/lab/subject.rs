@@ -31,6 +31,11 @@ impl Subject {
         Ok(Self::new(1, CampaignInput::read(valve, campaign)?))
     }
 
+    /// Of files that are read already and stay as they are.
+    pub fn of(input: CampaignInput) -> Self {
+        Self::new(0, input)
+    }
+
     fn new(version: u64, input: CampaignInput) -> Self {
         let identified = Identified::new(&input.file, &input.campaign, &NuisanceSizes::default());
         Self { version, input, identified }

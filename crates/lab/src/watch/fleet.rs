@@ -1,6 +1,6 @@
 //! How every valve stands, and how it came to that.
 
-use std::collections::{BTreeSet, HashMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, HashMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use leak_table::{Stroke, TableBundle};
@@ -8,8 +8,9 @@ use prognoser::{LogRow, Method, Prognoser, Prognosis};
 use serde_json::{Value, json};
 
 use super::leak_limit_mm2;
+use crate::thin::corners;
 
-/// Points of a valve's past that are kept: beyond that every second one goes.
+/// Points of a valve's past that are kept: beyond that half of them go, and the corners stay.
 const PAST: usize = 240;
 
 /// Points of a small picture.
@@ -20,6 +21,9 @@ const REMARKS: usize = 60;
 
 /// Valves that may change at once for pages to be told of each; beyond that they look at the fleet as a whole.
 pub const MANY: usize = 1500;
+
+/// Faults that are less probable are not drawn.
+const LEAST_SHARE: f64 = 0.005;
 
 /// Troubles that are kept.
 const TROUBLES: usize = 50;
@@ -38,10 +42,6 @@ struct Point {
 struct Known {
     last: Prognosis,
     past: Vec<Point>,
-    /// Rows between two points.
-    every: usize,
-    /// Rows since the last point.
-    since: usize,
     rows: u64,
     remarks: VecDeque<(u64, String)>,
 }
@@ -49,23 +49,36 @@ struct Known {
 impl Known {
     fn add(&mut self, point: Point) {
         self.rows += 1;
-        // The newest is always there.
-        if self.since > 0 {
-            self.past.pop();
-        }
         self.past.push(point);
-        self.since = (self.since + 1) % self.every;
         if self.past.len() > PAST {
-            let mut place = 0;
-            self.past.retain(|_| {
-                place += 1;
-                place % 2 == 1
-            });
-            self.every *= 2;
-            self.since = 0;
+            self.past = self.thinned(PAST / 2);
         }
     }
+
+    /// So many points of its past that keep the corners of all that is drawn.
+    fn thinned(&self, count: usize) -> Vec<Point> {
+        if self.past.len() <= count {
+            return self.past.clone();
+        }
+        let column =
+            |of: &dyn Fn(&Point) -> f32| -> Vec<f64> { self.past.iter().map(|point| f64::from(of(point))).collect() };
+        let drawn = COLUMNS.map(|of| column(&of));
+        #[expect(clippy::cast_precision_loss, reason = "for a picture")]
+        let cycles: Vec<f64> = self.past.iter().map(|point| point.cycle as f64).collect();
+        let columns: Vec<&[f64]> = drawn.iter().map(|values| &values[..]).collect();
+        corners(&cycles, &columns, count).into_iter().map(|place| self.past[place]).collect()
+    }
 }
+
+/// What is drawn of a point, beside its cycle.
+const COLUMNS: [fn(&Point) -> f32; 6] = [
+    |point| point.severity,
+    |point| point.rul[0],
+    |point| point.rul[1],
+    |point| point.rul[2],
+    |point| point.times_s[0],
+    |point| point.times_s[1],
+];
 
 /// All that changes while logs grow.
 struct Inside {
@@ -102,8 +115,13 @@ impl Fleet {
 
     /// Takes in a row.
     pub fn push(&self, row: &LogRow<'_>) {
+        let told = self.inside().prognoser.push(row);
+        self.take(row, told);
+    }
+
+    /// Takes in what was told of a row.
+    pub fn take(&self, row: &LogRow<'_>, told: Prognosis) {
         let mut inside = self.inside();
-        let told = inside.prognoser.push(row);
         let small = |value: Option<f64>| {
             #[expect(clippy::cast_possible_truncation, reason = "for a picture")]
             let value = value.map_or(f32::NAN, |value| value as f32);
@@ -127,8 +145,6 @@ impl Fleet {
             None => inside.valves.entry(row.valve.to_owned()).or_insert(Known {
                 last: told,
                 past: Vec::new(),
-                every: 1,
-                since: 0,
                 rows: 0,
                 remarks: VecDeque::new(),
             }),
@@ -138,7 +154,6 @@ impl Fleet {
             && remarks.iter().all(|(_, text)| !text.contains("not used"))
         {
             known.past.clear();
-            (known.every, known.since) = (1, 0);
         }
         if known.past.last().is_none_or(|last| last.cycle < point.cycle) {
             known.add(point);
@@ -191,12 +206,18 @@ impl Fleet {
 
     /// A row of the fleet's page: few words, since there may be thousands.
     fn row(&self, known: &Known) -> Value {
+        let mut row = self.standing(known);
+        let small = known.thinned(SMALL);
+        row["small"] = json!([
+            small.iter().map(|point| point.cycle).collect::<Vec<_>>(),
+            small.iter().map(|point| rounded(point.severity)).collect::<Vec<_>>(),
+        ]);
+        row
+    }
+
+    /// How a valve stands, without its past.
+    fn standing(&self, known: &Known) -> Value {
         let last = &known.last;
-        let step = known.past.len().div_ceil(SMALL).max(1);
-        // Counted from the newest, which is always there.
-        let mut small: Vec<Value> =
-            known.past.iter().rev().step_by(step).map(|point| rounded(point.severity)).collect();
-        small.reverse();
         json!({
             "valve": last.valve,
             "status": last.status.name(),
@@ -211,7 +232,6 @@ impl Fleet {
             "replace_by_cycle": last.replace_by_cycle,
             "replace_by": last.replace_by,
             "caveat": last.caveat,
-            "small": small,
         })
     }
 
@@ -219,27 +239,81 @@ impl Fleet {
     pub fn valve(&self, name: &str) -> Option<Value> {
         let inside = self.inside();
         let known = inside.valves.get(name)?;
-        let column = |of: &dyn Fn(&Point) -> f32| known.past.iter().map(|point| rounded(of(point))).collect::<Vec<_>>();
         Some(json!({
             "now": known.last,
             "row": self.row(known),
-            "past": {
-                "cycle": known.past.iter().map(|point| point.cycle).collect::<Vec<_>>(),
-                "severity": column(&|point| point.severity),
-                "rul_p05": column(&|point| point.rul[0]),
-                "rul_p50": column(&|point| point.rul[1]),
-                "rul_p95": column(&|point| point.rul[2]),
-                "close_time_s": column(&|point| point.times_s[0]),
-                "open_time_s": column(&|point| point.times_s[1]),
-            },
+            "past": past(&known.past),
             "remarks": known.remarks.iter().rev().map(|(cycle, text)| json!([cycle, text])).collect::<Vec<_>>(),
         }))
     }
+
+    /// Number of valves.
+    pub fn len(&self) -> usize {
+        self.inside().valves.len()
+    }
+
+    /// Everything that is known, `points` of each valve's past at most: what [`Fleet::rows`] and [`Fleet::valve`] tell, a
+    /// column each, since there may be thousands of valves.
+    pub fn whole(&self, log: &str, points: usize) -> Value {
+        let inside = self.inside();
+        let mut known: Vec<&Known> = inside.valves.values().collect();
+        known.sort_by(|a, b| a.last.valve.cmp(&b.last.valve));
+        let mut rows: BTreeMap<String, Vec<Value>> = BTreeMap::new();
+        for one in &known {
+            if let Value::Object(row) = self.standing(one) {
+                row.into_iter().for_each(|(key, value)| rows.entry(key).or_default().push(short(value)));
+            }
+        }
+        let now = |one: &Known| {
+            let last = &one.last;
+            let mut probable = json!(last.fault_probability);
+            if let Some(all) = probable.as_object_mut() {
+                all.retain(|_, share| share.as_f64().is_some_and(|share| share >= LEAST_SHARE));
+            }
+            json!({ "fault_probability": probable, "eol_cycle": last.eol_cycle, "eol_time": last.eol_time })
+        };
+        let of_valve = |one: &Known| {
+            let remarks: Vec<_> = one.remarks.iter().rev().take(points.min(REMARKS)).collect();
+            json!([short(now(one)), short(past(&one.thinned(points))), remarks])
+        };
+        json!({
+            "limits_s": limits_s(&self.tables),
+            "logs": [log],
+            "rows": rows,
+            "valves": known.iter().map(|one| of_valve(one)).collect::<Vec<_>>(),
+        })
+    }
+}
+
+/// The columns of a past, the cycle first.
+fn past(points: &[Point]) -> Value {
+    let cycles: Vec<Value> = points.iter().map(|point| json!(point.cycle)).collect();
+    let columns = COLUMNS.iter().map(|of| points.iter().map(|point| rounded(of(point))).collect());
+    json!(std::iter::once(cycles).chain(columns).collect::<Vec<Vec<Value>>>())
+}
+
+/// The same with numbers of five digits at most, as many as are seen.
+fn short(value: Value) -> Value {
+    match value {
+        Value::Number(number) if number.is_f64() => {
+            let value = number.as_f64().unwrap_or(0.0);
+            format!("{value:.4e}").parse::<f64>().map_or(Value::Null, |value| json!(value))
+        }
+        Value::Array(all) => all.into_iter().map(short).collect(),
+        Value::Object(all) => all.into_iter().map(|(key, value)| (key, short(value))).collect(),
+        other => other,
+    }
+}
+
+/// The longest that a closing and an opening may take, s.
+pub fn limits_s(tables: &TableBundle) -> [f64; 2] {
+    let limits = tables.manifest().limits;
+    Stroke::ALL.map(|stroke| limits.within_s(stroke))
 }
 
 /// Five decimals, and nothing for NaN.
 fn rounded(value: f32) -> Value {
-    if value.is_finite() { json!((f64::from(value) * 1e5).round() * 1e-5) } else { Value::Null }
+    if value.is_finite() { json!((f64::from(value) * 1e5).round() / 1e5) } else { Value::Null }
 }
 
 #[cfg(test)]
@@ -260,9 +334,13 @@ mod tests {
             time: None,
             line: 1,
         });
-        let mut known = Known { last, past: Vec::new(), every: 1, since: 0, rows: 0, remarks: VecDeque::new() };
+        let mut known = Known { last, past: Vec::new(), rows: 0, remarks: VecDeque::new() };
         for cycle in 0..5000 {
-            let point = Point { cycle, severity: 0.0, rul: [0.0; 3], times_s: [1.0; 2] };
+            // One row stands out, early on.
+            let severity = if cycle == 77 { 1.0 } else { 0.1 };
+            #[expect(clippy::cast_precision_loss, reason = "for a picture")]
+            let noise = (cycle as f32 * 12.9898).sin() * 0.01;
+            let point = Point { cycle, severity, rul: [0.0; 3], times_s: [1.0 + noise; 2] };
             known.add(point);
             assert!(known.past.len() <= PAST);
             assert_eq!(known.past.last().map(|point| point.cycle), Some(cycle));
@@ -270,5 +348,6 @@ mod tests {
         }
         assert!(known.past.len() > PAST / 3, "{}", known.past.len());
         assert_eq!(known.past[0].cycle, 0);
+        assert!(known.past.iter().any(|point| point.severity > 0.9), "corners stay");
     }
 }

@@ -1,6 +1,6 @@
 //! The watch: valves that wear, worst first, as their logs grow.
 
-mod fleet;
+pub mod fleet;
 mod reader;
 
 use std::path::{Path, PathBuf};
@@ -11,7 +11,7 @@ use std::time::Duration;
 use axum::extract::{DefaultBodyLimit, State};
 use axum::routing::{get, post};
 use axum::{Json, Router};
-use leak_table::{Stroke, TableBundle, TableError, mm2_from_m2};
+use leak_table::{TableBundle, TableError, mm2_from_m2};
 use prognoser::Method;
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -20,7 +20,7 @@ use crate::assets;
 use crate::events::Events;
 use crate::site::{Address, Refusal, ServeError, Site, announce, answered};
 
-use self::fleet::Fleet;
+use self::fleet::{Fleet, limits_s};
 use self::reader::follow_all;
 
 /// How often pages are told of what has changed.
@@ -132,7 +132,6 @@ async fn events(State(watch): Shared) -> impl axum::response::IntoResponse {
 
 async fn all(State(watch): Shared) -> Result<Json<Value>, Refusal> {
     answered(move || {
-        let limits = watch.tables.manifest().limits;
         let entries: Vec<Value> = watch
             .tables
             .entries()
@@ -140,7 +139,7 @@ async fn all(State(watch): Shared) -> Result<Json<Value>, Refusal> {
             .collect();
         Ok(json!({
             "tables": entries,
-            "limits_s": Stroke::ALL.map(|stroke| limits.within_s(stroke)),
+            "limits_s": limits_s(&watch.tables),
             "logs": watch.logs,
             "rows": watch.fleet.rows(),
             "troubles": watch.fleet.troubles(),

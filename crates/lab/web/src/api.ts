@@ -75,6 +75,8 @@ export interface Description {
   effects: EffectInfo[];
   custom: EffectInfo[];
   model: Model;
+  /** Whether a timing log was given. */
+  has_log?: boolean;
 }
 
 export interface Selection {
@@ -205,6 +207,15 @@ export interface Answered {
   error?: string;
 }
 
+/** What a search has found. */
+export interface Found {
+  headline: string;
+  document: FoundDocument;
+  model: Model;
+  twins: Twins[];
+  noise_mm: number | null;
+}
+
 export interface FitAnswer extends Answered {
   how: string;
   headline: string;
@@ -217,23 +228,27 @@ export interface FitAnswer extends Answered {
   };
 }
 
-export interface ExplainAnswer extends Answered {
-  headline: string;
-  document: {
-    verdict: string;
-    recommended: string[];
-    parameters: FittedParameter[];
-    candidates: Candidate[];
-    steps: Step[];
-    notes: string[];
-    interrupted: boolean;
-    probability: { effects: Record<string, number>; models: { effects: string[]; probability: number }[] };
-    residual: { toml: string; acts_on: string; along: string; custom: { formula: string } } | null;
-    nuisances: { what: string; run: string | null; value: number; standard_error: number; unit: string; at_bound: boolean }[];
-  };
-  model: Model;
-  twins: Twins[];
-  noise_mm: number | null;
+export interface FoundDocument {
+  verdict: string;
+  recommended: string[];
+  parameters: FittedParameter[];
+  candidates: Candidate[];
+  steps: Step[];
+  notes: string[];
+  interrupted: boolean;
+  probability: { effects: Record<string, number>; models: { effects: string[]; probability: number }[] };
+  residual: { toml: string; acts_on: string; along: string; custom: { formula: string } } | null;
+  nuisances: { what: string; run: string | null; value: number; standard_error: number; unit: string; at_bound: boolean }[];
+}
+
+export type ExplainAnswer = Answered & Found;
+
+/** The end of life by a timing log, after some of its cycles, with each model. */
+export interface Lives {
+  log: string;
+  valve: string;
+  after_cycles: number[];
+  models: { model: string; told: { eol_cycle: number | null; eol_bounds: [number, number] | null }[] | null; no_tables?: string }[];
 }
 
 export interface Preview {
@@ -286,6 +301,7 @@ export const api = {
   fit: (model: Model) => asked<{ job: number }>("api/job", { job: "fit", model }),
   explain: () => asked<{ job: number }>("api/job", { job: "explain" }),
   stop: () => asked<unknown>("api/stop", {}),
+  lives: (model: Model) => asked<Lives>("api/lives", model),
   preview: (model: Model) => asked<Preview>("api/preview", model),
   write: (model: Model, path: string, replace: boolean) =>
     asked<{ written: string } | { exists: string }>("api/write", { model, path, replace }),
@@ -326,7 +342,8 @@ export interface FleetRow {
   replace_by_cycle: number | null;
   replace_by: string | null;
   caveat: string | null;
-  small: (number | null)[];
+  /** Cycles, and the wear at each. */
+  small: [number[], (number | null)[]];
 }
 
 export interface Fleet {
@@ -338,9 +355,10 @@ export interface Fleet {
 }
 
 export interface ValvePast {
-  now: { fault_probability: Record<string, number> | null; eol_cycle: number | null; eol_time?: string; noise_s: number | null };
+  now: { fault_probability: Record<string, number> | null; eol_cycle: number | null; eol_time?: string | null };
   row: FleetRow;
-  past: Record<"cycle" | "severity" | "rul_p05" | "rul_p50" | "rul_p95" | "close_time_s" | "open_time_s", (number | null)[]>;
+  /** Cycle; wear; cycles left, 5, 50 and 95 %; closing and opening time, s. */
+  past: (number | null)[][];
   remarks: [number, string][];
 }
 

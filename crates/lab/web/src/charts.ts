@@ -8,9 +8,16 @@ declare const uPlot: typeof UPlot;
 
 export type Column = (number | null | undefined)[];
 
+/** Colours that were asked for: to look one up anew costs as much as a chart, where much of the page has just changed. */
+const colours = new Map<string, string>();
+
 /** A colour of the style sheet, as it is at the moment (light, dark, printed). */
 export function colour(name: string): string {
-  return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+  const known = colours.get(name);
+  if (known !== undefined) return known;
+  const found = getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+  colours.set(name, found);
+  return found;
 }
 
 export interface Line {
@@ -313,6 +320,7 @@ function short(value: number): string {
 }
 
 function redraw_all(): void {
+  colours.clear();
   charts.forEach((chart) => chart.redraw());
 }
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw_all);

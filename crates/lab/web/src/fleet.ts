@@ -2,7 +2,7 @@
 
 import type { FleetRow } from "./api";
 import { fill, h, say } from "./dom";
-import { digits, fixed } from "./numbers";
+import { cycles, digits, fixed } from "./numbers";
 
 /** States from bad to good, each with a sign that is told apart without colour. */
 export const STATES: [string, string, string][] = [
@@ -78,6 +78,20 @@ export class FleetTable {
     return [...this.rows.values()].reduce<FleetRow | undefined>((least, row) => (least === undefined || worse(row, least) < 0 ? row : least), undefined);
   }
 
+  /** Leads a keyboard back to a valve that was looked at. */
+  focus(valve: string): void {
+    const place = this.sorted.findIndex((row) => row.valve === valve);
+    if (place < 0) return;
+    const top = scrollY + this.body.getBoundingClientRect().top + place * ROW;
+    if (top < scrollY || top > scrollY + innerHeight - ROW) scrollTo(0, top - innerHeight / 3);
+    this.draw();
+    this.button(valve)?.focus({ preventScroll: true });
+  }
+
+  private button(valve: string): HTMLElement | null {
+    return this.body.querySelector(`[data-valve="${CSS.escape(valve)}"]`);
+  }
+
   toggle(state: string): void {
     if (!this.states.delete(state)) this.states.add(state);
     this.sort();
@@ -126,14 +140,14 @@ export class FleetTable {
     const focused = (document.activeElement as HTMLElement | null)?.dataset["valve"];
     this.body.style.height = `${this.sorted.length * ROW}px`;
     fill(this.body, ...seen.map((row, index) => this.row(row, first + index)));
-    if (focused !== undefined) (this.body.querySelector(`[data-valve="${CSS.escape(focused)}"]`) as HTMLElement | null)?.focus({ preventScroll: true });
+    if (focused !== undefined) this.button(focused)?.focus({ preventScroll: true });
   }
 
   private row(row: FleetRow, index: number): HTMLElement {
     const [, sign] = STATES[place(row.status)] ?? ["", "?"];
     const cell = (...children: (Node | string | null)[]) => h("span", { role: "cell" }, ...children);
     const [low, middle, high] = row.rul;
-    const left = middle === null ? "–" : `${fixed(middle, 0)} (${fixed(low, 0)} to ${fixed(high, 0)})`;
+    const left = middle === null ? "–" : `${cycles(middle)} (${cycles(low)} to ${cycles(high)})`;
     const by = row.status === "eol-reached" ? "now" : row.replace_by?.slice(0, 10) ?? (row.replace_by_cycle === null ? "–" : `cycle ${row.replace_by_cycle}`);
     const leak = row.leak_mm2 !== null ? `${digits(row.leak_mm2, 3)} mm²` : row.severity === null ? "–" : `${fixed(100 * row.severity, 0)} %`;
     const button = h("button", { type: "button", class: "plain", "data-valve": row.valve, onclick: () => this.open(row.valve) }, row.valve);
@@ -159,13 +173,18 @@ function svg(width: number, height: number, label: string, shapes: [string, Reco
   return element;
 }
 
-/** The wear over the last rows; the line at the top is the limit. */
+/** The wear over the cycles; the line at the top is the limit. */
 function spark(row: FleetRow): SVGElement {
   const [width, height] = [90, 28];
-  const values = row.small;
-  const x = (index: number) => 2 + (index * (width - 4)) / Math.max(1, values.length - 1);
+  const [cycles, values] = row.small;
+  const [first, last_] = [cycles[0] ?? 0, cycles[cycles.length - 1] ?? 1];
+  const x = (cycle: number) => 2 + ((cycle - first) * (width - 4)) / Math.max(1, last_ - first);
   const y = (value: number) => height - 3 - Math.min(1.15, Math.max(0, value)) * (height - 8);
-  const path = values.map((value, index) => (value === null ? "" : `${index === 0 || values[index - 1] === null ? "M" : "L"}${x(index).toFixed(1)} ${y(value).toFixed(1)}`)).join("");
+  const path = cycles.map((cycle, index) => {
+    const value = values[index];
+    if (value === null || value === undefined) return "";
+    return `${index === 0 || values[index - 1] === null ? "M" : "L"}${x(cycle).toFixed(1)} ${y(value).toFixed(1)}`;
+  }).join("");
   return svg(width, height, `wear ${row.severity === null ? "none" : `${fixed(100 * row.severity, 0)} % of the limit`}`, [
     ["line", { x1: 0, x2: width, y1: y(1), y2: y(1), class: "limit" }],
     ["path", { d: path, class: "spark" }],
@@ -178,7 +197,7 @@ function fan(row: FleetRow): SVGElement | null {
   if (low === null || middle === null || high === null) return null;
   const [width, height] = [110, 28];
   const x = (value: number) => 2 + (width - 4) * Math.min(1, Math.sqrt(Math.max(0, value) / 200));
-  return svg(width, height, `${fixed(low, 0)} to ${fixed(high, 0)} cycles left`, [
+  return svg(width, height, `${cycles(low)} to ${cycles(high)} cycles left`, [
     ["line", { x1: x(0), x2: x(0), y1: 4, y2: height - 4, class: "axis" }],
     ["rect", { x: x(low), y: 9, width: Math.max(2, x(high) - x(low)), height: 10, class: "fan" }],
     ["line", { x1: x(middle), x2: x(middle), y1: 6, y2: height - 6, class: "spark" }],

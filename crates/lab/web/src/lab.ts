@@ -19,7 +19,7 @@ const scores = new Scores();
 const strokes = new Strokes(() => void lay_out());
 const fit = new Fit(sliders, physics.fit);
 const explain = new Explain(sliders);
-const missing = new Missing(sliders);
+const missing = new Missing(() => api.missing(sliders.model()));
 const adopt = new Adopt(sliders);
 const experiment = new Experiment(sliders, explain);
 
@@ -121,9 +121,10 @@ async function begin(): Promise<void> {
   strokes.begin(lab);
   strokes.element.hidden = !strokes.has_traces;
   experiment.begin(lab);
-  missing.begin(strokes.has_traces);
   sliders.begin(lab);
+  missing.begin(strokes.has_traces);
   physics.begin(lab);
+  adopt.begin(lab.has_log === true);
   const answers = await api.answers();
   fit.take(answers.fit, lab.version);
   explain.take(answers.explain, lab.version);

@@ -1,9 +1,8 @@
 /** The force that the model lacks along the recorded motion, against position, velocity and pressure. */
 
-import { api, Refused, type Bin, type Missing as Answer } from "./api";
+import { Refused, type Bin, type Missing as Answer } from "./api";
 import { Chart, type Column } from "./charts";
 import { fill, h } from "./dom";
-import type { Sliders } from "./sliders";
 
 const AXES: [string, string, number][] = [
   ["position_m", "position (mm)", 1e3],
@@ -21,9 +20,10 @@ export class Missing {
   private has_traces = true;
   private timer = 0;
 
-  constructor(private readonly sliders: Sliders) {
+  /** `ask` knows what the model that is looked at lacks. */
+  constructor(private readonly ask: () => Promise<Answer>) {
     this.element.append(h("h2", { id: "missing-title" }, "The force that the model lacks"),
-      h("p", {}, "What would have to push (+ towards open) for the sliders' model to follow the record; bars are two standard errors. Two lines apart by the same everywhere are friction, a line that bends with position is a spring, and so on."),
+      h("p", {}, "What would have to push (+ towards open) for the model to follow the record; bars are two standard errors. Two lines apart by the same everywhere are friction, a line that bends with position is a spring, and so on."),
       this.words, this.body);
   }
 
@@ -52,7 +52,7 @@ export class Missing {
     }
     let answer: Answer;
     try {
-      answer = await api.missing(this.sliders.model());
+      answer = await this.ask();
     } catch (error) {
       fill(this.words, error instanceof Refused ? error.message : String(error));
       return;

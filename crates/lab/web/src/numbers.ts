@@ -18,7 +18,12 @@ export function fixed(value: number | null | undefined, decimals: number): strin
   return value === null || value === undefined || !Number.isFinite(value) ? "–" : minus(value.toFixed(decimals));
 }
 
-/** The same with a sign. */
+/** Cycles, whole; what is far beyond any plan is told as that. */
+export function cycles(value: number | null | undefined): string {
+  return value !== null && value !== undefined && value >= 1e4 ? "> 9999" : fixed(value, 0);
+}
+
+/** So many decimals, with a sign. */
 export function signed(value: number | null | undefined, decimals: number): string {
   const text = fixed(value, decimals);
   return value !== null && value !== undefined && value > 0 ? `+${text}` : text;

@@ -1,10 +1,10 @@
 /** One valve: how it stands, its past, its fan, what was remarked. */
 
-import { Refused, watch_api, type Fleet, type ValvePast } from "./api";
+import { Refused, type ValvePast } from "./api";
 import { Chart, type Column } from "./charts";
 import { fill, h, say, table } from "./dom";
 import { STATES } from "./fleet";
-import { digits, fixed, percent } from "./numbers";
+import { cycles, digits, fixed, percent } from "./numbers";
 
 /** Half the width of the alpha cone, as a share of the life that is left (Saxena et al. 2008). */
 const ALPHA = 0.2;
@@ -12,7 +12,7 @@ const ALPHA = 0.2;
 export class ValvePage {
   readonly element = h("section", { class: "valve-page", hidden: true, "aria-labelledby": "valve-title" });
   valve: string | null = null;
-  private readonly title = h("h2", { id: "valve-title" });
+  private readonly title = h("h2", { id: "valve-title", tabindex: -1 });
   private readonly facts = h("dl", { class: "facts" });
   private readonly faults = h("div", { class: "faults" });
   private readonly remarks = h("div", {});
@@ -22,7 +22,8 @@ export class ValvePage {
   private readonly life: Chart;
   private readonly times: Chart;
 
-  constructor(back: () => void) {
+  /** `ask` knows the past of a valve; `back` leads to all valves, where there are others. */
+  constructor(private readonly ask: (valve: string) => Promise<ValvePast>, back: (() => void) | null) {
     const shared = { height: 230, x: "cycle", group: "valve" };
     this.wear = new Chart({ ...shared, title: "wear", y: "wear (1 = limit)", y_at_least: [0, 1.1],
       lines: [{ label: "wear", colour: "model", width: 2 }], levels: () => [{ value: 1, label: "limit" }] });
@@ -35,15 +36,20 @@ export class ValvePage {
     this.times = new Chart({ ...shared, title: "stroke times", y: "stroke time (s)", y_at_least: [0, 0.1],
       lines: [{ label: "closing", colour: "model", width: 1.5 }, { label: "opening", colour: "before", width: 1.5, dash: [6, 3] }],
       levels: () => [{ value: this.limits[0], label: "limit of closing" }, { value: this.limits[1], label: "limit of opening" }].filter(({ value }) => value > 0) });
-    this.element.append(
-      h("p", {}, h("button", { type: "button", onclick: back }, "← all valves")), this.title, this.notice, this.facts,
+    fill(this.element,
+      back && h("p", {}, h("button", { type: "button", onclick: back }, "← all valves")), this.title, this.notice, this.facts,
       h("h3", {}, "Cycles left, 5 to 95 %"), this.life.element,
       h("h3", {}, "Wear"), this.wear.element, h("h3", {}, "Stroke times"), this.times.element,
       h("h3", {}, "What it could be"), this.faults, h("h3", {}, "Remarks"), this.remarks);
   }
 
-  begin(fleet: Fleet): void {
-    this.limits = fleet.limits_s;
+  begin(limits: [number, number]): void {
+    this.limits = limits;
+  }
+
+  /** Leads a keyboard and a screen reader to it. */
+  focus(): void {
+    this.title.focus({ preventScroll: true });
   }
 
   async show(valve: string | null): Promise<void> {
@@ -55,7 +61,7 @@ export class ValvePage {
     const { valve } = this;
     if (valve === null) return;
     try {
-      const past = await watch_api.valve(valve);
+      const past = await this.ask(valve);
       this.notice.hidden = true;
       if (valve === this.valve) this.fill(past);
     } catch (error) {
@@ -74,24 +80,24 @@ export class ValvePage {
       ["fault", row.fault === "none" ? "none" : row.fault],
       ["leak", row.leak_mm2 === null ? null : `${digits(row.leak_mm2, 3)} mm²${row.leak_limit_mm2 === null ? "" : ` of ${digits(row.leak_limit_mm2, 3)} mm² at the limit`}`],
       ["wear", row.severity === null ? null : `${fixed(100 * row.severity, 0)} % of the limit`],
-      ["cycles left", middle === null ? null : `${fixed(middle, 0)} (${fixed(low, 0)} to ${fixed(high, 0)})`],
+      ["cycles left", middle === null ? null : `${cycles(middle)} (${cycles(low)} to ${cycles(high)})`],
       ["end of life", now.eol_cycle === null ? null : `cycle ${fixed(now.eol_cycle, 1)}${now.eol_time ? `, ${now.eol_time.slice(0, 10)}` : ""}`],
       ["replace by", row.status === "eol-reached" ? "now" : row.replace_by_cycle === null ? null : `cycle ${row.replace_by_cycle}${row.replace_by ? `, ${row.replace_by.slice(0, 10)}` : ""}`],
       ["now at", `cycle ${row.cycle}${row.time ? `, ${row.time}` : ""}, ${row.rows} rows`],
       ["be careful", row.caveat],
     ];
     fill(this.facts, ...facts.filter(([, text]) => text !== null && text !== "").map(([name, text]) => h("div", {}, h("dt", {}, name), h("dd", {}, text))));
-    const cycles = past.cycle as Column;
+    const [at, wear, low_rul, mid_rul, high_rul, closing, opening] = past as [Column, Column, Column, Column, Column, Column, Column];
     const end = now.eol_cycle;
-    const cone = (factor: number): Column => cycles.map((cycle) => (end === null ? null : Math.max(0, end - (cycle as number)) * factor));
+    const cone = (factor: number): Column => at.map((cycle) => (end === null ? null : Math.max(0, end - (cycle as number)) * factor));
     // A bound that is far beyond all others would leave nothing to be seen of them.
-    const most = 3 * Math.max(...past.rul_p50.map((value) => value ?? 0), 1);
+    const most = 3 * Math.max(...mid_rul.map((value) => value ?? 0), 1);
     const within = (values: Column): Column => values.map((value) => (value === null || value === undefined ? null : Math.min(value, most)));
-    this.life.show(cycles, cone(1 - ALPHA), within(past.rul_p05), within(past.rul_p50), within(past.rul_p95), cone(1 + ALPHA));
-    this.life.tell(middle === null ? "nothing wears" : `${fixed(middle, 0)} cycles left, ${fixed(low, 0)} to ${fixed(high, 0)}`);
-    this.wear.show(cycles, past.severity);
+    this.life.show(at, cone(1 - ALPHA), within(low_rul), within(mid_rul), within(high_rul), cone(1 + ALPHA));
+    this.life.tell(middle === null ? "nothing wears" : `${cycles(middle)} cycles left, ${cycles(low)} to ${cycles(high)}`);
+    this.wear.show(at, wear);
     this.wear.tell(row.severity === null ? "none" : `${fixed(100 * row.severity, 0)} % of the limit`);
-    this.times.show(cycles, past.close_time_s, past.open_time_s);
+    this.times.show(at, closing, opening);
     const shares = Object.entries(now.fault_probability ?? {}).filter(([, share]) => share >= 0.005).sort((a, b) => b[1] - a[1]);
     fill(this.faults, ...shares.map(([name, share]) => {
       const inside = h("span", {});

@@ -27,7 +27,7 @@ export function watch(page, url, complaints) {
   page.on("pageerror", (error) => complaints.push(String(error.stack)));
   page.on("request", (request) => {
     const asked = request.url();
-    const is_here = asked.startsWith("data:") || asked.startsWith("blob:") || (url && asked.startsWith(new URL(url).origin));
+    const is_here = asked === url || asked.startsWith("data:") || asked.startsWith("blob:") || (url && asked.startsWith(new URL(url).origin));
     if (!is_here) complaints.push(`asks elsewhere: ${asked}`);
   });
 }

@@ -100,6 +100,13 @@ await page.locator("#adopt-path").fill(join(folder, "found.toml"));
 await page.locator("#adopt-write").click();
 await until("written", async () => (await page.locator("[data-written]").count()) > 0);
 
+// What it does to the remaining life by the log.
+await page.locator("#adopt-life").click();
+await until("the remaining life before and after", async () => (await page.locator(".life tbody tr").count()) === 4, 60);
+const heads = await page.locator(".life thead th").allTextContents();
+check(heads.join() === "after cycle,valve file,sliders", `two models, found ${heads.join()}`);
+console.log(`end of life: ${(await page.locator(".life tbody tr").last().allTextContents()).join(" ")}`);
+
 // What nobody sees and what nobody can read.
 for (const colorScheme of ["light", "dark"]) {
   await page.emulateMedia({ colorScheme });

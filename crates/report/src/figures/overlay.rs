@@ -41,6 +41,12 @@ impl OverlayFigure {
         figure
     }
 
+    /// The same as several pictures of so many runs each, so that one fits on a sheet of paper.
+    pub fn sheets(&self, runs: usize) -> Vec<Figure> {
+        let part = |runs: &[OverlayRun]| Self { runs: runs.to_vec(), ..self.clone() }.figure();
+        self.runs.chunks(runs.max(1)).map(part).collect()
+    }
+
     fn time(run: &OverlayRun) -> Axis {
         let first = run.time_s.first().copied().unwrap_or(0.0);
         let last = run.time_s.last().copied().unwrap_or(1.0);

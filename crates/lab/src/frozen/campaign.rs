@@ -1,0 +1,106 @@
+//! Recorded strokes, the models beside them and what a search has found.
+
+use answers::CampaignInput;
+use answers::comparison::{ComparisonDocument, ForceDocument};
+use model_lab::compare::Comparison;
+use model_lab::data::{Channel, RunData};
+use model_lab::diagnosis::Explanation;
+use model_lab::forward::channel_of;
+use model_lab::residual_force::ResidualForce;
+use serde_json::{Map, Value, json};
+use valve_model::Valve;
+
+use crate::lab::answer::answer;
+use crate::lab::describe;
+use crate::lab::simulate::{rounded, shown_per_si, strokes};
+use crate::lab::subject::Subject;
+use crate::thin::corners;
+
+/// Points of all runs together, so that a page of many runs stays small.
+const POINTS: usize = 30_000;
+
+/// Points of a run: the least that still show a stroke, and as many as a screen is wide.
+const POINTS_OF_RUN: [usize; 2] = [150, 2000];
+
+/// What the page shows of a run's score.
+const SCORES: [&str; 5] = ["file", "rmse_m", "normalised_rms", "close_time_error_s", "open_time_error_s"];
+
+/// A model beside the record.
+#[derive(Debug, Clone)]
+pub struct NamedModel {
+    /// What it is called on the page.
+    pub name: String,
+    /// The model.
+    pub valve: Valve,
+}
+
+/// What the page shows of a campaign: every run as measured and as each model has it, their errors, the force that each
+/// lacks, and the answer of a search. The first model is the valve file. Nothing where the strokes of a model cannot be simulated.
+pub fn campaign(input: &CampaignInput, models: &[NamedModel], found: Option<&Explanation>) -> Option<Value> {
+    let subject = Subject::of(input.clone());
+    let compared: Option<Vec<Comparison>> =
+        models.iter().map(|model| Comparison::new(&subject.identified, &model.valve, &input.data)).collect();
+    let compared = compared?;
+    let mut lab = describe::document(&subject);
+    // Nothing can be switched on here.
+    for key in ["effects", "custom", "parameters"] {
+        lab[key] = json!([]);
+    }
+    let channels = describe::channels(&subject);
+    let count = POINTS / (input.data.runs.len() * channels.len()).max(1);
+    let count = count.clamp(POINTS_OF_RUN[0], POINTS_OF_RUN[1]);
+    let shown: Map<String, Value> = channels
+        .iter()
+        .map(|(channel, name)| ((*name).to_owned(), traces(&input.data.runs, *channel, &compared, count)))
+        .collect();
+    let missing = |model: &NamedModel| {
+        let force = ResidualForce::new(&input.data, &model.valve, input.file.tolerances());
+        json!({ "force": force.as_ref().map(ForceDocument::from) })
+    };
+    Some(json!({
+        "lab": lab,
+        "models": models.iter().map(|model| &model.name).collect::<Vec<_>>(),
+        "comparisons": compared.iter().map(|one| scores(&ComparisonDocument::new(input, one))).collect::<Vec<_>>(),
+        "channels": shown,
+        "missing": models.iter().map(missing).collect::<Vec<_>>(),
+        "answer": found.map(|found| answer(found, &input.campaign.name)),
+    }))
+}
+
+/// A comparison without what the page does not show: every level of every stroke.
+fn scores(document: &ComparisonDocument<'_>) -> Value {
+    let mut scores = json!(document);
+    if let Some(all) = scores.as_object_mut() {
+        all.retain(|key, _| ["overall", "runs", "words"].contains(&key.as_str()));
+    }
+    for run in scores["runs"].as_array_mut().into_iter().flatten().filter_map(Value::as_object_mut) {
+        run.retain(|key, _| SCORES.contains(&key.as_str()));
+    }
+    scores
+}
+
+/// One channel of all runs, measured and simulated at the same times: those that keep the corners of all.
+fn traces(runs: &[RunData], channel: Channel, compared: &[Comparison], count: usize) -> Value {
+    let factor = shown_per_si(channel);
+    let mut measured = Vec::with_capacity(runs.len());
+    let mut simulated: Vec<Vec<Value>> = vec![Vec::with_capacity(runs.len()); compared.len()];
+    for (index, run) in runs.iter().enumerate() {
+        let record = run.channels.iter().find(|found| found.channel == channel).map(|found| &found.samples[..]);
+        let models: Vec<&[f64]> = compared.iter().map(|one| channel_of(&one.runs[index].predicted, channel)).collect();
+        let columns: Vec<&[f64]> = record.into_iter().chain(models.iter().copied()).collect();
+        let kept = corners(&run.times_s, &columns, count);
+        let at = |values: &[f64]| -> Vec<Value> {
+            kept.iter().map(|place| shown(values.get(*place).copied(), factor)).collect()
+        };
+        let times: Vec<f64> = kept.iter().map(|place| rounded(run.times_s[*place])).collect();
+        measured.push(json!({ "run": index, "time_s": times, "measured": record.map(at) }));
+        for ((model, one), values) in simulated.iter_mut().zip(compared).zip(&models) {
+            model.push(json!({ "run": index, "simulated": at(values), "strokes": strokes(run, &one.runs[index]) }));
+        }
+    }
+    json!({ "measured": measured, "simulated": simulated })
+}
+
+fn shown(value: Option<f64>, factor: f64) -> Value {
+    value.filter(|value| value.is_finite()).map_or(Value::Null, |value| json!(rounded(value * factor)))
+}
