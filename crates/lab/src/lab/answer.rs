@@ -4,7 +4,7 @@ use answers::explanation;
 use model_lab::diagnosis::experiment::DECISIVE;
 use model_lab::diagnosis::{Explanation, Indistinguishable};
 use serde_json::{Value, json};
-use valve_model::{ParameterId, Valve};
+use valve_model::Valve;
 
 use super::model::{EffectValues, Model};
 use super::simulate::positions_mm;
@@ -15,6 +15,7 @@ pub fn answer(found: &Explanation, campaign: &str) -> Value {
         "headline": explanation::headline(found),
         "document": explanation::document(found, campaign),
         "model": explained_model(found),
+        "spread": found.spread.iter().map(|valve| of_valve(found, valve)).collect::<Vec<_>>(),
         "twins": found.indistinguishable.iter().map(|twins| twin(found, twins)).collect::<Vec<_>>(),
         "noise_mm": found.noise_m.map(|noise| 1e3 * noise),
     })
@@ -49,21 +50,19 @@ pub fn explained_model(found: &Explanation) -> Model {
     sliders(&found.valve, found.moved.iter().map(|moved| (moved.id.key(), moved.after)))
 }
 
+/// Another valve of an answer as sliders, the parameters that may move taken along.
+fn of_valve(found: &Explanation, valve: &Valve) -> Model {
+    sliders(valve, found.moved.iter().map(|moved| (moved.id.key(), valve.parameters().get(moved.id))))
+}
+
 /// What cannot be told from a recommended effect, each as sliders, and the run that would tell.
 fn twin(found: &Explanation, twins: &Indistinguishable) -> Value {
-    let moved: Vec<&'static str> = found.moved.iter().map(|moved| moved.id.key()).collect();
-    let of_valve = |valve: &Valve| {
-        let at = |key: &'static str| {
-            let id = ParameterId::ALL.iter().copied().find(|id| id.key() == key);
-            id.map(|id| (key, valve.parameters().get(id)))
-        };
-        sliders(valve, moved.iter().copied().filter_map(at))
-    };
     let with: Vec<Value> = twins
         .with
         .iter()
         .map(|other| {
-            json!({ "effect": other.kind.id(), "behind": other.behind, "model": of_valve(&other.valve),
+            json!({ "effect": other.kind.id(), "behind": other.behind, "model": of_valve(found, &other.valve),
+                    "spread": other.spread.iter().map(|valve| of_valve(found, valve)).collect::<Vec<_>>(),
                     "parameters": explanation::parameters(&other.parameters) })
         })
         .collect();

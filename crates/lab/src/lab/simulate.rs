@@ -167,6 +167,9 @@ struct Edge {
 #[serde(deny_unknown_fields)]
 pub struct Plan {
     models: Vec<Model>,
+    /// For each model those that differ from it by a standard deviation each, in independent ways; none where it has no band.
+    #[serde(default)]
+    spread: Vec<Vec<Model>>,
     commands: Vec<Edge>,
     end_s: f64,
     supply_pressure_pa: f64,
@@ -177,6 +180,9 @@ pub struct Plan {
 
 /// The longest run that is thought of, s.
 const LONGEST_S: f64 = 600.0;
+
+/// Standard deviations from the middle to where 95 % lie below.
+const TO_95_PERCENT: f64 = 1.645;
 
 /// Points of a prediction.
 const POINTS: u32 = 1200;
@@ -209,17 +215,27 @@ impl Plan {
     }
 }
 
-/// What each model predicts for a planned run.
+/// What each model predicts for a planned run, and half the width of its band, 5 to 95 %, where what is open about it is given.
 pub fn predicted(subject: &Subject, plan: &Plan) -> Result<Value, Refusal> {
     let run = plan.run()?;
     let file = &subject.input.file;
     if run.conditions.supply_pressure_pa <= file.valve().parameters().ambient_pressure_pa {
         return Err(Refusal::new("expected a supply pressure above that of the atmosphere"));
     }
-    let valves: Vec<Valve> = plan.models.iter().map(|model| model.valve(file)).collect::<Result<_, _>>()?;
     let times_s: Vec<f64> = (0..=POINTS).map(|i| run.end_s * f64::from(i) / f64::from(POINTS)).collect();
-    let predictions: Vec<Vec<f64>> = valves.iter().map(|valve| positions_mm(valve, &run, &times_s)).collect();
-    Ok(json!({ "version": subject.version, "time_s": times_s, "position_mm": predictions }))
+    let predict = |model: &Model| Ok(positions_mm(&model.valve(file)?, &run, &times_s));
+    let predictions: Vec<Vec<f64>> = plan.models.iter().map(predict).collect::<Result<_, Refusal>>()?;
+    let bands: Vec<Option<Vec<f64>>> = predictions
+        .iter()
+        .enumerate()
+        .map(|(model, prediction)| {
+            let Some(spread) = plan.spread.get(model).filter(|spread| !spread.is_empty()) else { return Ok(None) };
+            let others: Vec<Vec<f64>> = spread.iter().map(predict).collect::<Result<_, Refusal>>()?;
+            let deviation = |at: usize| others.iter().map(|other| (other[at] - prediction[at]).powi(2)).sum::<f64>();
+            Ok(Some((0..prediction.len()).map(|at| rounded(TO_95_PERCENT * deviation(at).sqrt())).collect()))
+        })
+        .collect::<Result<_, Refusal>>()?;
+    Ok(json!({ "version": subject.version, "time_s": times_s, "position_mm": predictions, "band_mm": bands }))
 }
 
 /// What the sensor of a valve writes down of a run, mm.

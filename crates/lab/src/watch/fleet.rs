@@ -1,6 +1,7 @@
 //! How every valve stands, and how it came to that.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, VecDeque};
+use std::ops::Bound;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use leak_table::{Stroke, TableBundle};
@@ -19,8 +20,8 @@ const SMALL: usize = 24;
 /// Remarks of a valve that are kept.
 const REMARKS: usize = 60;
 
-/// Valves that may change at once for pages to be told of each; beyond that they look at the fleet as a whole.
-pub const MANY: usize = 1500;
+/// Valves that pages are told of at once: where more have changed the others follow, so that a page never stands still.
+const AT_ONCE: usize = 1500;
 
 /// Faults that are less probable are not drawn.
 const LEAST_SHARE: f64 = 0.005;
@@ -85,6 +86,8 @@ struct Inside {
     prognoser: Prognoser,
     valves: HashMap<String, Known>,
     changed: BTreeSet<String>,
+    /// The valve that pages were told of last.
+    turn: String,
     troubles: VecDeque<(u64, String)>,
     /// Troubles so far, and those that pages were told of.
     counts: (u64, u64),
@@ -103,6 +106,7 @@ impl Fleet {
             prognoser: Prognoser::new(Arc::clone(&tables), *method),
             valves: HashMap::new(),
             changed: BTreeSet::new(),
+            turn: String::new(),
             troubles: VecDeque::new(),
             counts: (0, 0),
         };
@@ -178,20 +182,25 @@ impl Fleet {
         }
     }
 
-    /// How the valves stand that have changed since this was asked last (only how many there are, where they are very
-    /// many), and what went wrong since.
-    pub fn changed(&self) -> (Result<Vec<Value>, usize>, Vec<String>) {
+    /// How the valves stand that have changed since they were told of last, and what went wrong since. Where very many have
+    /// changed it is some of them, the others when this is asked again, each in its turn.
+    pub fn changed(&self) -> (Vec<Value>, Vec<String>) {
         let mut inside = self.inside();
-        let names = std::mem::take(&mut inside.changed);
         let all = inside.counts.0;
         let told = std::mem::replace(&mut inside.counts.1, all);
         let troubles = inside.troubles.iter().filter(|(number, _)| *number > told);
         let troubles = troubles.map(|(_, words)| words.clone()).collect();
-        if names.len() > MANY {
-            return (Err(names.len()), troubles);
+        let behind = (Bound::Excluded(inside.turn.as_str()), Bound::Unbounded);
+        let turn = inside.changed.range::<str, _>(behind).chain(&inside.changed).take(inside.changed.len());
+        let names: Vec<String> = turn.take(AT_ONCE).cloned().collect();
+        for name in &names {
+            inside.changed.remove(name);
+        }
+        if let Some(last) = names.last() {
+            inside.turn.clone_from(last);
         }
         let rows = names.iter().filter_map(|name| Some(self.row(inside.valves.get(name)?))).collect();
-        (Ok(rows), troubles)
+        (rows, troubles)
     }
 
     /// How every valve stands.
@@ -319,6 +328,34 @@ fn rounded(value: f32) -> Value {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn however_many_change_each_is_told_of_in_its_turn() {
+        let tables =
+            TableBundle::read(std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../tables"))).unwrap();
+        let fleet = Fleet::new(Arc::new(tables), &Method::default());
+        let push = |cycle: u64| {
+            for valve in 0..2 * AT_ONCE + 10 {
+                let valve = format!("V{valve:05}");
+                let reading = prognoser::Reading { cycle, close_time_s: Some(1.04), ..Default::default() };
+                fleet.push(&LogRow { valve: &valve, reading, time: None, line: 1 });
+            }
+        };
+        let told = || -> Vec<String> {
+            fleet.changed().0.iter().map(|row| row["valve"].as_str().unwrap_or_default().to_owned()).collect()
+        };
+        push(0);
+        let first = told();
+        assert_eq!(first.len(), AT_ONCE);
+        // Those that were told of change again before the others had their turn.
+        push(1);
+        let mut seen: BTreeSet<String> = first.into_iter().collect();
+        seen.extend(told());
+        seen.extend(told());
+        assert_eq!(seen.len(), 2 * AT_ONCE + 10, "nobody waits for long");
+        let rest = told().len();
+        assert_eq!((rest, told().len()), (AT_ONCE - 10, 0));
+    }
 
     #[test]
     fn the_past_stays_small_and_ends_with_the_newest() {

@@ -106,10 +106,8 @@ fn tell(watch: Arc<Watch>) {
         loop {
             thread::sleep(TELL);
             let (rows, troubles) = watch.fleet.changed();
-            match rows {
-                Ok(rows) if rows.is_empty() && troubles.is_empty() => {}
-                Ok(rows) => watch.events.tell(&json!({ "event": "rows", "rows": rows, "troubles": troubles })),
-                Err(count) => watch.events.tell(&json!({ "event": "many", "count": count, "troubles": troubles })),
+            if !(rows.is_empty() && troubles.is_empty()) {
+                watch.events.tell(&json!({ "event": "rows", "rows": rows, "troubles": troubles }));
             }
         }
     });

@@ -186,7 +186,7 @@ export interface PlannedRun {
 
 export interface Twins {
   effect: string;
-  with: { effect: string; behind: number; model: Model; parameters: FittedParameter[] }[];
+  with: { effect: string; behind: number; model: Model; spread: Model[]; parameters: FittedParameter[] }[];
   experiment: {
     purpose: string;
     separation: number;
@@ -212,6 +212,8 @@ export interface Found {
   headline: string;
   document: FoundDocument;
   model: Model;
+  /** Models that differ from it by a standard deviation each, in independent ways: what the data leave open. */
+  spread: Model[];
   twins: Twins[];
   noise_mm: number | null;
 }
@@ -242,6 +244,13 @@ export interface FoundDocument {
 }
 
 export type ExplainAnswer = Answered & Found;
+
+/** What each model predicts of a planned run, and half the width of its band where it has one. */
+export interface Prediction {
+  time_s: number[];
+  position_mm: number[][];
+  band_mm: (number[] | null)[];
+}
 
 /** The end of life by a timing log, after some of its cycles, with each model. */
 export interface Lives {
@@ -295,8 +304,8 @@ export const api = {
   measured: (selection: Selection) => asked<{ version: number; runs: MeasuredRun[] }>("api/measured", selection),
   simulate: (model: Model, show: Selection) => asked<Simulated>("api/simulate", { model, show }),
   missing: (model: Model) => asked<Missing>("api/missing", model),
-  predict: (models: Model[], plan: PlannedRun) =>
-    asked<{ time_s: number[]; position_mm: number[][] }>("api/predict", { models, ...plan }),
+  predict: (models: Model[], spread: Model[][], plan: PlannedRun) =>
+    asked<Prediction>("api/predict", { models, spread, ...plan }),
   answers: () => asked<{ fit?: FitAnswer; explain?: ExplainAnswer }>("api/job"),
   fit: (model: Model) => asked<{ job: number }>("api/job", { job: "fit", model }),
   explain: () => asked<{ job: number }>("api/job", { job: "explain" }),
@@ -370,5 +379,4 @@ export const watch_api = {
 export type WatchEvent =
   | { event: "hello" }
   | { event: "lagged" }
-  | { event: "many"; count: number; troubles: string[] }
   | { event: "rows"; rows: FleetRow[]; troubles: string[] };

@@ -28,6 +28,8 @@ export interface Line {
   dash?: number[];
   /** Only points, no line. */
   points?: boolean;
+  /** Not in the legend: the edge of a band. */
+  unnamed?: boolean;
 }
 
 export interface ChartOptions {
@@ -50,6 +52,8 @@ export interface ChartOptions {
   zoomed?: (window: [number, number] | null) => void;
   /** Filled between two lines, by their place among the lines. */
   bands?: [number, number][];
+  /** Names of colours for them, where they differ. */
+  band_colours?: string[];
   /** Bars about the points of a line, such as errors. */
   bars?: () => { colour: string; x: number; low: number; high: number }[];
   /** Levels drawn across. */
@@ -176,11 +180,15 @@ export class Chart {
           { ...axis, ...(options.x === "" ? { labelSize: 0 } : { label: options.x }), size: 34, values: (_, ticks) => ticks.map((tick) => digits(tick, 6).replace(/\.?0+$/, "")) },
           { ...axis, label: options.y, size: options.small ? 40 : 52, values: (_, ticks) => ticks.map((tick) => (tick === null ? "" : short(tick))) },
         ],
-        ...(options.bands ? { bands: options.bands.map(([upper, lower]) => ({ series: [upper + 1, lower + 1] as UPlot.Band.Bounds, fill: colour("band") })) } : {}),
+        ...(options.bands ? { bands: options.bands.map(([upper, lower], index) => ({
+          series: [upper + 1, lower + 1] as UPlot.Band.Bounds,
+          fill: options.band_colours ? `color-mix(in srgb, ${colour(options.band_colours[index]!)} 22%, transparent)` : colour("band"),
+        })) } : {}),
         series: [
           { label: options.x || "x", value: (_, value) => digits(value, 5) },
           ...options.lines.map((line) => ({
             label: line.label,
+            ...(line.unnamed ? { class: "unnamed" } : {}),
             stroke: colour(line.colour),
             width: line.points ? 0 : line.width,
             ...(line.dash ? { dash: line.dash } : {}),

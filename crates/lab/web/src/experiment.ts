@@ -1,6 +1,6 @@
 /** Experiment: a run that is only thought of, and what each model still alive predicts for it. */
 
-import { api, Refused, type Description, type Model, type PlannedRun } from "./api";
+import { api, Refused, type Description, type Model, type PlannedRun, type Prediction } from "./api";
 import { Chart, type Line } from "./charts";
 import { fill, h, say } from "./dom";
 import { fixed } from "./numbers";
@@ -10,6 +10,8 @@ import type { Sliders } from "./sliders";
 interface Alive {
   name: string;
   model: Model;
+  /** Models that differ from it by a standard deviation each, in independent ways. */
+  spread: Model[];
 }
 
 /** Lines differ in colour and in dash, so that they differ in grey too. */
@@ -38,7 +40,7 @@ export class Experiment {
 
   constructor(private readonly sliders: Sliders, private readonly explain: Explain) {
     this.element.append(h("h2", { id: "experiment-title" }, "Before the valve is stroked"),
-      h("p", {}, "Draw a command pattern and conditions: every model that is still alive says what it expects. Where they part by more than the noise, that run tells them apart."),
+      h("p", {}, "Draw a command pattern and conditions: every model that is still alive says what it expects, with the band (5 to 95 %) that data or tolerances leave open. Where they part by more than their bands and the noise, that run tells them apart."),
       this.pattern, this.conditions, this.chart_place, this.words,
       h("details", {}, h("summary", {}, "this run for campaign.toml"), this.toml));
     explain.plan = (plan) => {
@@ -76,16 +78,21 @@ export class Experiment {
     if (is_seen) void this.renew();
   }
 
-  /** The models that are alive: the sliders', the file's, the answer of the last search and its twins. */
+  /** The models that are alive: the answer of the last search and its twins, the file's, and the sliders' where it is none of these. */
   private alive(): Alive[] {
-    const all: Alive[] = [{ name: "sliders", model: this.sliders.model() }, { name: "valve file", model: this.lab.model }];
+    // The answer is as sure as the data make it, the valve file as its tolerances say; what sliders say has no band of its own.
+    const all: Alive[] = [];
     const { answer } = this.explain;
     if (answer && answer.document.recommended.length > 0) {
-      all.push({ name: answer.document.recommended.join(" + "), model: answer.model });
-      all.push(...answer.twins.flatMap((twins) => twins.with.map((twin) => ({ name: twin.effect, model: twin.model }))));
+      all.push({ name: answer.document.recommended.join(" + "), model: answer.model, spread: answer.spread });
+      all.push(...answer.twins.flatMap((twins) => twins.with.map(({ effect, model, spread }) => ({ name: effect, model, spread }))));
     }
+    const tolerances = this.lab.parameters.map(({ key, value, tolerance }) => ({ ...this.lab.model, parameters: { [key]: value * Math.exp(tolerance) } }));
+    all.push({ name: "valve file", model: this.lab.model, spread: tolerances });
     const text = (one: Alive) => JSON.stringify(one.model);
-    return all.filter((one, index) => all.findIndex((other) => text(other) === text(one)) === index).slice(0, LINES.length);
+    const sliders: Alive = { name: "sliders", model: this.sliders.model(), spread: [] };
+    const rest = all.filter((one, index) => all.findIndex((other) => text(other) === text(one)) === index);
+    return (rest.some((one) => text(one) === text(sliders)) ? rest : [sliders, ...rest]).slice(0, LINES.length);
   }
 
   private async renew(): Promise<void> {
@@ -94,7 +101,7 @@ export class Experiment {
     const { asked } = this;
     this.toml.textContent = this.as_toml();
     try {
-      const answer = await api.predict(alive.map((one) => one.model), this.plan);
+      const answer = await api.predict(alive.map((one) => one.model), alive.map((one) => one.spread), this.plan);
       if (asked !== this.asked) return;
       const names = alive.map((one) => one.name).join();
       if (!this.chart || names !== this.names) {
@@ -102,26 +109,39 @@ export class Experiment {
         this.names = names;
         this.chart = new Chart({
           title: "predicted position", height: 260, x: "time (s)", y: "position (mm)", y_at_least: [0, this.lab.stroke_mm],
-          lines: alive.map((one, index) => ({ ...LINES[index]!, label: one.name })),
+          lines: [
+            ...alive.map((one, index) => ({ ...LINES[index]!, label: one.name })),
+            // The edges of the bands, which are filled.
+            ...alive.flatMap((one, index) => ["5 %", "95 %"].map((edge) => ({ label: `${one.name}, ${edge}`, colour: LINES[index]!.colour, width: 0, unnamed: true }))),
+          ],
+          bands: alive.map((_, index) => [alive.length + 2 * index + 1, alive.length + 2 * index]),
+          band_colours: alive.map((_, index) => LINES[index]!.colour),
         });
         fill(this.chart_place, this.chart.element);
       }
-      this.chart.show(answer.time_s, ...answer.position_mm);
-      say(this.words, this.apart(alive, answer.time_s, answer.position_mm));
+      const edges = answer.position_mm.flatMap((position, model) => {
+        const band = answer.band_mm[model];
+        return [-1, 1].map((sign) => position.map((value, at): number | null => (band ? value + sign * band[at]! : null)));
+      });
+      this.chart.show(answer.time_s, ...answer.position_mm, ...edges);
+      say(this.words, this.apart(alive, answer));
     } catch (error) {
       say(this.words, error instanceof Refused ? error.message : String(error));
     }
   }
 
-  /** By how much the first model and each other one part, and when. */
-  private apart(alive: Alive[], times: number[], positions: number[][]): string {
+  /** By how much the first model and each other one part, when, and whether that is more than what is open about both. */
+  private apart(alive: Alive[], { time_s, position_mm, band_mm }: Prediction): string {
+    const [first] = alive;
     const parts = alive.slice(1).map((one, index) => {
-      const gaps = times.map((_, at) => Math.abs(positions[0]![at]! - positions[index + 1]![at]!));
+      const gaps = time_s.map((_, at) => Math.abs(position_mm[0]![at]! - position_mm[index + 1]![at]!));
       const most = Math.max(...gaps);
-      return `${one.name} at most ${fixed(most, 3)} mm away, at ${fixed(times[gaps.indexOf(most)], 2)} s`;
+      const at = gaps.indexOf(most);
+      const open = Math.hypot(band_mm[0]?.[at] ?? 0, band_mm[index + 1]?.[at] ?? 0);
+      return `${one.name} at most ${fixed(most, 3)} mm away, at ${fixed(time_s[at], 2)} s (${open > most ? "within" : "beyond"} the ${fixed(open, 3)} mm that is open)`;
     });
     const noise = this.explain.answer?.noise_mm;
-    return parts.length === 0 ? "" : `From the sliders: ${parts.join("; ")}.${noise ? ` The noise is ${fixed(noise, 3)} mm.` : ""}`;
+    return parts.length === 0 ? "" : `From ${first!.name}: ${parts.join("; ")}.${noise ? ` The noise is ${fixed(noise, 3)} mm.` : ""}`;
   }
 
   private controls(): void {

@@ -30,24 +30,7 @@ async function begin(): Promise<void> {
   show_troubles();
 }
 
-/** Shortest time between two looks at the whole fleet, ms, where very many valves change at once. */
-const PAUSE = 3000;
-let looking = false;
-
-/** Looks at the whole fleet, and not again before a pause. */
-function look(): void {
-  if (looking) return;
-  looking = true;
-  void begin().finally(() => setTimeout(() => { looking = false; }, PAUSE));
-}
-
 function happened(event: WatchEvent): void {
-  if (event.event === "many") {
-    say(told, `${event.count} valves changed at ${new Date().toLocaleTimeString()}`);
-    if (one.valve === null) look();
-    else void one.renew();
-    return;
-  }
   if (event.event !== "rows") {
     void begin();
     return;

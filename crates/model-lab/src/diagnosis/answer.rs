@@ -125,6 +125,8 @@ pub struct Alternative {
     pub parameters: Vec<FittedParameter>,
     /// The valve with it.
     pub valve: Valve,
+    /// Valves that the data leave open about it, see [`Hypothesis::spread`](super::experiment::Hypothesis::spread).
+    pub spread: Vec<Valve>,
 }
 
 /// What cannot be told from a recommended effect, and what would tell.
@@ -178,6 +180,8 @@ pub struct Explanation {
     pub discrepancy: Option<ModelDiscrepancy>,
     /// The valve with the recommended effects, everything refitted.
     pub valve: Valve,
+    /// Valves that the data leave open about it, see [`Hypothesis::spread`](super::experiment::Hypothesis::spread).
+    pub spread: Vec<Valve>,
     /// One standard deviation of a position's noise, m, as it was found.
     pub noise_m: Option<f64>,
     /// What else the reader should know.

@@ -77,6 +77,23 @@ impl Hypothesis<'_> {
     fn valve(&self) -> Option<Valve> {
         self.space.valve(self.u)
     }
+
+    /// Valves that the data leave open: one a standard deviation away along each axis of the covariance of the coordinates. To
+    /// first order the squares of what they predict otherwise than the optimum add up to the variance of a prediction.
+    pub fn spread(&self) -> Vec<Valve> {
+        let count = self.space.coordinates.len();
+        if self.covariance.nrows() < count {
+            return Vec::new();
+        }
+        let axes = self.covariance.view((0, 0), (count, count)).into_owned().symmetric_eigen();
+        let away = |axis: usize, sign: f64| {
+            let size = sign * axes.eigenvalues[axis].max(0.0).sqrt();
+            let moved = (0..count).map(|at| self.u[at] + size * axes.eigenvectors[(at, axis)]);
+            self.space.valve(&moved.collect::<Vec<f64>>())
+        };
+        // A step that leads out of what a valve can be is taken the other way.
+        (0..count).filter_map(|axis| away(axis, 1.0).or_else(|| away(axis, -1.0))).collect()
+    }
 }
 
 /// The planned run that separates two models best; `noise_m` is one standard deviation of a position.

@@ -126,11 +126,17 @@ pub(super) fn assemble<'a>(
         remainder,
         discrepancy,
         valve: best.problem.space.valve(&best.fit.u).unwrap_or_else(|| unreachable!("a fit visits possible valves")),
+        spread: hypothesis(best, &certainty).spread(),
         noise_m: noise_m(best),
         recommended,
         notes,
         interrupted,
     }
+}
+
+/// A fitted model with what the data leave open about it.
+fn hypothesis<'a>(model: &'a Fitted<'_>, certainty: &'a Certainty) -> Hypothesis<'a> {
+    Hypothesis { space: &model.problem.space, u: &model.fit.u, covariance: certainty.covariance() }
 }
 
 /// The share of the calibrated model's error on what was held out that the accepted effects leave, noise aside; nothing
@@ -410,15 +416,15 @@ fn indistinguishable(
                     kinds,
                     behind: *behind,
                     valve: model.problem.space.valve(&model.fit.u)?,
+                    spread: hypothesis(model, &other).spread(),
                 })
             })
             .collect();
-        let experiment = with.first().and_then(|closest| {
-            let (model, _) = judged.iter().find(|(model, _)| catalogue.kinds_of(&model.set) == closest.kinds)?;
-            let one = Hypothesis { space: &best.problem.space, u: &best.fit.u, covariance: certainty.covariance() };
+        let experiment = with.first().and_then(|twin| {
+            let (model, _) = judged.iter().find(|(model, _)| catalogue.kinds_of(&model.set) == twin.kinds)?;
+            let one = hypothesis(best, certainty);
             let certainty = Certainty::new(&model.problem, &model.fit);
-            let other = Hypothesis { space: &model.problem.space, u: &model.fit.u, covariance: certainty.covariance() };
-            best_experiment(catalogue.subject.setup(Level::High), &one, &other, noise_m(best))
+            best_experiment(catalogue.subject.setup(Level::High), &one, &hypothesis(model, &certainty), noise_m(best))
         });
         reports.push(Indistinguishable { kind: *kind, with, experiment });
     }
