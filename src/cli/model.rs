@@ -80,14 +80,15 @@ pub struct EffectsArgs {
 /// Options of `report`.
 #[derive(Debug, Args)]
 #[command(after_long_help = "\
-The page needs no other file: pictures are in it. It tells what the valve does,
-what its tables hold and, with --log, how each valve of the log stands; with --campaign,
-how the model compares with recorded strokes, whether its tolerances explain them,
-and which effect is missing.
+The page needs no other file and no network: pictures and data are in it, to zoom, sort
+and print. It tells what the valve does, what its tables hold and, with --log, how each
+valve of the log stands; with --campaign, how the model compares with recorded strokes,
+whether its tolerances explain them, and which effect is missing; with both, what that
+does to the remaining life.
 
 Examples:
   valve report valve.toml --log log.csv --out report.html
-  valve report valve.toml --campaign campaign.toml --out report.html")]
+  valve report valve.toml --campaign campaign.toml --log log.csv --out report.html")]
 pub struct ReportArgs {
     /// The valve file
     pub valve: PathBuf,

@@ -123,6 +123,29 @@ fn what_is_no_model_is_refused_in_words() {
 }
 
 #[test]
+fn the_band_of_a_prediction_is_what_is_open_about_it() {
+    let sandbox = sandbox();
+    let served = start(&sandbox);
+    let stiffer = json!({ "parameters": { "spring.stiffness": 16_500.0 } });
+    let slower = json!({ "parameters": { "actuator.viscous_friction": 700.0 } });
+    let plan = json!({ "models": [{}, stiffer, slower], "spread": [[stiffer, slower], [], []],
+        "commands": [{ "at_s": 0.0, "close": true }, { "at_s": 4.0, "close": false }], "end_s": 9.0,
+        "supply_pressure_pa": 6e5, "temperature_k": 293.0, "leak_to_atmosphere_m2": 0.0, "leak_from_supply_m2": 0.0 });
+    let told = served.post("api/predict", &plan).json();
+    let numbers = |value: &Value| -> Vec<f64> {
+        value.as_array().expect("numbers").iter().map(|one| one.as_f64().expect("a number")).collect()
+    };
+    let [middle, stiffer, slower] = [0, 1, 2].map(|model| numbers(&told["position_mm"][model]));
+    let band = numbers(&told["band_mm"][0]);
+    assert_eq!((&told["band_mm"][1], band.len()), (&Value::Null, middle.len()));
+    assert!(band.iter().any(|width| *width > 0.1), "the models part");
+    for at in 0..band.len() {
+        let wanted = 1.645 * (stiffer[at] - middle[at]).hypot(slower[at] - middle[at]);
+        assert!((band[at] - wanted).abs() < 1e-3, "{at}: {} for {wanted}", band[at]);
+    }
+}
+
+#[test]
 fn fits_are_those_of_calibrate_and_adopt_and_the_file_is_written_once() {
     let sandbox = sandbox();
     let served = start(&sandbox);

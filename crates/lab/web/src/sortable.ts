@@ -5,7 +5,11 @@ import { h } from "./dom";
 /** Fewer rows are seen at a glance. */
 const FEW = 4;
 
-const number = (text: string): number => Number.parseFloat(text.replaceAll("−", "-").replace(/^[^\d+-]*(?=[\d+-])/, ""));
+/** The number that a cell begins with; dates and names are none, and stand in order as texts. */
+function number(text: string): number {
+  const found = /^[>±\s]*([+-]?\d[\d.]*(?:e[+-]?\d+)?)(?![\w-])/i.exec(text.replaceAll("−", "-"));
+  return found ? Number(found[1]) : Number.NaN;
+}
 
 export function sortable(table: HTMLTableElement): void {
   const body = table.tBodies[0];

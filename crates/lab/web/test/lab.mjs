@@ -107,6 +107,14 @@ const heads = await page.locator(".life thead th").allTextContents();
 check(heads.join() === "after cycle,valve file,sliders", `two models, found ${heads.join()}`);
 console.log(`end of life: ${(await page.locator(".life tbody tr").last().allTextContents()).join(" ")}`);
 
+// A run that is only thought of: what each model expects, and how sure that is.
+await page.getByRole("tab", { name: "Experiment" }).click();
+await until("predictions with their bands", async () => /(within|beyond) the [\d.]+ mm that is open/.test(await page.locator("#panel-experiment p[role=status]").textContent()));
+await page.locator(".edge").last().focus();
+const words = await page.locator("#panel-experiment p[role=status]").textContent();
+for (let press = 0; press < 10; press += 1) await page.keyboard.press("ArrowRight");
+await until("another pattern, other predictions", async () => (await page.locator("#panel-experiment p[role=status]").textContent()) !== words);
+
 // What nobody sees and what nobody can read.
 for (const colorScheme of ["light", "dark"]) {
   await page.emulateMedia({ colorScheme });

@@ -420,8 +420,8 @@ fn indistinguishable(
                 })
             })
             .collect();
-        let experiment = with.first().and_then(|twin| {
-            let (model, _) = judged.iter().find(|(model, _)| catalogue.kinds_of(&model.set) == twin.kinds)?;
+        let experiment = with.first().and_then(|closest| {
+            let (model, _) = judged.iter().find(|(model, _)| catalogue.kinds_of(&model.set) == closest.kinds)?;
             let one = hypothesis(best, certainty);
             let certainty = Certainty::new(&model.problem, &model.fit);
             best_experiment(catalogue.subject.setup(Level::High), &one, &hypothesis(model, &certainty), noise_m(best))
