@@ -2,9 +2,11 @@
 
 use identify::left::{excess, left_nats, normalised_rms};
 use identify::select::{Level, Model, Selection};
+use identify::special::t_quantile_95;
 use identify::{FitOptions, Problem, Scope, Smoothness, fit};
 use rayon::prelude::*;
 use valve_model::EffectKind;
+use valve_model::effects::Search;
 
 use super::answer::{Alternative, CandidateReport, Explanation, Indistinguishable, NuisanceReport, Remainder, Verdict};
 use super::discrepancy::model_discrepancy;
@@ -45,7 +47,6 @@ pub(super) fn assemble<'a>(
     options: &DiagnoseOptions,
     tell: &(dyn Fn(Progress) + Sync),
 ) -> Explanation {
-    let Some(accepted) = found.model(found.accepted()) else { unreachable!("the accepted set was fitted") };
     let stop = catalogue.stop;
     let fit_options = FitOptions::new(catalogue.subject.setup(Level::High).groups.clone());
     let is_good_enough = |model: &Fitted<'_>| {
@@ -53,8 +54,9 @@ pub(super) fn assemble<'a>(
         options.good_enough_m.is_some_and(|enough| held_out().is_some_and(|rmse| rmse < enough))
     };
     let mut notes = notes(catalogue);
+    let accepted = without_unsure(catalogue, found, &mut notes);
     let mut best = accepted;
-    let mut recommended = in_order(catalogue, found);
+    let mut recommended = in_order(catalogue, found, &accepted.set);
     let mut left = remainder(best, &fit_options);
     let is_large = |model: &Fitted<'_>, left: &Remainder| {
         if noise_m(model).is_some() {
@@ -120,8 +122,8 @@ pub(super) fn assemble<'a>(
         nuisances: nuisance_reports(best, &certainty),
         moved: pulled,
         indistinguishable,
-        candidates: candidates(catalogue, found, options),
-        steps: steps(catalogue, found, &recommended),
+        candidates: candidates(catalogue, found, &accepted.set, options),
+        steps: steps(catalogue, found, &best.set, &recommended),
         inclusion: inclusion(catalogue, found),
         remainder,
         discrepancy,
@@ -150,9 +152,56 @@ fn share_left(found: &Selection<ValveProblem<'_>>, best: &Fitted<'_>) -> Option<
     Some(error(best)? / error(base)?.max(f64::MIN_POSITIVE))
 }
 
+/// The accepted model without companions whose size cannot be told from none: what records disagree by can be more than the
+/// evidence knows of.
+fn without_unsure<'f, 'a>(
+    catalogue: &Catalogue<'a>,
+    found: &'f Selection<ValveProblem<'a>>,
+    notes: &mut Vec<String>,
+) -> &'f Fitted<'a> {
+    let Some(mut model) = found.model(found.accepted()) else { unreachable!("the accepted set was fitted") };
+    while model.set.len() > 1 {
+        let certainty = Certainty::new(&model.problem, &model.fit);
+        let unsure = model.set.iter().filter_map(|one| {
+            let kind = catalogue.kinds_of(&[*one])[0];
+            let deviations = deviations_from_none(model, &certainty, kind);
+            let rest: Vec<usize> = model.set.iter().copied().filter(|other| other != one).collect();
+            let smaller = found.model(&rest).filter(|smaller| smaller.level == Level::High)?;
+            (deviations < t_quantile_95(f64::INFINITY)).then_some((deviations, kind, smaller))
+        });
+        let Some((_, kind, smaller)) = unsure.min_by(|a, b| a.0.total_cmp(&b.0)) else { break };
+        notes.push(format!(
+            "{} beside it would fit a little better, with a size that cannot be told from none: it is not named",
+            kind.id()
+        ));
+        model = smaller;
+    }
+    model
+}
+
+/// By how many of its standard deviations the size of an effect differs from none, the one that differs most where it has
+/// several; infinite where none is no value of it.
+fn deviations_from_none(model: &Fitted<'_>, certainty: &Certainty, kind: EffectKind) -> f64 {
+    let neutral = kind.info().neutral;
+    let fitted = effect_parameters(&model.problem, &model.fit, certainty, &[kind], false);
+    let sizes = kind.parameters().iter().zip(&fitted).filter(|(parameter, _)| parameter.is_size());
+    let deviations = sizes.map(|(parameter, fitted)| {
+        // None of an effect that is absent at infinity is as far as its inverse is from nothing.
+        let from = if parameter.search == Search::InverseSize { 0.0 } else { neutral };
+        let off = (fitted.value - from).abs();
+        if off == 0.0 {
+            0.0
+        } else if off.is_nan() || fitted.sigma == 0.0 {
+            f64::INFINITY
+        } else {
+            off / fitted.sigma
+        }
+    });
+    deviations.fold(0.0, f64::max)
+}
+
 /// The accepted effects, the one first without which most evidence is lost.
-fn in_order(catalogue: &Catalogue<'_>, found: &Selection<ValveProblem<'_>>) -> Vec<EffectKind> {
-    let accepted = found.accepted();
+fn in_order(catalogue: &Catalogue<'_>, found: &Selection<ValveProblem<'_>>, accepted: &[usize]) -> Vec<EffectKind> {
     let lost = |one: usize| {
         let rest: Vec<usize> = accepted.iter().copied().filter(|other| *other != one).collect();
         found.model(&rest).map_or(f64::INFINITY, |model| -found.gain(model))
@@ -211,20 +260,20 @@ fn notes(catalogue: &Catalogue<'_>) -> Vec<String> {
     notes
 }
 
+/// The model sequence from the datasheet to the effects of `set`, by the steps of the search that lead there.
 fn steps(
     catalogue: &Catalogue<'_>,
     found: &Selection<ValveProblem<'_>>,
+    set: &[usize],
     recommended: &[EffectKind],
 ) -> Vec<StepReport> {
     let mut steps = Vec::new();
     let Some(base) = found.model(&[]) else { return steps };
     steps.extend(errors::at(&base.problem, &base.problem.at_their_word()).map(StepReport::datasheet));
+    let leads_there = |step: &&[usize]| step.iter().all(|one| set.contains(one)) && *step != set;
+    let before = found.steps.iter().map(Vec::as_slice).filter(leads_there);
     let mut shown: Vec<EffectKind> = Vec::new();
-    for set in &found.steps {
-        // Effects that are not named lead nowhere: what is left is that of the model without them.
-        if recommended.is_empty() && !set.is_empty() {
-            continue;
-        }
+    for set in before.chain([set]) {
         let Some(model) = found.model(set) else { continue };
         let kinds = catalogue.kinds_of(set);
         let new: Vec<&str> = recommended
@@ -297,9 +346,9 @@ fn inclusion(catalogue: &Catalogue<'_>, found: &Selection<ValveProblem<'_>>) -> 
 fn candidates(
     catalogue: &Catalogue<'_>,
     found: &Selection<ValveProblem<'_>>,
+    accepted: &[usize],
     options: &DiagnoseOptions,
 ) -> Vec<CandidateReport> {
-    let accepted = found.accepted();
     let all = probabilities(found);
     let accepted_gain = found.model(accepted).map_or(0.0, |model| found.gain(model));
     let is_most_exact = |model: &&Fitted<'_>| found.model(&model.set).is_some_and(|exact| std::ptr::eq(exact, *model));
