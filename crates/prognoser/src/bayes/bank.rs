@@ -34,10 +34,9 @@ pub(crate) struct Outcome {
     pub renewed: bool,
 }
 
-/// Moves all hypotheses on and lets them meet a reading.
+/// Moves all hypotheses on and lets them meet a reading, in the memory for what they turn into.
 pub(crate) fn step(
-    hypotheses: &mut Vec<Hypothesis>,
-    turning: &mut Turning,
+    (hypotheses, turning): (&mut Vec<Hypothesis>, &mut Turning),
     plant: &Plant,
     config: &BayesConfig,
     rates: &RatePrior,

@@ -99,7 +99,7 @@ impl BayesEstimator {
         let cycles = if first { 0.0 } else { reading.cycle.saturating_sub(record.cycle) as f64 };
         let rates = RatePrior::new(config);
         let outcome =
-            bank::step(hypotheses, turning, &plant, config, &rates, &observed, cycles, record.readings as f64);
+            bank::step((hypotheses, turning), &plant, config, &rates, &observed, cycles, record.readings as f64);
         let told = observed.time_s.iter().zip(outcome.update.inlier).filter(|(time, _)| time.is_some());
         let gained: f64 = told.map(|(_, inlier)| 0.5 * inlier * weight).sum();
         let grown = shape + gained;
