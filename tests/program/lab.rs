@@ -207,7 +207,9 @@ fn the_life_before_and_after_is_that_of_the_models_tables() {
         let output = sandbox.valve(&["prognose", "log.csv", "--tables", &tables, "--format", "jsonl"]);
         let text = String::from_utf8(output.stdout).expect("text");
         let told: Value = serde_json::from_str(text.lines().last().expect("a row")).expect("JSON");
-        assert_eq!(last(model)["eol_cycle"], told["eol_cycle"], "{file}");
+        // The page is told four digits.
+        let [page, program] = [&last(model), &told].map(|told| told["eol_cycle"].as_f64().expect("an end of life"));
+        assert!((page - program).abs() < 0.01, "{file}: {page} for {program}");
     }
     assert_ne!(last(0)["eol_cycle"], last(1)["eol_cycle"]);
 }

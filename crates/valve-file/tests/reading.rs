@@ -100,7 +100,7 @@ fn effects_of_the_catalogue_are_read_with_their_defaults() {
     assert_eq!(file.valve().effects()[0].values(), [25.0, 25.0, 0.01, 2e5, 1.0, 0.0]);
     assert!(effects[1].is_neutral());
     assert_eq!(effects[2].values(), [2.0 * 6894.757]);
-    assert_eq!(effects[3].values(), [0.3]);
+    assert_eq!(effects[3].values(), [0.3, 0.0]);
 }
 
 #[test]

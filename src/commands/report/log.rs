@@ -12,6 +12,7 @@ use super::Part;
 use crate::cli::LogColumnArgs;
 use crate::commands::log_input::LogInput;
 use crate::commands::prognose::Ends;
+use crate::output;
 use answers::figures::life::History;
 
 /// Valves that get a picture.
@@ -63,7 +64,8 @@ pub fn part(path: &Path, columns: &LogColumnArgs, tables: &Arc<TableBundle>) -> 
     Ok(Part {
         short: short(&ends),
         sections: vec![Section { title: "Timing log".to_owned(), blocks }],
-        data: vec![("log", fleet.whole(&path.display().to_string()).to_string())],
+        // A page goes to others: the log's name, not where it is kept.
+        data: vec![("log", fleet.whole(output::short_name(&path.display().to_string())).to_string())],
     })
 }
 
