@@ -37,6 +37,14 @@ snapshots:
 bench:
     cargo bench --bench simulation
 
+# Other people's solvers, searches and filters beside ours; `just peers cycle` for one comparison.
+peers *names:
+    cd benches/peers && cargo run --release --locked -- {{names}}
+
+# Its own format, lints and tests, which CI leaves out.
+check-peers:
+    cd benches/peers && cargo fmt --check && cargo clippy --all-targets --release --locked -- -D warnings && cargo test --release --locked
+
 # Campaigns with hidden physics, answered and counted.
 score cases="30":
     cargo build --release

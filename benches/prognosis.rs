@@ -1,30 +1,18 @@
-//! Prognosis: a table inversion, an update of the remaining life, the same by an optimiser, a log.
+//! Prognosis: a table inversion, a table over pressure, an update of the remaining life.
 
 #[path = "../tests/reference_valve/mod.rs"]
 mod reference_valve;
 
-use std::cell::Cell;
 use std::hint::black_box;
 use std::path::Path;
-use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-use argmin::core::{CostFunction, Error, Executor, State};
-use argmin::solver::neldermead::NelderMead;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use leak_table::{ConditionRange, Conditions, Fault, Stroke, TableBundle};
 use lut_builder::{Options, Request, build_request};
 use prognoser::bayes::{BayesConfig, BayesEstimator};
-use prognoser::{Method, OlsEstimator, Prognoser, Reading, TimingLog};
-use reference_valve::{CYCLE, base_valve, leaking, periodic, spread, table_model, testbed, testbed_file};
-use valve_model::Valve;
-use valve_model::simulate::DEFAULT_STEP_S;
-
-/// Leak that both ways of estimating have to find, m2; between the points of the table.
-const LEAK_M2: f64 = 0.3456e-6;
-/// Rows and valves of the log.
-const ROWS: usize = 100_000;
-const VALVES: usize = 1000;
+use prognoser::{OlsEstimator, Reading};
+use reference_valve::{spread, table_model, testbed_file};
 
 fn reference_tables() -> TableBundle {
     TableBundle::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tables")).expect("tables/ is sound")
@@ -124,116 +112,9 @@ fn update(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// The squared miss of the closing time over the leak area in mm2, by full simulation.
-struct Miss<'a> {
-    valve: &'a Valve,
-    close_time_s: f64,
-    simulations: &'a Cell<usize>,
-}
-
-fn close_time_s(valve: &Valve, area_m2: f64) -> f64 {
-    let run = (valve, leaking(valve, Fault::Atmosphere, area_m2.max(0.0)));
-    // A valve that does not close takes longer than the cycle.
-    periodic(&[run], &CYCLE, DEFAULT_STEP_S)[0].close_time_s.unwrap_or(CYCLE.end_s)
-}
-
-impl CostFunction for Miss<'_> {
-    type Param = Vec<f64>;
-    type Output = f64;
-
-    fn cost(&self, area_mm2: &Vec<f64>) -> Result<f64, Error> {
-        self.simulations.set(self.simulations.get() + 1);
-        Ok((close_time_s(self.valve, area_mm2[0] * 1e-6) - self.close_time_s).powi(2))
-    }
-}
-
-/// The leak from one closing time, with the optimiser stopped when the misses in its simplex agree to
-/// `tolerance_s2`; also how many simulations it took.
-fn optimised(valve: &Valve, close_time_s: f64, tolerance_s2: f64) -> (f64, usize) {
-    let simulations = Cell::new(0);
-    let problem = Miss { valve, close_time_s, simulations: &simulations };
-    let start = vec![vec![0.0], vec![0.1]];
-    let solver = NelderMead::new(start).with_sd_tolerance(tolerance_s2).expect("a tolerance above 0");
-    let result = Executor::new(problem, solver).configure(|state| state.max_iters(200)).run().expect("finite costs");
-    let area_mm2 = result.state().get_best_param().map_or(f64::NAN, |area| area[0]);
-    (area_mm2 * 1e-6, simulations.get())
-}
-
-/// The leak from one closing time: by the table, and by an optimiser on the full simulation stopped as
-/// soon as it is as accurate as the table.
-fn table_and_optimiser(criterion: &mut Criterion) {
-    let tables = reference_tables();
-    let curve = tables.table(Fault::Atmosphere).curve(Stroke::Close);
-    let valve = base_valve(testbed());
-    let measured_s = close_time_s(&valve, LEAK_M2);
-    let table_error = (curve.extrapolated_severity(measured_s) - LEAK_M2).abs();
-    let ladder = (0..12).map(|k| 1e-4 * 0.1_f64.powi(k));
-    let error_at = |tolerance: f64| (optimised(&valve, measured_s, tolerance).0 - LEAK_M2).abs();
-    let tolerance = ladder.into_iter().find(|t| error_at(*t) <= table_error).unwrap_or(1e-16);
-    let (area, simulations) = optimised(&valve, measured_s, tolerance);
-    println!(
-        "leak of {:.4} mm2: table misses by {:.1e} mm2, optimiser by {:.1e} mm2 with {simulations} simulations",
-        LEAK_M2 * 1e6,
-        table_error * 1e6,
-        (area - LEAK_M2).abs() * 1e6,
-    );
-    let mut group = criterion.benchmark_group("leak from one closing time");
-    group.sample_size(10);
-    group.bench_function("table", |b| b.iter(|| curve.extrapolated_severity(black_box(measured_s))));
-    group.bench_function("Nelder-Mead on the simulation", |b| b.iter(|| optimised(&valve, measured_s, tolerance)));
-    group.finish();
-}
-
-/// A log of many valves, their cycles interleaved.
-fn log(life: &[Reading]) -> String {
-    let mut text = String::from("valve,cycle,close_time_s,open_time_s\n");
-    for row in 0..ROWS {
-        let (valve, cycle) = (row % VALVES, row / VALVES);
-        // Lives longer than the table's start are slowed down.
-        let reading = life[cycle * (life.len() - 1) / (ROWS / VALVES)];
-        let time = |time_s: Option<f64>| time_s.map_or_else(String::new, |time_s| format!("{time_s:.4}"));
-        let (close, open) = (time(reading.close_time_s), time(reading.open_time_s));
-        text.extend([&format!("valve-{valve:04},{cycle},"), &close, ",", &open, "\n"]);
-    }
-    text
-}
-
-fn read(text: &str, mut each: impl FnMut(&prognoser::LogRow<'_>)) -> Duration {
-    let start = Instant::now();
-    let mut log = TimingLog::new("bench", text.as_bytes()).expect("a log");
-    while let Some(row) = log.next_row().expect("a row") {
-        each(&row);
-    }
-    start.elapsed()
-}
-
-/// A long log; printed, since once is enough.
-fn long_log(_: &mut Criterion) {
-    let tables = Arc::new(reference_tables());
-    let text = log(&life(&tables));
-    let reading = read(&text, |row| {
-        black_box(row.reading);
-    });
-    println!("log of {ROWS} rows, {VALVES} valves: reading {:.0} ns a row", per_row_ns(reading));
-    for method in [Method::Ols, Method::default()] {
-        let mut prognoser = Prognoser::new(Arc::clone(&tables), method);
-        let whole = read(&text, |row| drop(black_box(prognoser.push(row))));
-        println!(
-            "log of {ROWS} rows, {VALVES} valves: {} {:.0} ns a row, reading is {:.0} % of it",
-            method.name(),
-            per_row_ns(whole),
-            100.0 * reading.as_secs_f64() / whole.as_secs_f64(),
-        );
-    }
-}
-
-fn per_row_ns(time: Duration) -> f64 {
-    time.as_secs_f64() * 1e9 / ROWS as f64
-}
-
 criterion_group! {
     name = benches;
     config = Criterion::default().sample_size(20).warm_up_time(Duration::from_millis(500)).measurement_time(Duration::from_secs(2));
-    targets = inversion, over_pressure, update, table_and_optimiser, long_log
+    targets = inversion, over_pressure, update
 }
 criterion_main!(benches);
