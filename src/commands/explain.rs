@@ -146,25 +146,48 @@ fn indistinguishable_text(text: &mut String, group: &Indistinguishable) {
     }
 }
 
-/// One line for each instrument or condition that was found to be off by much.
+/// What a single record is off by is told record by record for so many of them; of more, in what range it lies.
+const TOLD_ALONE: usize = 2;
+
+/// A line for each instrument or condition that was found to be off by much, one for all records where these are many.
 pub fn nuisance_lines(nuisances: &[NuisanceReport]) -> String {
+    const AT_BOUND: &str = "at its bound: something may be missing";
     let mut text = String::new();
+    let mut told: Vec<&str> = Vec::new();
     for nuisance in nuisances {
-        let told = Dimension::of_si_unit(nuisance.unit).filter(|one| *one != Dimension::Pure).map(told_in);
-        let (value, sigma, unit) = match &told {
-            Some(told) => {
-                (told.signed_difference(nuisance.value, 3), told.difference(nuisance.sigma, 3), told.difference_name())
-            }
-            None => (format!("{:+.3}", 100.0 * nuisance.value), format!("{:.3}", 100.0 * nuisance.sigma), "%"),
-        };
-        let of = nuisance.record.as_ref().map_or(String::new(), |record| format!(" ({record})"));
-        let bound = if nuisance.is_at_bound { ", at its bound: something may be missing" } else { "" };
-        let _ = writeln!(text, "  {}{of}: {value} +- {sigma} {unit}{bound}", nuisance.what);
+        let of_records: Vec<&NuisanceReport> =
+            nuisances.iter().filter(|other| other.what == nuisance.what && other.record.is_some()).collect();
+        if nuisance.record.is_none() || of_records.len() <= TOLD_ALONE {
+            let (value, sigma, unit) = in_unit(nuisance, nuisance.value);
+            let of = nuisance.record.as_ref().map_or(String::new(), |record| format!(" ({record})"));
+            let bound = if nuisance.is_at_bound { format!(", {AT_BOUND}") } else { String::new() };
+            let _ = writeln!(text, "  {}{of}: {value} +- {sigma} {unit}{bound}", nuisance.what);
+        } else if !told.contains(&nuisance.what) {
+            told.push(nuisance.what);
+            let values = || of_records.iter().map(|one| one.value);
+            let (least, _, unit) = in_unit(nuisance, values().fold(f64::INFINITY, f64::min));
+            let (most, ..) = in_unit(nuisance, values().fold(f64::NEG_INFINITY, f64::max));
+            let bound = match of_records.iter().filter(|one| one.is_at_bound).count() {
+                0 => String::new(),
+                count => format!(", in {count} {AT_BOUND}"),
+            };
+            let of = of_records.len();
+            let _ = writeln!(text, "  {}: {least} to {most} {unit} in {of} records{bound}", nuisance.what);
+        }
     }
     text
 }
 
-/// What to do with what was found.
+/// A value of what a nuisance is, with its standard deviation, and their unit: a share in percent.
+fn in_unit(nuisance: &NuisanceReport, value: f64) -> (String, String, String) {
+    match Dimension::of_si_unit(nuisance.unit).filter(|one| *one != Dimension::Pure).map(told_in) {
+        Some(told) => {
+            (told.signed_difference(value, 3), told.difference(nuisance.sigma, 3), told.difference_name().to_owned())
+        }
+        None => (format!("{:+.3}", 100.0 * value), format!("{:.3}", 100.0 * nuisance.sigma), "%".to_owned()),
+    }
+}
+
 /// What to do with an answer: why, and the call that does it.
 pub fn next(valve: &Path, campaign: &Path, answer: &Explanation) -> (String, Vec<String>) {
     let [file, strokes] = [valve, campaign].map(|path| path.display().to_string());
@@ -255,4 +278,41 @@ fn candidate_table(answer: &Explanation) -> String {
         ]);
     }
     table.render()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn zero(record: Option<&str>, value: f64, is_at_bound: bool) -> NuisanceReport {
+        NuisanceReport {
+            what: "zero of the position sensor",
+            record: record.map(str::to_owned),
+            value,
+            sigma: 1e-4,
+            prior: 1e-3,
+            unit: "m",
+            is_at_bound,
+        }
+    }
+
+    #[test]
+    fn what_many_records_are_off_by_is_one_line() {
+        let gain = NuisanceReport { what: "gain of the position sensor", unit: "", ..zero(None, 0.03, true) };
+        let two = [zero(Some("a.csv"), 1e-3, false), zero(Some("b.csv"), -2e-3, true), gain.clone()];
+        let lines = nuisance_lines(&two);
+        assert_eq!(
+            lines,
+            "  zero of the position sensor (a.csv): +1.000 +- 0.100 mm\n  \
+             zero of the position sensor (b.csv): -2.000 +- 0.100 mm, at its bound: something may be missing\n  \
+             gain of the position sensor: +3.000 +- 0.010 %, at its bound: something may be missing\n"
+        );
+        let three = [&two[..2], &[zero(Some("c.csv"), 4e-3, true), gain]].concat();
+        let lines = nuisance_lines(&three);
+        assert_eq!(
+            lines,
+            "  zero of the position sensor: -2.000 to +4.000 mm in 3 records, in 2 at its bound: something may be missing\n  \
+             gain of the position sensor: +3.000 +- 0.010 %, at its bound: something may be missing\n"
+        );
+    }
 }
