@@ -146,7 +146,7 @@ fn indistinguishable_text(text: &mut String, group: &Indistinguishable) {
     }
 }
 
-/// What a single record is off by is told record by record for so many of them; of more, in what range it lies.
+/// So many records are told one by one, with what each is off by or that it is at a bound; of more, the range and how many.
 const TOLD_ALONE: usize = 2;
 
 /// A line for each instrument or condition that was found to be off by much, one for all records where these are many.
@@ -167,9 +167,12 @@ pub fn nuisance_lines(nuisances: &[NuisanceReport]) -> String {
             let values = || of_records.iter().map(|one| one.value);
             let (least, _, unit) = in_unit(nuisance, values().fold(f64::INFINITY, f64::min));
             let (most, ..) = in_unit(nuisance, values().fold(f64::NEG_INFINITY, f64::max));
-            let bound = match of_records.iter().filter(|one| one.is_at_bound).count() {
+            let held: Vec<&str> =
+                of_records.iter().filter(|one| one.is_at_bound).filter_map(|one| one.record.as_deref()).collect();
+            let bound = match held.len() {
                 0 => String::new(),
-                count => format!(", in {count} {AT_BOUND}"),
+                few if few <= TOLD_ALONE => format!(", {AT_BOUND} ({})", held.join("; ")),
+                many => format!(", in {many} of them {AT_BOUND}"),
             };
             let of = of_records.len();
             let _ = writeln!(text, "  {}: {least} to {most} {unit} in {of} records{bound}", nuisance.what);
@@ -307,12 +310,17 @@ mod tests {
              zero of the position sensor (b.csv): -2.000 +- 0.100 mm, at its bound: something may be missing\n  \
              gain of the position sensor: +3.000 +- 0.010 %, at its bound: something may be missing\n"
         );
-        let three = [&two[..2], &[zero(Some("c.csv"), 4e-3, true), gain]].concat();
+        let three = [&two[..2], &[zero(Some("c.csv"), 4e-3, true), gain.clone()]].concat();
         let lines = nuisance_lines(&three);
         assert_eq!(
             lines,
-            "  zero of the position sensor: -2.000 to +4.000 mm in 3 records, in 2 at its bound: something may be missing\n  \
+            "  zero of the position sensor: -2.000 to +4.000 mm in 3 records, at its bound: something may be missing (b.csv; c.csv)\n  \
              gain of the position sensor: +3.000 +- 0.010 %, at its bound: something may be missing\n"
+        );
+        let held = [&three[..3], &[zero(Some("d.csv"), 3e-3, true)]].concat();
+        assert_eq!(
+            nuisance_lines(&held),
+            "  zero of the position sensor: -2.000 to +4.000 mm in 4 records, in 3 of them at its bound: something may be missing\n"
         );
     }
 }
