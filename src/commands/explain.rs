@@ -73,6 +73,9 @@ pub fn search(input: &CampaignInput, options: &DiagnoseOptions) -> anyhow::Resul
     let (done, round) = (AtomicUsize::new(0), AtomicUsize::new(1));
     let tell = |progress: Progress| show(&line, &done, &round, &progress);
     explain(&input.file, &input.campaign, options, &tell, &stop).ok_or_else(|| {
+        if stop.is_asked() {
+            return anyhow::anyhow!("stopped before the model was calibrated: nothing is known yet");
+        }
         Hinted::error(
             format!("{}: its strokes cannot be simulated", input.file.file_name()),
             "look at the valve with `valve simulate`",

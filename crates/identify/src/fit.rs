@@ -69,7 +69,8 @@ pub struct Fit {
     pub linear: Linearised,
     /// Which coordinates ended at a bound.
     pub held: Vec<bool>,
-    /// What a further step promises, nats.
+    /// What further derivatives can be expected to bring, nats: what a step with the last ones promises, times what those
+    /// before kept of their promise.
     pub predicted_gain: f64,
     /// Whether that is less than what was asked for.
     pub converged: bool,
@@ -86,11 +87,9 @@ impl Fit {
     }
 }
 
-/// Share of what a step promised that it must have brought for its derivatives to be used again.
+/// Share of what a step promised that it must have brought for no other to be tried, and for its derivatives to be used
+/// again.
 const TRUSTED: f64 = 0.3;
-
-/// Share of what a step promised from which no other is tried.
-const PLENTY: f64 = 0.6;
 
 /// So often in a row no step may be better, each time with more damping and less reach, before a phase is over.
 const FAILURES: usize = 3;
@@ -125,6 +124,8 @@ struct Trial {
 struct Taken {
     u: Vec<f64>,
     residual: Vec<Vec<f64>>,
+    /// Fall of the cost, nats.
+    gain: f64,
     /// Fall of the cost as a share of what was promised.
     share: f64,
     /// Precision of each coordinate, the metric of updates.
@@ -138,6 +139,8 @@ struct Since {
     derivatives: usize,
     /// Failures since a step was better.
     success: usize,
+    /// What all steps with the same derivatives have brought, nats.
+    brought: f64,
 }
 
 /// Where a phase stands.
@@ -157,12 +160,28 @@ struct Fitting<'a, P: Problem + ?Sized> {
     reach: f64,
     /// The deviation of each coordinate, all others known, as it was seen last.
     sigmas: Vec<f64>,
+    /// What the first step with the derivatives at hand promised, nats, and what derivatives must bring for others to be taken.
+    promised: f64,
+    least: f64,
+    /// The share of their promise that the last derivatives kept.
+    kept: f64,
 }
 
-/// Fits a problem from a starting point; nothing where that is impossible.
+/// Fits a problem from a starting point; nothing where that is impossible, or was stopped on the way.
 pub fn fit<P: Problem + ?Sized>(problem: &P, start: &[f64], options: &FitOptions) -> Option<Fit> {
     let sigmas = vec![f64::INFINITY; start.len()];
-    let mut fitting = Fitting { problem, options, derivatives: 0, predictions: 0, damping: 1e-2, reach: 1.0, sigmas };
+    let mut fitting = Fitting {
+        problem,
+        options,
+        derivatives: 0,
+        predictions: 0,
+        damping: 1e-2,
+        reach: 1.0,
+        sigmas,
+        promised: 0.0,
+        least: 0.0,
+        kept: 1.0,
+    };
     let start =
         problem.coordinates().iter().zip(start).map(|(coordinate, u)| u.clamp(coordinate.lower, coordinate.upper));
     let at = fitting.linearised(start.collect())?;
@@ -187,9 +206,8 @@ impl<P: Problem + ?Sized> Fitting<'_, P> {
         let coordinates = self.problem.coordinates();
         let posterior = Posterior::new(coordinates, &at.u, &whitened.normal);
         self.sigmas = posterior.precision.diagonal().iter().map(|precision| precision.sqrt().recip()).collect();
-        if posterior.newton().is_none_or(|step| step.predicted_gain < 2.0 * least) {
-            return None;
-        }
+        let newton = posterior.newton().filter(|step| step.predicted_gain >= 2.0 * least)?;
+        (self.promised, self.least) = (self.promised.max(0.5 * newton.predicted_gain), least);
         let worthwhile = |step: &Step| step.predicted_gain > 2.0 * LEAST_SHARE * least;
         let mut tried = Vec::new();
         for factors in &self.options.dampings {
@@ -199,7 +217,7 @@ impl<P: Problem + ?Sized> Fitting<'_, P> {
             });
             let steps = steps.collect();
             self.try_all(&whitened, steps, &mut tried);
-            let enough = |trial: &Trial| posterior.cost - trial.cost > PLENTY * trial.predicted_gain;
+            let enough = |trial: &Trial| posterior.cost - trial.cost > TRUSTED * trial.predicted_gain;
             if tried.iter().any(enough) {
                 break;
             }
@@ -231,7 +249,7 @@ impl<P: Problem + ?Sized> Fitting<'_, P> {
             if 2.0 * gain < TRUSTED * predicted_gain { SHORTER * moved } else { self.reach.max(LONGER * moved) };
         self.damping = (factor * self.damping).clamp(DAMPINGS.0, DAMPINGS.1);
         let weights = posterior.precision.diagonal().iter().copied().collect();
-        Some(Taken { u, residual, share: 2.0 * gain / predicted_gain, weights })
+        Some(Taken { u, residual, gain, share: 2.0 * gain / predicted_gain, weights })
     }
 
     /// Predicts at points and adds what came out.
@@ -250,23 +268,33 @@ impl<P: Problem + ?Sized> Fitting<'_, P> {
     }
 
     /// Goes where a step led: with derivatives kept up to date by what it showed while they hold, else anew. Where no step
-    /// was better, first with derivatives of this very point, then a few times more; nothing to go on to ends the phase.
+    /// was better, first with derivatives of this very point, then a few times more; nothing to go on to ends the phase. So
+    /// do derivatives that brought less than is worth the next ones: where simulated motion bends on the way, as on the
+    /// stops, steps keep little of their promise, and a fit that creeps along has ended.
     fn advanced(&mut self, at: Linearised, taken: Option<Taken>, since: &mut Since) -> Option<Advance> {
         let Some(taken) = taken else {
             if since.derivatives > 0 {
-                since.derivatives = 0;
-                return Some(Advance::To(self.linearised(at.u)?));
+                return self.anew(at.u, since);
             }
             since.success += 1;
             return Some(if since.success > FAILURES { Advance::End(at) } else { Advance::To(at) });
         };
         since.success = 0;
+        since.brought += taken.gain;
         if since.derivatives < self.options.steps_a_derivative && taken.share > TRUSTED {
             since.derivatives += 1;
             return Some(Advance::To(at.updated(taken.u, taken.residual, &taken.weights)));
         }
-        since.derivatives = 0;
-        Some(Advance::To(self.linearised(taken.u)?))
+        self.anew(taken.u, since)
+    }
+
+    /// New derivatives, and the end of the phase where the last ones brought too little.
+    fn anew(&mut self, u: Vec<f64>, since: &mut Since) -> Option<Advance> {
+        let at = self.linearised(u)?;
+        let brought = std::mem::take(since).brought;
+        self.kept = (brought / self.promised).clamp(0.0, 1.0);
+        self.promised = 0.0;
+        Some(if brought < self.least { Advance::End(at) } else { Advance::To(at) })
     }
 
     /// The annealed phase: the error at hand, without memory and only shrinking, decides how much a row counts.
@@ -308,6 +336,7 @@ impl<P: Problem + ?Sized> Fitting<'_, P> {
         let mut predicted_gain = f64::INFINITY;
         let most = self.derivatives + self.options.settled;
         let mut since = Since::default();
+        let mut has_ended = false;
         while !self.problem.stop().is_asked() {
             if since.derivatives == 0 {
                 noise = components(self.problem, &at, &self.options.groups, &noise, effort);
@@ -315,24 +344,22 @@ impl<P: Problem + ?Sized> Fitting<'_, P> {
             }
             let normal = at.normal(self.problem, &noise);
             let posterior = Posterior::new(self.problem.coordinates(), &at.u, &normal);
-            predicted_gain = posterior.newton().map_or(f64::INFINITY, |step| 0.5 * step.predicted_gain);
+            let promised = posterior.newton().map_or(f64::INFINITY, |step| 0.5 * step.predicted_gain);
+            predicted_gain = self.kept * promised;
             let tolerance = self.tolerance(&noise, &normal);
-            let has_converged = predicted_gain < tolerance;
-            if since.derivatives == 0 && (has_converged || self.derivatives >= most) {
+            let has_converged = promised < tolerance;
+            if since.derivatives == 0 && (has_converged || has_ended || self.derivatives >= most) {
                 break;
             }
             let taken = if has_converged { None } else { self.stepped(&at, &noise, |_| tolerance) };
             match self.advanced(at, taken, &mut since)? {
                 Advance::To(next) => at = next,
-                Advance::End(last) => {
-                    at = last;
-                    break;
-                }
+                Advance::End(last) => (at, has_ended) = (last, true),
             }
         }
         let normal = at.normal(self.problem, &noise);
         let log_evidence = evidence(self.problem, &at, &normal, &self.options.groups, &noise);
-        let converged = predicted_gain < self.tolerance(&noise, &normal);
+        let converged = has_ended || predicted_gain < self.tolerance(&noise, &normal);
         let coordinates = self.problem.coordinates();
         let held = coordinates.iter().zip(&at.u).map(|(coordinate, u)| coordinate.is_at_bound(*u)).collect();
         Some(Fit {

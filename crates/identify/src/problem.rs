@@ -153,7 +153,8 @@ pub trait Problem: Sync {
     /// The records.
     fn records(&self) -> &[Record];
 
-    /// Predictions of the rows of records at points, one for each request; nothing where a point is impossible.
+    /// Predictions of the rows of records at points, one for each request; nothing where a point is impossible, or where
+    /// somebody asked to stop before it was predicted.
     fn predict(&self, points: &[Vec<f64>], requests: &[Request]) -> Vec<Option<Vec<f64>>>;
 
     /// The predictions of every record at a point with all derivatives; finite differences unless a problem knows

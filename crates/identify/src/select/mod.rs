@@ -72,7 +72,7 @@ impl<P: Problem> Selection<P> {
 }
 
 /// The empty set as every search begins with it: cheaply, from where fits start that know nothing, and from there as it is
-/// reported; nothing where it cannot be fitted.
+/// reported; nothing where it cannot be fitted, or where somebody asked to stop before it was.
 pub fn base<F: Family>(family: &F) -> Option<[Model<F::Member>; 2]> {
     let low = base_at(family, Level::Low, None)?;
     let high = base_at(family, Level::High, Some(&low))?;
@@ -141,7 +141,8 @@ fn freed<P: Problem>(problem: &P, mut best: Fit, options: &FitOptions) -> Fit {
     best
 }
 
-/// Searches a family for the effects that records need; nothing where not even the empty set can be fitted.
+/// Searches a family for the effects that records need; nothing where not even the empty set can be fitted, or where somebody
+/// asked to stop before it was.
 pub fn select<F: Family>(family: &F, options: &SelectOptions) -> Option<Selection<F::Member>> {
     let mut search = Search {
         family,

@@ -110,6 +110,7 @@ impl Jobs {
                     answer["version"] = json!(subject.version);
                     answer
                 }
+                Ok(Err(_)) if stop.is_asked() => json!({ "error": "stopped before there was anything to show" }),
                 Ok(Err(refusal)) => json!({ "error": refusal }),
                 Err(_) => json!({ "error": "the work broke off; what it said is in the terminal" }),
             };

@@ -55,7 +55,7 @@ pub struct Sequence {
 }
 
 /// Refits a valve file's model on a campaign with effects added one after the other; nothing where its strokes cannot
-/// be simulated.
+/// be simulated, or where somebody asked to stop.
 pub fn sequence(file: &ValveFile, campaign: &Campaign, additions: &[Addition], stop: &Stop) -> Option<Sequence> {
     let subject = Subject::new(file, campaign, &NuisanceSizes::default());
     let quiet = |_: identify::select::News<'_>| ();

@@ -71,7 +71,8 @@ impl Default for DiagnoseOptions {
     }
 }
 
-/// Explains what a valve file's model lacks on a campaign; nothing if its strokes cannot be simulated.
+/// Explains what a valve file's model lacks on a campaign; nothing if its strokes cannot be simulated, or if somebody asked to
+/// stop before the model was calibrated.
 pub fn explain(
     file: &ValveFile,
     campaign: &Campaign,

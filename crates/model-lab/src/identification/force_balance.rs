@@ -7,7 +7,7 @@
 
 use identify::{Coordinate, FitOptions, GroupPrior, Problem, Record, Request, Row, Series, Stop, fit};
 use rayon::prelude::*;
-use valve_model::{ChamberStart, Start, Valve};
+use valve_model::{ChamberStart, Run, Start, Valve};
 
 use super::problem::coordinate_of;
 use super::setup::{Kind, Recording, Setup};
@@ -22,13 +22,7 @@ const LONGEST_S: f64 = 20.0;
 /// Free motions of a campaign.
 #[derive(Debug, Clone, Default)]
 pub struct ForceBalance {
-    motions: Vec<Motion>,
-}
-
-#[derive(Debug, Clone)]
-struct Motion {
-    free: Free,
-    start: Start,
+    motions: Vec<Free>,
 }
 
 impl ForceBalance {
@@ -38,8 +32,8 @@ impl ForceBalance {
         let mut left_s = LONGEST_S;
         let recordings = setup.recordings.iter().filter(|recording| setup.is_prescribed && recording.is_trace());
         let motions = recordings.filter_map(|recording| {
-            let motion = motion(recording, data, setup.stroke_m).filter(|motion| motion.free.duration_s() <= left_s)?;
-            left_s -= motion.free.duration_s();
+            let motion = motion(recording, data, setup.stroke_m).filter(|motion| motion.duration_s() <= left_s)?;
+            left_s -= motion.duration_s();
             Some(motion)
         });
         Self { motions: motions.collect() }
@@ -59,7 +53,7 @@ impl ForceBalance {
 }
 
 /// The samples and the run of a recording, in the time of its simulation.
-fn motion(recording: &Recording, data: &Dataset, stroke_m: f64) -> Option<Motion> {
+fn motion(recording: &Recording, data: &Dataset, stroke_m: f64) -> Option<Free> {
     let Kind::Trace(trace) = &recording.kind else { return None };
     let of_file = data.runs.get(recording.source)?;
     let samples = || trace.channels.first().into_iter().flat_map(|channel| &channel.samples_s);
@@ -68,12 +62,6 @@ fn motion(recording: &Recording, data: &Dataset, stroke_m: f64) -> Option<Motion
     let first = of_file.times_s.partition_point(|time| *time < first_s - 1e-9);
     let end = of_file.times_s.partition_point(|time| *time <= last_s + 1e-9);
     let cut = |channel: &ChannelData| ChannelData { samples: channel.samples[first..end].to_vec(), ..channel.clone() };
-    let run = RunData {
-        name: recording.name.clone(),
-        run: recording.run.clone(),
-        times_s: of_file.times_s[first..end].iter().map(|time| time - recording.origin_s).collect(),
-        channels: of_file.channels.iter().filter(|channel| channel.channel == Channel::Position).map(cut).collect(),
-    };
     let start = match recording.beginning {
         Beginning::Moving { position_m, velocity_m_per_s, .. } => {
             Start::Moving { position_m, velocity_m_per_s, chamber: ChamberStart::BALANCE, pipe_pressure_pa: None }
@@ -81,7 +69,13 @@ fn motion(recording: &Recording, data: &Dataset, stroke_m: f64) -> Option<Motion
         Beginning::Closed => Start::ClosedRest,
         Beginning::Open | Beginning::Filling => Start::Rest,
     };
-    Free::new(run, stroke_m).map(|free| Motion { free, start })
+    let run = RunData {
+        name: recording.name.clone(),
+        run: Run { start, ..recording.run.clone() },
+        times_s: of_file.times_s[first..end].iter().map(|time| time - recording.origin_s).collect(),
+        channels: of_file.channels.iter().filter(|channel| channel.channel == Channel::Position).map(cut).collect(),
+    };
+    Free::new(run, stroke_m)
 }
 
 /// What the forces leave as a problem of identification.
@@ -102,7 +96,7 @@ impl<'a> Balance<'a> {
             .motions
             .iter()
             .map(|motion| {
-                let missing = motion.free.missing(&valve, motion.start.clone())?;
+                let missing = motion.missing(&valve)?;
                 let row = |one: &crate::residual_force::Missing| Row {
                     time_s: one.since_command_s,
                     observed: 0.0,
@@ -118,8 +112,7 @@ impl<'a> Balance<'a> {
     }
 
     fn rows(&self, valve: &Valve, record: usize) -> Option<Vec<f64>> {
-        let motion = &self.of.motions[record];
-        let missing = motion.free.missing(valve, motion.start.clone())?;
+        let missing = self.of.motions[record].missing(valve)?;
         (missing.len() == self.records[record].row_count()).then(|| missing.iter().map(|one| one.force_n).collect())
     }
 }

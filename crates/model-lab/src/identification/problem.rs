@@ -298,8 +298,8 @@ impl<'a> ValveProblem<'a> {
         times.closing.iter().map(|closing| if *closing { close } else { open }).collect()
     }
 
-    /// Simulates records at points and hands what comes out to `take`, in parallel; nothing for a point that is
-    /// impossible.
+    /// Simulates records at points and hands what comes out to `of_trace` and `of_times`, in parallel; nothing for a point
+    /// that is impossible, and for what was not begun when somebody asked to stop.
     fn simulated<T: Send + Clone>(
         &self,
         points: &[Vec<f64>],
@@ -340,6 +340,9 @@ impl<'a> ValveProblem<'a> {
             .par_chunks(length.next_multiple_of(LANES))
             .map(|batch| {
                 let mut found = Vec::with_capacity(batch.len());
+                if self.stop.is_asked() {
+                    return found;
+                }
                 let prepared: Vec<&Prepared> = batch.iter().map(|(.., prepared)| *prepared).collect();
                 simulate(&prepared, pressures, |index, nodes, _| {
                     let (place, trace, valve, _) = &batch[index];
@@ -357,6 +360,9 @@ impl<'a> ValveProblem<'a> {
             let of_batches: Vec<Vec<(usize, T)>> = jobs
                 .par_chunks(jobs.len().div_ceil(4 * rayon::current_num_threads()).clamp(LANES, 8 * LANES))
                 .map(|batch| {
+                    if self.stop.is_asked() {
+                        return Vec::new();
+                    }
                     let valves: Vec<_> = batch.iter().map(|(_, valve, run)| (*valve, run.conditions)).collect();
                     let cycles = cycles(&valves, &self.setup.schedule, more + 1, fidelity);
                     let both = batch.iter().zip(cycles);

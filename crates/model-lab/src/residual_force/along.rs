@@ -1,5 +1,8 @@
 //! The model along a prescribed motion: pressures and forces where the piston really was.
 
+use std::borrow::Cow;
+use std::cell::Cell;
+
 use valve_model::command::Segment;
 use valve_model::equations::Equations;
 use valve_model::orifice::Laminar;
@@ -35,15 +38,15 @@ pub struct Along {
     pub inflow_kg_per_s: Vec<f64>,
 }
 
-/// Whether pressures along a run were measured.
-pub fn measured(run: &RunData, channel: Channel) -> Option<(Vec<f64>, Vec<f64>)> {
+/// Pressures that were measured along a run, with their times.
+pub fn measured(run: &RunData, channel: Channel) -> Option<(Cow<'_, [f64]>, Cow<'_, [f64]>)> {
     let drives = run.run.prescribed.as_ref().and_then(|prescribed| {
         let values = match channel {
             Channel::ChamberPressure => prescribed.chamber_pressure_pa.as_ref(),
             Channel::PipePressure => prescribed.pipe_pressure_pa.as_ref(),
             Channel::Position => None,
         };
-        values.map(|values| (prescribed.time_s.clone(), values.clone()))
+        values.map(|values| (prescribed.time_s.as_slice().into(), values.as_slice().into()))
     });
     drives.or_else(|| {
         let samples = &run.channels.iter().find(|data| data.channel == channel)?.samples;
@@ -53,17 +56,73 @@ pub fn measured(run: &RunData, channel: Channel) -> Option<(Vec<f64>, Vec<f64>)>
     })
 }
 
-/// A value between samples at rising times, held beyond the ends.
-pub fn between(times: &[f64], values: &[f64], time_s: f64) -> f64 {
-    let right = times.partition_point(|time| *time <= time_s);
-    match (right.checked_sub(1), right < times.len()) {
-        (None, true) => values[0],
-        (Some(left), true) => {
-            let share = (time_s - times[left]) / (times[right] - times[left]);
-            values[left] + share * (values[right] - values[left])
+impl Along {
+    /// The same at other times, rising as well: between those at hand, held beyond the ends.
+    pub fn at(&self, times_s: &[f64]) -> Self {
+        let mut place = Place::default();
+        let mut at = Self { time_s: times_s.to_vec(), ..Self::default() };
+        for time in times_s {
+            place.go_to(&self.time_s, *time);
+            at.chamber_pressure_pa.push(place.of(&self.chamber_pressure_pa));
+            at.force_n.push(place.of(&self.force_n));
+            at.gas_kg.push(place.of(&self.gas_kg));
+            at.inflow_kg_per_s.push(place.of(&self.inflow_kg_per_s));
         }
-        (Some(left), false) => values[left],
-        (None, false) => 0.0,
+        at
+    }
+}
+
+/// A place between samples at rising times, for times that follow one another.
+#[derive(Debug, Clone, Copy, Default)]
+struct Place {
+    /// The first sample that is later.
+    right: usize,
+    /// How far it lies from the one before, share of what is between them.
+    share: f64,
+}
+
+impl Place {
+    fn go_to(&mut self, times: &[f64], time_s: f64) {
+        while self.right < times.len() && times[self.right] <= time_s {
+            self.right += 1;
+        }
+        while self.right > 0 && times[self.right - 1] > time_s {
+            self.right -= 1;
+        }
+        self.share = match (self.right.checked_sub(1), times.get(self.right)) {
+            (Some(left), Some(right)) => (time_s - times[left]) / (right - times[left]),
+            _ => 0.0,
+        };
+    }
+
+    /// A value there, held beyond the ends; 0 without any.
+    fn of(&self, values: &[f64]) -> f64 {
+        match (self.right.checked_sub(1).map(|left| values[left]), values.get(self.right)) {
+            (Some(left), Some(right)) => left + self.share * (right - left),
+            (Some(left), None) => left,
+            (None, right) => right.copied().unwrap_or(0.0),
+        }
+    }
+}
+
+/// A measured pressure, and where in it the motion was looked at last.
+struct Measured<'a> {
+    times_s: Cow<'a, [f64]>,
+    values_pa: Cow<'a, [f64]>,
+    place: Cell<Place>,
+}
+
+impl<'a> Measured<'a> {
+    fn of(run: &'a RunData, channel: Channel) -> Option<Self> {
+        let (times_s, values_pa) = measured(run, channel)?;
+        Some(Self { times_s, values_pa, place: Cell::default() })
+    }
+
+    fn at(&self, time_s: f64) -> f64 {
+        let mut place = self.place.get();
+        place.go_to(&self.times_s, time_s);
+        self.place.set(place);
+        place.of(&self.values_pa)
     }
 }
 
@@ -97,8 +156,8 @@ pub fn follow(valve: &Valve, run: &RunData, smoothed: &Smoothed) -> Option<Along
         return None;
     }
     let mut equations = Equations::new(valve, &run.run.conditions, STEP_S);
-    let pipe = measured(run, Channel::PipePressure);
-    let chamber = measured(run, Channel::ChamberPressure);
+    let pipe = Measured::of(run, Channel::PipePressure);
+    let chamber = Measured::of(run, Channel::ChamberPressure);
     equations.terms.prescribed_pipe = pipe.is_some();
     equations.terms.prescribed_chamber = chamber.is_some();
     let control = equations.step_control(STEP_S);
@@ -121,8 +180,11 @@ pub fn follow(valve: &Valve, run: &RunData, smoothed: &Smoothed) -> Option<Along
         let count = steps as u32;
         for step in 0..count {
             let time_s = segment.start_s + f64::from(step) * h;
-            follower.note(&state, &segment, time_s, &mut left, &mut along);
-            state = follower.step(&state, &segment, time_s, h, &mut left);
+            let here = follower.placed(&state, time_s, &mut left);
+            let inputs = follower.inputs(&segment, time_s);
+            let rates = follower.system.rates::<{ groups::ANY }>(&here, &inputs);
+            follower.note(&here, &inputs, &rates, time_s, &mut along);
+            state = follower.step(&state, &rates, &segment, time_s, h, left);
         }
     }
     Some(along)
@@ -133,15 +195,13 @@ struct Follower<'a> {
     /// The same with a chamber pressure that is given.
     probe: System<'a, f64>,
     motion: Motion<'a>,
-    pipe: Option<(Vec<f64>, Vec<f64>)>,
-    chamber: Option<(Vec<f64>, Vec<f64>)>,
+    pipe: Option<Measured<'a>>,
+    chamber: Option<Measured<'a>>,
 }
 
 impl Follower<'_> {
     fn inputs(&self, segment: &Segment, time_s: f64) -> Inputs<f64> {
-        let value = |channel: &Option<(Vec<f64>, Vec<f64>)>| {
-            channel.as_ref().map_or(0.0, |(times, values)| between(times, values, time_s))
-        };
+        let value = |channel: &Option<Measured<'_>>| channel.as_ref().map_or(0.0, |measured| measured.at(time_s));
         Inputs {
             spool: segment.spool + segment.spool_rate * (time_s - segment.start_s),
             since_command: time_s - segment.last_command_s,
@@ -156,27 +216,27 @@ impl Follower<'_> {
         State { x, v, ..*state }
     }
 
-    /// One step of Heun's method for all states but the motion, which is prescribed.
-    fn step(&self, state: &State<f64>, segment: &Segment, time_s: f64, h: f64, left: &mut usize) -> State<f64> {
-        let first =
-            self.system.rates::<{ groups::ANY }>(&self.placed(state, time_s, left), &self.inputs(segment, time_s));
-        let guess = self.placed(&moved(state, &first, h), time_s + h, &mut left.clone());
+    /// One step of Heun's method for all states but the motion, which is prescribed, from the rates at its beginning.
+    fn step(
+        &self,
+        state: &State<f64>,
+        first: &State<f64>,
+        segment: &Segment,
+        time_s: f64,
+        h: f64,
+        mut left: usize,
+    ) -> State<f64> {
+        let guess = self.placed(&moved(state, first, h), time_s + h, &mut left);
         let second = self.system.rates::<{ groups::ANY }>(&guess, &self.inputs(segment, time_s + h));
-        moved(&moved(state, &first, 0.5 * h), &second, 0.5 * h)
+        moved(&moved(state, first, 0.5 * h), &second, 0.5 * h)
     }
 
-    fn note(&self, state: &State<f64>, segment: &Segment, time_s: f64, left: &mut usize, along: &mut Along) {
+    fn note(&self, here: &State<f64>, inputs: &Inputs<f64>, rates: &State<f64>, time_s: f64, along: &mut Along) {
         let c = &self.system.coefficients;
-        let here = self.placed(state, time_s, left);
-        let inputs = self.inputs(segment, time_s);
-        let rates = self.system.rates::<{ groups::ANY }>(&here, &inputs);
-        let (chamber_gas, pipe_gas) = self.system.gas::<{ groups::ANY }>(&here, &inputs);
+        let (chamber_gas, pipe_gas) = self.system.gas::<{ groups::ANY }>(here, inputs);
         let (chamber, pipe) = (chamber_gas.pa, pipe_gas.pa);
-        let inverse_mass = if self.system.terms.forces {
-            self.effective_inverse_mass(&here, &inputs, chamber)
-        } else {
-            c.inverse_mass
-        };
+        let inverse_mass =
+            if self.system.terms.forces { self.effective_inverse_mass(here, inputs, chamber) } else { c.inverse_mass };
         along.time_s.push(time_s);
         along.chamber_pressure_pa.push(chamber);
         along.force_n.push(rates.v / inverse_mass + c.viscous * here.v);

@@ -12,13 +12,13 @@ mod weak;
 use rayon::prelude::*;
 use valve_file::Tolerance;
 use valve_model::equations::Equations;
-use valve_model::{Conditions, Run, Start, Valve};
+use valve_model::{Conditions, Valve};
 
 pub use bins::{Axis, Bin, Profile};
 pub use signature::Signature;
 pub use weak::{Missing, WINDOW_S};
 
-use self::weak::{Mechanics, Span, windows};
+use self::weak::{Mechanics, Span, Windows};
 use crate::crossing::{Direction, Smoothed};
 use crate::data::{Channel, Dataset, RunData};
 
@@ -69,7 +69,7 @@ impl ResidualForce {
             parameters.set(tolerance.parameter, parameters.get(tolerance.parameter) * (1.0 + tolerance.relative_sigma));
             Valve::new(parameters, valve.switches(), valve.effects().to_vec(), valve.custom().to_vec()).ok()
         }));
-        let smoothed: Vec<Option<(Smoothed, Vec<Span>)>> =
+        let smoothed: Vec<Option<(Smoothed, Windows)>> =
             data.runs.iter().enumerate().map(|(index, run)| spans(index, run, valve.parameters().stroke_m)).collect();
         let all: Vec<Vec<Missing>> = valves
             .par_iter()
@@ -129,8 +129,8 @@ fn margin_m(noise_m: f64, stroke_m: f64) -> f64 {
     (MARGIN_SIGMAS * noise_m).max(MARGIN_SHARE * stroke_m)
 }
 
-/// The smoothed motion of a run and its strokes away from the stops.
-fn spans(index: usize, run: &RunData, stroke_m: f64) -> Option<(Smoothed, Vec<Span>)> {
+/// The smoothed motion of a run and the windows of its strokes away from the stops.
+fn spans(index: usize, run: &RunData, stroke_m: f64) -> Option<(Smoothed, Windows)> {
     let position = run.channels.iter().find(|channel| channel.channel == Channel::Position)?;
     let smoothed = Smoothed::new(&run.times_s, &position.samples, &position.samples);
     let margin = margin_m(position.noise, stroke_m);
@@ -151,14 +151,15 @@ fn spans(index: usize, run: &RunData, stroke_m: f64) -> Option<(Smoothed, Vec<Sp
             to_s: arrived - AWAY_S,
         });
     }
-    Some((smoothed, found))
+    let windows = Windows::new(&found, &run.times_s, &position.samples);
+    Some((smoothed, windows))
 }
 
 /// A recorded motion away from the stops, whichever way it goes, for a model to be held against.
 #[derive(Debug, Clone)]
 pub struct Free {
     run: RunData,
-    motion: (Smoothed, Vec<Span>),
+    motion: (Smoothed, Windows),
 }
 
 impl Free {
@@ -186,15 +187,17 @@ impl Free {
             was_free = free;
         }
         spans.retain(|span| span.to_s >= span.from_s + WINDOW_S);
-        (!spans.is_empty()).then_some(Self { run, motion: (smoothed, spans) })
+        if spans.is_empty() {
+            return None;
+        }
+        let windows = Windows::new(&spans, &run.times_s, &position.samples);
+        Some(Self { run, motion: (smoothed, windows) })
     }
 
     /// The force that a valve lacks in each window; nothing where the run cannot be followed. Which windows there are is up
-    /// to the run alone. `start` is where its simulation begins.
-    pub fn missing(&self, valve: &Valve, start: Start) -> Option<Vec<Missing>> {
-        let run = Run { start, ..self.run.run.clone() };
-        let missing = of_run(&RunData { run, ..self.run.clone() }, &self.motion, valve)?;
-        (!missing.is_empty()).then_some(missing)
+    /// to the run alone.
+    pub fn missing(&self, valve: &Valve) -> Option<Vec<Missing>> {
+        of_run(&self.run, &self.motion, valve).filter(|missing| !missing.is_empty())
     }
 
     /// How long it is, s.
@@ -203,12 +206,10 @@ impl Free {
     }
 }
 
-fn of_run(run: &RunData, (smoothed, spans): &(Smoothed, Vec<Span>), valve: &Valve) -> Option<Vec<Missing>> {
+fn of_run(run: &RunData, (smoothed, windows): &(Smoothed, Windows), valve: &Valve) -> Option<Vec<Missing>> {
     let along = along::follow(valve, run, smoothed)?;
     let position = run.channels.iter().find(|channel| channel.channel == Channel::Position)?;
-    let with = mechanics(run, valve, position.noise);
-    let trace = (&run.times_s[..], &position.samples[..]);
-    Some(spans.iter().flat_map(|span| windows(span, trace, &along, &with)).collect())
+    Some(windows.missing(&along, &mechanics(run, valve, position.noise)))
 }
 
 fn mechanics(run: &RunData, valve: &Valve, noise_m: f64) -> Mechanics {
