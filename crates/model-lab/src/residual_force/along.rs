@@ -38,24 +38,6 @@ pub struct Along {
     pub inflow_kg_per_s: Vec<f64>,
 }
 
-/// Pressures that were measured along a run, with their times.
-pub fn measured(run: &RunData, channel: Channel) -> Option<(Cow<'_, [f64]>, Cow<'_, [f64]>)> {
-    let drives = run.run.prescribed.as_ref().and_then(|prescribed| {
-        let values = match channel {
-            Channel::ChamberPressure => prescribed.chamber_pressure_pa.as_ref(),
-            Channel::PipePressure => prescribed.pipe_pressure_pa.as_ref(),
-            Channel::Position => None,
-        };
-        values.map(|values| (prescribed.time_s.as_slice().into(), values.as_slice().into()))
-    });
-    drives.or_else(|| {
-        let samples = &run.channels.iter().find(|data| data.channel == channel)?.samples;
-        let valid: Vec<usize> = (0..samples.len()).filter(|index| samples[*index].is_finite()).collect();
-        let times = valid.iter().map(|index| run.times_s[*index]).collect();
-        Some((times, valid.iter().map(|index| samples[*index]).collect()))
-    })
-}
-
 impl Along {
     /// The same at other times, rising as well: between those at hand, held beyond the ends.
     pub fn at(&self, times_s: &[f64]) -> Self {
@@ -106,16 +88,30 @@ impl Place {
 }
 
 /// A measured pressure, and where in it the motion was looked at last.
-struct Measured<'a> {
+pub struct Measured<'a> {
     times_s: Cow<'a, [f64]>,
     values_pa: Cow<'a, [f64]>,
     place: Cell<Place>,
 }
 
 impl<'a> Measured<'a> {
-    fn of(run: &'a RunData, channel: Channel) -> Option<Self> {
-        let (times_s, values_pa) = measured(run, channel)?;
-        Some(Self { times_s, values_pa, place: Cell::default() })
+    /// A pressure that drives the model along a run, or was recorded beside it.
+    pub fn of(run: &'a RunData, channel: Channel) -> Option<Self> {
+        let placed = |times_s, values_pa| Self { times_s, values_pa, place: Cell::default() };
+        let drives = run.run.prescribed.as_ref().and_then(|prescribed| {
+            let values = match channel {
+                Channel::ChamberPressure => prescribed.chamber_pressure_pa.as_ref(),
+                Channel::PipePressure => prescribed.pipe_pressure_pa.as_ref(),
+                Channel::Position => None,
+            };
+            Some(placed(Cow::Borrowed(&prescribed.time_s[..]), Cow::Borrowed(&values?[..])))
+        });
+        drives.or_else(|| {
+            let samples = &run.channels.iter().find(|data| data.channel == channel)?.samples;
+            let valid: Vec<usize> = (0..samples.len()).filter(|index| samples[*index].is_finite()).collect();
+            let times = valid.iter().map(|index| run.times_s[*index]).collect();
+            Some(placed(times, valid.iter().map(|index| samples[*index]).collect()))
+        })
     }
 
     fn at(&self, time_s: f64) -> f64 {

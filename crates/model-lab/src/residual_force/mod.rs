@@ -18,6 +18,7 @@ pub use bins::{Axis, Bin, Profile};
 pub use signature::Signature;
 pub use weak::{Missing, WINDOW_S};
 
+use self::along::Measured;
 use self::weak::{Mechanics, Span, Windows};
 use crate::crossing::{Direction, Smoothed};
 use crate::data::{Channel, Dataset, RunData};
@@ -87,7 +88,7 @@ impl ResidualForce {
             .into_iter()
             .flat_map(|axis| Direction::ALL.map(|direction| bins::profile(first, shifted, axis, direction, stroke_m)))
             .collect();
-        let pressure_is_measured = data.runs.iter().all(|run| along::measured(run, Channel::ChamberPressure).is_some());
+        let pressure_is_measured = data.runs.iter().all(|run| Measured::of(run, Channel::ChamberPressure).is_some());
         Some(Self {
             signature: usual_signature(data, valve, first, pressure_is_measured),
             windows: first.clone(),
@@ -214,7 +215,7 @@ fn of_run(run: &RunData, (smoothed, windows): &(Smoothed, Windows), valve: &Valv
 
 fn mechanics(run: &RunData, valve: &Valve, noise_m: f64) -> Mechanics {
     let c = Equations::new(valve, &run.run.conditions, along::STEP_S).coefficients;
-    let measured = |channel| along::measured(run, channel).is_some();
+    let measured = |channel| Measured::of(run, channel).is_some();
     let noise =
         run.channels.iter().find(|data| data.channel == Channel::ChamberPressure).map_or(0.0, |data| data.noise);
     Mechanics {
