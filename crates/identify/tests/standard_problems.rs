@@ -7,7 +7,7 @@ mod common;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use common::{Functions, options, record, shared};
-use identify::fit;
+use identify::{FitOptions, fit};
 
 struct Case {
     name: &'static str,
@@ -120,4 +120,31 @@ fn a_bound_holds_what_would_leave_it() {
     let found = fit(&problem, &[-1.2, 1.0], &options()).expect("possible");
     assert!(found.held[0] && found.u[0] == 0.5, "{:?}", found.u);
     assert!((found.u[1] - 0.25).abs() < 1e-3, "{:?}", found.u);
+}
+
+#[test]
+fn a_model_that_is_rough_and_wrong_does_not_keep_a_fit_going() {
+    // A valley that something missing fills with error, rippled finely along a way down: steps keep little of their promise.
+    let count = 60;
+    let missing = |row: usize| if (row / 10).is_multiple_of(2) { 3.0 } else { -3.0 };
+    let ripple = |x: f64, row: usize| 2.0 * (40.0 * x + row as f64).sin();
+    let problem = Functions {
+        coordinates: (0..3).map(|i| shared(&format!("x{i}"), 0.0, 10.0, 50.0)).collect(),
+        records: vec![record(&vec![0.0; count], 0.05, false, 0)],
+        of_records: vec![Box::new(move |x| {
+            let of_row = |row: usize| {
+                let t = row as f64 / count as f64;
+                let curve = x[0] * (1.0 - (-4.0 * t * x[1].exp()).exp()) + x[2] * t * t - 2.0 * t.sqrt();
+                missing(row) + curve + ripple(x[0], row) + ripple(x[2], 7 * row)
+            };
+            (0..count).map(of_row).collect()
+        })],
+        asked: AtomicUsize::new(0),
+    };
+    let found =
+        fit(&problem, &[0.0, 0.5, 0.0], &FitOptions { tolerance: 2.0, ..options() }).expect("possible everywhere");
+    let asked = problem.asked.load(Ordering::Relaxed);
+    assert!(found.converged, "{} nats are still promised", found.predicted_gain);
+    // Until its steps promise little it takes 620.
+    assert!(asked < 450, "{asked} predictions");
 }
