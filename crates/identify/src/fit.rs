@@ -160,7 +160,7 @@ struct Fitting<'a, P: Problem + ?Sized> {
     reach: f64,
     /// The deviation of each coordinate, all others known, as it was seen last.
     sigmas: Vec<f64>,
-    /// What the first step with the derivatives at hand promised, nats, and what derivatives must bring for others to be taken.
+    /// The most that a step with the derivatives at hand promised, nats, and what they must bring for others to be taken.
     promised: f64,
     least: f64,
     /// The share of their promise that the last derivatives kept.

@@ -57,14 +57,20 @@ fn a_search_that_is_cut_short_claims_nothing_that_it_has_not_tried() {
     let spec = DrawSpec { weights: [0.0, 1.0, 0.0, 0.0], ..DrawSpec::default() };
     let folder = tempfile::tempdir().unwrap();
     let Drawn { file, campaign, .. } = Drawn::through_files(&draw(12, 0, &spec), folder.path()).unwrap();
-    // Stopped at the start, and by what it tells first.
+    // Stopped at the start, before anything is calibrated; and by the first effect that it has fitted.
     for at_once in [true, false] {
         let stop = Stop::new();
         if at_once {
             stop.ask();
         }
-        let report = |_: Progress| stop.ask();
-        let answer = explain(&file, &campaign, &DiagnoseOptions::default(), &report, &stop).unwrap();
+        let report = |progress: Progress| {
+            if matches!(progress, Progress::Tried { .. }) {
+                stop.ask();
+            }
+        };
+        let answer = explain(&file, &campaign, &DiagnoseOptions::default(), &report, &stop);
+        assert_eq!(answer.is_none(), at_once);
+        let Some(answer) = answer else { continue };
         assert!(answer.interrupted);
         assert_eq!((answer.verdict, answer.recommended.len()), (Verdict::NotEnoughData, 0));
         assert!(answer.notes.iter().any(|note| note.contains("cut short")), "{:?}", answer.notes);
