@@ -195,6 +195,10 @@ impl<P: Problem + ?Sized> Fitting<'_, P> {
         let coordinates = self.problem.coordinates().iter().zip(u.iter().zip(&self.sigmas));
         let steps: Vec<f64> = coordinates.map(|(coordinate, (u, sigma))| coordinate.step_at(*u, *sigma)).collect();
         let linear = self.problem.linearise(&u, &steps)?;
+        // What was stopped among the moved points has no derivative, and would count as moving nothing.
+        if self.problem.stop().is_asked() {
+            return None;
+        }
         Some(Linearised::new(self.problem, u, linear))
     }
 
@@ -269,8 +273,8 @@ impl<P: Problem + ?Sized> Fitting<'_, P> {
 
     /// Goes where a step led: with derivatives kept up to date by what it showed while they hold, else anew. Where no step
     /// was better, first with derivatives of this very point, then a few times more; nothing to go on to ends the phase. So
-    /// do derivatives that brought less than is worth the next ones: where simulated motion bends on the way, as on the
-    /// stops, steps keep little of their promise, and a fit that creeps along has ended.
+    /// do derivatives that brought less than is worth the next ones: where a model is rough, steps keep little of their
+    /// promise, and a fit that creeps along has ended.
     fn advanced(&mut self, at: Linearised, taken: Option<Taken>, since: &mut Since) -> Option<Advance> {
         let Some(taken) = taken else {
             if since.derivatives > 0 {

@@ -7,7 +7,7 @@ mod common;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use common::{Functions, options, record, shared};
-use identify::{FitOptions, fit};
+use identify::{Coordinate, FitOptions, Problem, Record, Request, Stop, fit};
 
 struct Case {
     name: &'static str,
@@ -147,4 +147,62 @@ fn a_model_that_is_rough_and_wrong_does_not_keep_a_fit_going() {
     assert!(found.converged, "{} nats are still promised", found.predicted_gain);
     // Until its steps promise little it takes 620.
     assert!(asked < 450, "{asked} predictions");
+}
+
+/// A line that somebody asks to stop after so many predictions: those that follow are not made.
+struct Stopped {
+    line: Functions,
+    after: usize,
+    stop: Stop,
+}
+
+impl Problem for Stopped {
+    fn coordinates(&self) -> &[Coordinate] {
+        self.line.coordinates()
+    }
+
+    fn records(&self) -> &[Record] {
+        self.line.records()
+    }
+
+    fn predict(&self, points: &[Vec<f64>], requests: &[Request]) -> Vec<Option<Vec<f64>>> {
+        let one = |request: &Request| {
+            if self.line.asked.load(Ordering::Relaxed) >= self.after {
+                self.stop.ask();
+            }
+            if self.stop.is_asked() { None } else { self.line.predict(points, &[*request]).remove(0) }
+        };
+        requests.iter().map(one).collect()
+    }
+
+    fn stop(&self) -> &Stop {
+        &self.stop
+    }
+}
+
+#[test]
+fn a_fit_that_is_stopped_among_its_derivatives_has_none_that_are_wrong() {
+    let stopped = |after: usize| Stopped {
+        line: Functions {
+            coordinates: (0..2).map(|i| shared(&format!("x{i}"), 0.0, 10.0, 50.0)).collect(),
+            records: vec![record(&[1.0, 2.0, 3.0], 0.1, false, 0)],
+            of_records: vec![Box::new(|x| (0..3).map(|t| x[0].sinh() + x[1] * f64::from(t)).collect())],
+            asked: AtomicUsize::new(0),
+        },
+        after,
+        stop: Stop::new(),
+    };
+    let (mut ended, mut none) = (0, 0);
+    for after in 0..30 {
+        let problem = stopped(after);
+        let Some(found) = fit(&problem, &[0.0, 0.0], &options()) else {
+            none += 1;
+            continue;
+        };
+        ended += 1;
+        // Both coordinates move rows of the record.
+        let moves = |column: &Vec<f64>| column.iter().any(|slope| *slope != 0.0);
+        assert!(found.linear.columns[0].iter().all(|(_, column)| moves(column)), "stopped after {after}");
+    }
+    assert!(ended > 0 && none > 2, "{ended} ended, {none} did not");
 }

@@ -375,7 +375,9 @@ impl<F: Family> Search<'_, F> {
                             set.len() < 2 || completes && told(without[kind], error[kind]) >= self.options.accept;
                         fall > 0.0 && fall >= self.options.held_out_fall * excess(without[kind]) && has_place
                     }),
-                    _ => true,
+                    // Where nothing can be held out evidence alone decides; what was stopped before it was held out is not known
+                    // to predict anything.
+                    _ => !self.family.stop().is_asked() || folds(&model.problem).is_empty(),
                 };
                 (gain < self.options.accept || !falls).then_some(gain)
             };

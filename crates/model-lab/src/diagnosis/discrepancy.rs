@@ -176,6 +176,10 @@ pub fn model_discrepancy<'a>(
             let gain = one.fit.log_evidence - best.fit.log_evidence;
             let held =
                 held_out(&one.problem, &one.fit, &folds(&one.problem)).map(|held| Errors::of(&one.problem, &held.own));
+            // A formula that was not held against what it had not seen is none.
+            if catalogue.stop.is_asked() {
+                break;
+            }
             let before = errors::held_out(best);
             let predicts = match (held, before) {
                 (Some(held), Some(before)) => {

@@ -444,8 +444,10 @@ fn indistinguishable(
             if behind < options.select.accept {
                 return Some((model, behind));
             }
-            let again = of_best? - smooth(model)?;
-            (again < options.select.accept).then_some((model, behind))
+            let again = || Some(of_best? - smooth(model)?);
+            // What nobody could judge any more has not been told apart.
+            let is_alike = again().map_or(catalogue.stop.is_asked(), |again| again < options.select.accept);
+            is_alike.then_some((model, behind))
         })
         .collect();
     let mut reports = Vec::new();
