@@ -2,7 +2,7 @@
 
 mod recorded;
 
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::Mutex;
 
 use campaign::Campaign;
 use identify::select::Level;
@@ -50,16 +50,20 @@ fn a_search_that_is_stopped_early_knows_nothing() {
 #[test]
 fn a_search_that_is_stopped_on_its_way_says_what_it_knows() {
     let file = testbed();
-    let (stop, fitted) = (Stop::new(), AtomicUsize::new(0));
+    let (stop, fitted) = (Stop::new(), Mutex::new(Vec::new()));
     let tell = |progress: Progress| {
-        if matches!(progress, Progress::Tried { .. }) {
-            fitted.fetch_add(1, Ordering::Relaxed);
+        if let Progress::Tried { kinds, .. } = progress {
+            fitted.lock().expect("nobody panicked").push(kinds);
             stop.ask();
         }
     };
-    let found = explain(&file, &strokes(&file), &DiagnoseOptions::default(), &tell, &stop).expect("it was calibrated");
+    // On one thread no other fit is under way.
+    let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
+    let found = alone.install(|| explain(&file, &strokes(&file), &DiagnoseOptions::default(), &tell, &stop));
+    let found = found.expect("it was calibrated");
     assert!(found.interrupted && found.recommended.is_empty(), "{found:?}");
     assert_eq!(found.verdict, Verdict::NotEnoughData);
-    // Fits under way on other threads may end just then; none is begun.
-    assert!(fitted.into_inner() <= rayon::current_num_threads());
+    let mut fitted = fitted.into_inner().expect("nobody panicked");
+    fitted.dedup();
+    assert_eq!(fitted.len(), 1, "no other set is fitted after a stop: {fitted:?}");
 }
