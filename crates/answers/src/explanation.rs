@@ -43,6 +43,14 @@ pub fn headline(answer: &Explanation) -> String {
 
 /// The same with an error of a length, m, told in other words.
 pub fn headline_in(answer: &Explanation, length: &dyn Fn(f64) -> String) -> String {
+    let verdict = verdict_in(answer, length);
+    match &answer.left_out {
+        Some(run) => format!("{run} contradicts all other runs and was left out; of these: {verdict}"),
+        None => verdict,
+    }
+}
+
+fn verdict_in(answer: &Explanation, length: &dyn Fn(f64) -> String) -> String {
     match answer.verdict {
         Verdict::Adequate => {
             "nothing is missing beyond noise, tolerances and what instruments and conditions may be off by".into()
@@ -148,6 +156,7 @@ struct ExplanationDocument<'a> {
     steps: Vec<StepDocument>,
     remainder: RemainderDocument,
     residual: Option<DiscrepancyDocument<'a>>,
+    left_out: Option<&'a str>,
     notes: &'a [String],
     interrupted: bool,
 }
@@ -283,6 +292,7 @@ pub fn document(answer: &Explanation, campaign: &str) -> Value {
             noise_multiplier: answer.remainder.multiplier,
         },
         residual: answer.discrepancy.as_ref().map(discrepancy_document),
+        left_out: answer.left_out.as_deref(),
         notes: &answer.notes,
         interrupted: answer.interrupted,
     })

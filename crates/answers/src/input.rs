@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use campaign::{Campaign, CampaignError};
-use model_lab::Dataset;
+use identify::Stop;
 use model_lab::data::valve_facts;
+use model_lab::{Dataset, strange_times};
 use valve_file::{ValveFile, ValveFileError};
 
 /// Why a valve file and a campaign cannot be looked at together.
@@ -55,6 +56,7 @@ impl CampaignInput {
         let mut read = Campaign::read(campaign, &valve_facts(file.valve()))?;
         let cycle = file.schedule();
         read.doubt_times_beyond(cycle.open_at_s - cycle.close_at_s, cycle.end_s - cycle.open_at_s);
+        strange_times::leave_out(&file, &mut read, Stop::never());
         let data = Dataset::new(&read, file.schedule());
         if data.is_empty() {
             return Err(InputError::OnlyPlanned { file: campaign.display().to_string() });
@@ -80,7 +82,7 @@ impl CampaignInput {
     pub fn noise_source(&self) -> &'static str {
         let sensors = &self.campaign.sensors;
         let stated = if self.data.runs.is_empty() {
-            sensors.timing_noise_s.is_some()
+            sensors.timing_noise_s.is_some_and(|stated_s| stated_s >= self.data.timing_noise_s)
         } else {
             sensors.position_noise_m.is_some()
         };

@@ -226,7 +226,7 @@ impl Reader<'_> {
         let file = section.text("file", expected)?.ok_or_else(|| section.missing("file", expected))?;
         let (bytes, shown) = self.load(section, file)?;
         campaign.timings = timings::read(&bytes, &shown, &mappings, self.valve, &mut campaign.warnings)?;
-        campaign.warnings.extend(timing_doubts::find(&campaign.timings, &shown));
+        campaign.warnings.extend(timing_doubts::leave_out(&mut campaign.timings, &shown));
         campaign.timings_file = Some(shown);
         Ok(())
     }

@@ -1,7 +1,7 @@
 //! Which stroke times look mistyped, swapped or in another unit.
 //!
 //! Rows under the same conditions are held against each other: what a sound valve repeats within a percent, a slip
-//! of the pen does not. Nothing is taken out; the row is named.
+//! of the pen does not. The row is named; where two others agree on what is right, what is wrong is left out.
 
 use crate::noise::quantile;
 use crate::types::{Campaign, RunConditions, TimingRow};
@@ -9,8 +9,12 @@ use crate::warning::{Doubt, Warning};
 
 /// How many times the usual spread of repeats a time is away before it is doubted: normal spread hardly ever is.
 const SPREADS: f64 = 8.0;
-/// What is nearer than this share to its repeats is not doubted, however well the others agree.
+/// Times exchanged are near those of other rows where they differ by less than this share, however well these agree.
 const LEAST_SHARE: f64 = 0.02;
+/// Fewer deviations of repeats than this tell nothing of their spread, and nothing is doubted.
+const FEWEST_DEVIATIONS: usize = 4;
+/// Median size of a normal deviate, in standard deviations.
+const MEDIAN_SIZE: f64 = 0.6745;
 /// Stroke times above this in every row are likelier milliseconds, s.
 const LONG_S: f64 = 300.0;
 /// Supply pressures that differ by less than this share count as one, Pa/Pa.
@@ -19,87 +23,125 @@ const SAME_PRESSURE: f64 = 0.02;
 /// Columns are exchanged where pairs that say so outnumber those against by so many tenths of all, that is nine in ten.
 const SWAPPED_TENTHS: i64 = 8;
 
-/// The time of one of the two strokes.
-type Time = fn(&TimingRow) -> Option<f64>;
+/// One of the two strokes.
+#[derive(Debug, Clone, Copy)]
+struct Stroke {
+    name: &'static str,
+    time: fn(&TimingRow) -> Option<f64>,
+    leave_out: fn(&mut TimingRow),
+}
 
-const TIMES: [(&str, Time); 2] = [("closing", |row| row.close_time_s), ("opening", |row| row.open_time_s)];
+const STROKES: [Stroke; 2] = [
+    Stroke { name: "closing", time: |row| row.close_time_s, leave_out: |row| row.close_time_s = None },
+    Stroke { name: "opening", time: |row| row.open_time_s, leave_out: |row| row.open_time_s = None },
+];
 
-/// What looks wrong in rows of stroke times.
-pub(crate) fn find(rows: &[TimingRow], file: &str) -> Vec<Warning> {
+/// Names what looks wrong in rows of stroke times, and leaves out what at least two other rows under the same conditions
+/// say is wrong.
+pub(crate) fn leave_out(rows: &mut [TimingRow], file: &str) -> Vec<Warning> {
     let mut warnings = Vec::new();
     let mut warn = |line: usize, doubt: Doubt| warnings.push(Warning { file: file.to_owned(), line, doubt });
-    for (stroke, time) in TIMES {
-        let all: Vec<f64> = rows.iter().filter_map(time).collect();
+    for stroke in STROKES {
+        let all: Vec<f64> = rows.iter().filter_map(stroke.time).collect();
         let usual_s = quantile(&all, 0.5);
         if usual_s > LONG_S {
-            warn(rows[0].line, Doubt::LooksLikeMilliseconds { stroke, time_s: usual_s });
-        }
-    }
-    let groups = groups(rows);
-    let spread = usual_spread(&groups);
-    let mut doubted = Vec::new();
-    for group in &groups {
-        for (place, row) in group.iter().enumerate() {
-            let others = || group.iter().enumerate().filter(|(index, _)| *index != place).map(|(_, row)| *row);
-            if group.len() > 1 && swapped(row, others(), spread) {
-                warn(row.line, Doubt::SwappedTimes);
-                doubted.push(row.line);
-            }
-        }
-    }
-    for (stroke, time) in TIMES {
-        for group in &groups {
-            let sound: Vec<&TimingRow> = group.iter().copied().filter(|row| !doubted.contains(&row.line)).collect();
-            for (row, usual_s) in unlike(&sound, time, spread) {
-                let time_s = time(row).unwrap_or(f64::NAN);
-                warn(row.line, Doubt::UnlikeRepeats { stroke, time_s, usual_s, spread });
-            }
+            warn(rows[0].line, Doubt::LooksLikeMilliseconds { stroke: stroke.name, time_s: usual_s });
         }
     }
     if columns_swapped(rows) {
         warn(rows[0].line, Doubt::SwappedTimeColumns);
     }
+    let groups = groups(rows);
+    let spreads = STROKES.map(|stroke| Spread::of(rows, &groups, stroke));
+    for group in &groups {
+        let swapped: Vec<usize> = group.iter().copied().filter(|row| is_swapped(rows, *row, group, &spreads)).collect();
+        // Of two rows that differ, nobody knows which is right.
+        let is_known = group.len() > swapped.len() + 1;
+        for row in &swapped {
+            warn(rows[*row].line, Doubt::SwappedTimes { is_left_out: is_known });
+            if is_known {
+                for stroke in STROKES {
+                    (stroke.leave_out)(&mut rows[*row]);
+                }
+            }
+        }
+        let sound: Vec<usize> = group.iter().copied().filter(|row| !swapped.contains(row)).collect();
+        for (stroke, spread) in STROKES.into_iter().zip(&spreads) {
+            for (row, usual_s, is_known) in unlike(rows, &sound, stroke, spread) {
+                let time_s = (stroke.time)(&rows[row]).unwrap_or(f64::NAN);
+                let spread_s = spread.at(usual_s);
+                let doubt =
+                    Doubt::UnlikeRepeats { stroke: stroke.name, time_s, usual_s, spread_s, is_left_out: is_known };
+                warn(rows[row].line, doubt);
+                if is_known {
+                    (stroke.leave_out)(&mut rows[row]);
+                }
+            }
+        }
+    }
     warnings.sort_by_key(|warning| warning.line);
     warnings
 }
 
-/// Rows under the same conditions.
-fn groups(rows: &[TimingRow]) -> Vec<Vec<&TimingRow>> {
-    let mut groups: Vec<(RunConditions, Vec<&TimingRow>)> = Vec::new();
-    for row in rows {
+/// Rows under the same conditions, by index.
+fn groups(rows: &[TimingRow]) -> Vec<Vec<usize>> {
+    let mut groups: Vec<(RunConditions, Vec<usize>)> = Vec::new();
+    for (index, row) in rows.iter().enumerate() {
         match groups.iter_mut().find(|(conditions, _)| *conditions == row.conditions) {
-            Some((_, group)) => group.push(row),
-            None => groups.push((row.conditions, vec![row])),
+            Some((_, group)) => group.push(index),
+            None => groups.push((row.conditions, vec![index])),
         }
     }
     groups.into_iter().map(|(_, group)| group).collect()
 }
 
-/// The usual relative spread of repeats: the median of how far times are from their group's median, as one standard
-/// deviation. NaN where nothing is repeated.
-fn usual_spread(groups: &[Vec<&TimingRow>]) -> f64 {
-    let mut apart = Vec::new();
-    for group in groups.iter().filter(|group| group.len() > 1) {
-        for (_, time) in TIMES {
-            let times: Vec<f64> = group.iter().filter_map(|row| time(row)).collect();
-            let middle = quantile(&times, 0.5);
-            // One time of each group is its median itself and says nothing.
-            let mut sizes: Vec<f64> = times.iter().map(|time| (time / middle - 1.0).abs()).collect();
-            sizes.sort_by(f64::total_cmp);
-            apart.extend(sizes.into_iter().skip(1));
-        }
-    }
-    quantile(&apart, 0.5) / 0.6745
+/// How far repeats of a stroke are usually apart, one standard deviation.
+#[derive(Debug, Clone, Copy)]
+struct Spread {
+    /// Of a clock, s.
+    absolute_s: f64,
+    /// Of a valve, as a share of the time.
+    share: f64,
 }
 
-/// Rows far from their repeats, with what the others have.
-fn unlike<'a>(group: &[&'a TimingRow], time: Time, spread: f64) -> Vec<(&'a TimingRow, f64)> {
-    let timed: Vec<(&TimingRow, f64)> = group.iter().filter_map(|row| Some((*row, time(row)?))).collect();
-    let far = |(_, time_s): &(&TimingRow, f64), usual_s: f64| {
-        (time_s / usual_s - 1.0).abs() > LEAST_SHARE.max(SPREADS * spread)
-    };
+impl Spread {
+    /// From the median of how far times are from their group's median; infinite where too few are repeated. Rounded times
+    /// are no closer than half their last digit.
+    fn of(rows: &[TimingRow], groups: &[Vec<usize>], stroke: Stroke) -> Self {
+        let (mut absolute, mut shares, mut steps) = (Vec::new(), Vec::new(), Vec::new());
+        for group in groups {
+            let mut times: Vec<f64> = group.iter().filter_map(|row| (stroke.time)(&rows[*row])).collect();
+            times.sort_by(f64::total_cmp);
+            steps.extend(times.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 0.0));
+            let middle = quantile(&times, 0.5);
+            let mut sizes: Vec<f64> = times.iter().map(|time| (time - middle).abs()).collect();
+            sizes.sort_by(f64::total_cmp);
+            // One time of each group is its median itself and says nothing.
+            for size in sizes.into_iter().skip(1) {
+                absolute.push(size);
+                shares.push(size / middle);
+            }
+        }
+        if absolute.len() < FEWEST_DEVIATIONS {
+            return Self { absolute_s: f64::INFINITY, share: f64::INFINITY };
+        }
+        let rounded_s = 0.5 * steps.into_iter().fold(f64::INFINITY, f64::min);
+        let rounded_s = if rounded_s.is_finite() { rounded_s } else { 0.0 };
+        let deviation = |sizes: &[f64]| quantile(sizes, 0.5) / MEDIAN_SIZE;
+        Self { absolute_s: deviation(&absolute).max(rounded_s), share: deviation(&shares) }
+    }
+
+    /// At a time, s: whether the clock or the valve scatters is not known.
+    fn at(self, time_s: f64) -> f64 {
+        self.absolute_s.max(self.share * time_s)
+    }
+}
+
+/// Rows far from their repeats, with what the others have, and whether two others at least say so.
+fn unlike(rows: &[TimingRow], group: &[usize], stroke: Stroke, spread: &Spread) -> Vec<(usize, f64, bool)> {
+    let timed: Vec<(usize, f64)> = group.iter().filter_map(|row| Some((*row, (stroke.time)(&rows[*row])?))).collect();
     let mut found = Vec::new();
-    for (place, row) in timed.iter().enumerate() {
+    for (place, (row, time_s)) in timed.iter().enumerate() {
         let others: Vec<f64> =
             timed.iter().enumerate().filter(|(index, _)| *index != place).map(|(_, (_, time_s))| *time_s).collect();
         // Of two that differ, neither is the one to believe: the second is named, with the first beside it.
@@ -107,23 +149,30 @@ fn unlike<'a>(group: &[&'a TimingRow], time: Time, spread: f64) -> Vec<(&'a Timi
             continue;
         }
         let usual_s = quantile(&others, 0.5);
-        if far(row, usual_s) {
-            found.push((row.0, usual_s));
+        let far_s = SPREADS * spread.at(usual_s);
+        if (time_s - usual_s).abs() > far_s {
+            let agree = others.iter().filter(|other| (**other - usual_s).abs() <= far_s).count();
+            found.push((*row, usual_s, agree > 1));
         }
     }
     found
 }
 
 /// Whether a row fits its repeats only with closing and opening time exchanged.
-fn swapped<'a>(row: &TimingRow, others: impl Iterator<Item = &'a TimingRow>, spread: f64) -> bool {
-    let (Some(close_s), Some(open_s)) = (row.close_time_s, row.open_time_s) else { return false };
-    let others: Vec<(f64, f64)> = others.filter_map(|other| Some((other.close_time_s?, other.open_time_s?))).collect();
-    let usual_close_s = quantile(&others.iter().map(|other| other.0).collect::<Vec<_>>(), 0.5);
-    let usual_open_s = quantile(&others.iter().map(|other| other.1).collect::<Vec<_>>(), 0.5);
-    let tolerated = LEAST_SHARE.max(SPREADS * spread.min(1.0));
-    let near = |one: f64, other: f64| (one / other - 1.0).abs() < tolerated;
-    let fits = near(close_s, usual_close_s) || near(open_s, usual_open_s);
-    !fits && near(close_s, usual_open_s) && near(open_s, usual_close_s)
+fn is_swapped(rows: &[TimingRow], row: usize, group: &[usize], spreads: &[Spread; 2]) -> bool {
+    let both = |row: usize| Some([(STROKES[0].time)(&rows[row])?, (STROKES[1].time)(&rows[row])?]);
+    let Some(times) = both(row) else { return false };
+    let others: Vec<[f64; 2]> = group.iter().filter(|other| **other != row).filter_map(|other| both(*other)).collect();
+    if others.is_empty() {
+        return false;
+    }
+    let usual = [0, 1].map(|stroke| quantile(&others.iter().map(|times| times[stroke]).collect::<Vec<_>>(), 0.5));
+    let near = |time_s: f64, stroke: usize| {
+        let spread_s = spreads[stroke].at(usual[stroke]).min(LEAST_SHARE * usual[stroke]);
+        (time_s - usual[stroke]).abs() < (SPREADS * spread_s).max(LEAST_SHARE * usual[stroke])
+    };
+    let fits = near(times[0], 0) || near(times[1], 1);
+    !fits && near(times[0], 1) && near(times[1], 0)
 }
 
 /// Whether closing takes longer and opening less long the higher the supply pressure is, in a valve that is closed by
@@ -159,12 +208,12 @@ impl Campaign {
     /// command to close to the one to open, `open_for_s` from there to the end. The reader does not know the cycle.
     pub fn doubt_times_beyond(&mut self, close_for_s: f64, open_for_s: f64) {
         let Some(file) = self.timings_file.clone() else { return };
-        for ((stroke, time), most_s) in TIMES.into_iter().zip([close_for_s, open_for_s]) {
-            let beyond = |row: &&TimingRow| time(row).is_some_and(|time_s| time_s > most_s);
+        for (stroke, most_s) in STROKES.into_iter().zip([close_for_s, open_for_s]) {
+            let beyond = |row: &&TimingRow| (stroke.time)(row).is_some_and(|time_s| time_s > most_s);
             let count = self.timings.iter().filter(beyond).count();
             if let Some(row) = self.timings.iter().find(beyond) {
-                let time_s = time(row).unwrap_or(f64::NAN);
-                let doubt = Doubt::LongerThanCycle { stroke, time_s, most_s, count };
+                let time_s = (stroke.time)(row).unwrap_or(f64::NAN);
+                let doubt = Doubt::LongerThanCycle { stroke: stroke.name, time_s, most_s, count };
                 self.warnings.push(Warning { file: file.clone(), line: row.line, doubt });
             }
         }

@@ -213,9 +213,12 @@ pub enum Doubt {
     /// A row whose times are exchanged.
     #[error(
         "closing and opening time of this row fit the rows under the same conditions only when they are exchanged: \
-         were they swapped?"
+         were they swapped?{}", left_out(*is_left_out)
     )]
-    SwappedTimes,
+    SwappedTimes {
+        /// Whether the other rows are sure enough that both were left out.
+        is_left_out: bool,
+    },
     /// The two columns of times are exchanged.
     #[error(
         "closing takes longer and opening less long at a higher supply pressure, where pressure closes and the \
@@ -225,7 +228,8 @@ pub enum Doubt {
     /// A time far from those under the same conditions.
     #[error(
         "{article} {stroke} time of {time_s} s, where rows under the same conditions have {usual_s:.4} s \
-         (they usually agree within {spread:.4} of it): is it mistyped?",
+         (repeats usually agree within {spread_s:.4} s): is it mistyped?{}",
+        left_out(*is_left_out),
         article = if *stroke == "opening" { "an" } else { "a" }
     )]
     UnlikeRepeats {
@@ -235,8 +239,27 @@ pub enum Doubt {
         time_s: f64,
         /// The median of the others, s.
         usual_s: f64,
-        /// The usual relative spread of repeats, one standard deviation.
-        spread: f64,
+        /// The usual spread of repeats, one standard deviation, s.
+        spread_s: f64,
+        /// Whether the other rows are sure enough that it was left out.
+        is_left_out: bool,
+    },
+    /// A time far from what the model says that everything else was fitted to.
+    #[error(
+        "{article} {stroke} time of {time_s} s, where the model fitted to all readings has {expected_s:.4} s, \
+         {deviations:.0} times its usual error away: is it mistyped, or a condition of its row?{}",
+        left_out(true),
+        article = if *stroke == "opening" { "an" } else { "a" }
+    )]
+    UnlikeModel {
+        /// "closing" or "opening".
+        stroke: &'static str,
+        /// The time, s.
+        time_s: f64,
+        /// What the model has, s.
+        expected_s: f64,
+        /// How far apart they are, in usual errors of the model.
+        deviations: f64,
     },
     /// Times longer than what the cycle leaves for them.
     #[error(
@@ -264,4 +287,9 @@ pub enum Doubt {
         /// The valve file's, kPa absolute.
         usual_kpa: f64,
     },
+}
+
+/// What a doubt adds where a reading was taken out.
+fn left_out(is_left_out: bool) -> &'static str {
+    if is_left_out { " It was left out" } else { "" }
 }

@@ -101,7 +101,7 @@ fn timings() -> Vec<[f64; 6]> {
     rows
 }
 
-fn timing_warnings(change: impl Fn(&mut Vec<[f64; 6]>)) -> Vec<String> {
+fn timed(change: impl Fn(&mut Vec<[f64; 6]>)) -> Campaign {
     let mut rows = timings();
     change(&mut rows);
     let mut csv =
@@ -113,7 +113,11 @@ fn timing_warnings(change: impl Fn(&mut Vec<[f64; 6]>)) -> Vec<String> {
     }
     let mut campaign = read(TIMINGS, &[("t.csv", csv), ("", String::new())]).unwrap();
     campaign.doubt_times_beyond(4.0, 8.0);
-    campaign.warnings.iter().map(ToString::to_string).collect()
+    campaign
+}
+
+fn timing_warnings(change: impl Fn(&mut Vec<[f64; 6]>)) -> Vec<String> {
+    timed(change).warnings.iter().map(ToString::to_string).collect()
 }
 
 #[test]
@@ -122,6 +126,16 @@ fn sound_stroke_times_are_not_doubted() {
     // Nor a valve that stalls at times, nor rows without repeats.
     assert_eq!(timing_warnings(|rows| rows[3][5] = f64::NAN), [""; 0]);
     assert_eq!(timing_warnings(|rows| *rows = rows.iter().copied().step_by(4).collect()), [""; 0]);
+    // Nor times that a controller takes every 20 ms, or an operator to a tenth of a second.
+    for step_s in [0.02, 0.1] {
+        let rounded = |time_s: f64| (time_s / step_s).round() * step_s;
+        let found = timing_warnings(|rows| {
+            for time in rows.iter_mut().flat_map(|row| &mut row[4..]) {
+                *time = rounded(*time);
+            }
+        });
+        assert_eq!(found, [""; 0], "{step_s}");
+    }
 }
 
 #[test]
@@ -134,6 +148,23 @@ fn one_slip_among_stroke_times_is_named_with_its_row() {
     one(&|rows| rows[9].swap(4, 5), "t.csv:11: closing and opening time of this row fit the rows under the same");
     one(&|rows| rows.iter_mut().for_each(|row| row.swap(4, 5)), "t.csv:2: closing takes longer and opening less long");
     one(&|rows| rows[23][5] = 5.0, "t.csv:25: an opening time of 5 s, where rows");
+}
+
+#[test]
+fn what_two_others_say_is_wrong_is_left_out() {
+    let slipped = timed(|rows| rows[5][4] *= 1.07);
+    assert!(slipped.warnings[0].to_string().ends_with("is it mistyped? It was left out"), "{}", slipped.warnings[0]);
+    assert_eq!((slipped.timings[5].close_time_s, slipped.timings[5].open_time_s.is_some()), (None, true));
+    let swapped = timed(|rows| rows[9].swap(4, 5));
+    assert!(swapped.warnings[0].to_string().ends_with("were they swapped? It was left out"), "{}", swapped.warnings[0]);
+    assert_eq!((swapped.timings[9].close_time_s, swapped.timings[9].open_time_s), (None, None));
+    // Of two rows nobody knows which one is right.
+    let of_two = timed(|rows| {
+        *rows = rows.iter().copied().enumerate().filter(|(place, _)| place % 4 < 2).map(|(_, row)| row).collect();
+        rows[3][4] *= 1.2;
+    });
+    assert!(of_two.warnings[0].to_string().ends_with("is it mistyped?"), "{}", of_two.warnings[0]);
+    assert!(of_two.timings[3].close_time_s.is_some());
 }
 
 #[test]

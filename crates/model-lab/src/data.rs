@@ -96,6 +96,8 @@ pub struct Dataset {
     pub timing_rows: Vec<TimingRow>,
     /// Noise of a stroke time, s.
     pub timing_noise_s: f64,
+    /// Whether replicates say how large it is.
+    pub timings_are_repeated: bool,
     /// The cycle in which stroke times were taken.
     pub schedule: Schedule,
     /// Whether the position noise was stated (or estimated).
@@ -109,6 +111,9 @@ impl Dataset {
         let runs = campaign.runs.iter().map(|run| run_data(run, campaign, position_noise)).collect();
         let mut timing_groups: Vec<TimingGroup> = Vec::new();
         for (index, row) in campaign.timings.iter().enumerate() {
+            if row.close_time_s.is_none() && row.open_time_s.is_none() {
+                continue;
+            }
             let conditions = conditions(&row.conditions);
             let leaked = conditions.leak_to_atmosphere_m2 > 0.0 || conditions.leak_from_supply_m2 > 0.0;
             match timing_groups.iter_mut().find(|group| group.conditions == conditions) {
@@ -120,17 +125,15 @@ impl Dataset {
                 }),
             }
         }
-        let timing_noise_s = campaign
-            .sensors
-            .timing_noise_s
-            .unwrap_or_else(|| replicate_noise(&timing_groups, &campaign.timings))
-            .max(LEAST_TIMING_NOISE_S);
+        let (timing_noise_s, timings_are_repeated) =
+            timing_noise_s(campaign.sensors.timing_noise_s, &timing_groups, &campaign.timings);
         Self {
             name: campaign.name.clone(),
             runs,
             timing_groups,
             timing_rows: campaign.timings.clone(),
             timing_noise_s,
+            timings_are_repeated,
             schedule,
             noise_is_stated: campaign.sensors.position_noise_m.is_some() || campaign.sensors.timing_noise_s.is_some(),
         }
@@ -250,6 +253,14 @@ const LEAST_POSITION_NOISE_M: f64 = 1e-7;
 /// Noise of stroke times that nothing tells, s: a hand's, or a controller's that looks every ten milliseconds.
 const USUAL_TIMING_NOISE_S: f64 = 5e-3;
 
+/// Degrees of freedom of replicates from which they tell how far strokes scatter where nothing else does, and from which they tell
+/// it better (to a fifth) than what is stated.
+const FEWEST_REPLICATES: usize = 3;
+const ENOUGH_REPLICATES: usize = 12;
+
+/// Strokes of a sound valve scatter by no more than this share of the longest one.
+const MOST_SCATTER: f64 = 0.03;
+
 /// Median size of a normal deviate, in standard deviations.
 const MEDIAN_SIZE: f64 = 0.6745;
 
@@ -288,18 +299,32 @@ fn difference_noise(samples: &[f64]) -> f64 {
     (*median / (MEDIAN_SIZE * core::f64::consts::SQRT_2)).max(1.0)
 }
 
-/// Noise of stroke times from their replicates.
-fn replicate_noise(groups: &[TimingGroup], rows: &[TimingRow]) -> f64 {
-    let (mut sum, mut freedom) = (0.0, 0.0);
+/// Noise of stroke times: as it is stated, or what replicates differ by where a valve scatters more than the clock that times
+/// it, and whether these are enough to tell. The median of their deviations, so that a slip among them changes nothing; a sound valve's strokes scatter by no more than a
+/// few hundredths.
+fn timing_noise_s(stated_s: Option<f64>, groups: &[TimingGroup], rows: &[TimingRow]) -> (f64, bool) {
+    let (mut sizes, mut freedom, mut longest_s) = (Vec::new(), 0, 0.0f64);
     for group in groups {
         for time in [|row: &TimingRow| row.close_time_s, |row: &TimingRow| row.open_time_s] {
             let times: Vec<f64> = group.rows.iter().filter_map(|row| time(&rows[*row])).collect();
+            longest_s = times.iter().copied().fold(longest_s, f64::max);
             if times.len() > 1 {
-                let mean = times.iter().sum::<f64>() / times.len() as f64;
-                sum += times.iter().map(|t| (t - mean).powi(2)).sum::<f64>();
-                freedom += times.len() as f64 - 1.0;
+                let count = times.len() as f64;
+                let mean = times.iter().sum::<f64>() / count;
+                // Deviations from a mean that they themselves make are too small.
+                sizes.extend(times.iter().map(|time| (time - mean).abs() / (1.0 - 1.0 / count).sqrt()));
+                freedom += times.len() - 1;
             }
         }
     }
-    if freedom > 0.0 { (sum / freedom).sqrt() } else { USUAL_TIMING_NOISE_S }
+    let enough = if stated_s.is_some() { ENOUGH_REPLICATES } else { FEWEST_REPLICATES };
+    let scatter_s = (freedom >= enough).then(|| {
+        sizes.sort_by(f64::total_cmp);
+        (sizes[sizes.len() / 2] / MEDIAN_SIZE).min(MOST_SCATTER * longest_s)
+    });
+    let noise_s = match (stated_s, scatter_s) {
+        (Some(stated_s), Some(scatter_s)) => stated_s.max(scatter_s),
+        (one, other) => one.or(other).unwrap_or(USUAL_TIMING_NOISE_S),
+    };
+    (noise_s.max(LEAST_TIMING_NOISE_S), freedom >= ENOUGH_REPLICATES)
 }

@@ -115,6 +115,21 @@ pub fn held_out(model: &Model<ValveProblem<'_>>) -> Option<Errors> {
     model.held_out.as_ref().map(|held| Errors::of(&model.problem, &held.own))
 }
 
+/// Stroke times are not explained where they need a noise that is larger than what is known of it by more than so many of its prior
+/// deviations.
+const LARGE_DEVIATIONS: f64 = 3.0;
+
+/// Whether what a fitted model leaves is large: a model error of positions beyond a limit (share of the stroke at full speed), or
+/// stroke times beyond their noise.
+pub fn is_large(model: &Model<ValveProblem<'_>>, largest_discrepancy: f64) -> bool {
+    let (setup, noise) = (model.problem.setup(), &model.fit.noise.groups);
+    if setup.noise_m.is_some() {
+        noise[0].discrepancy > largest_discrepancy
+    } else {
+        noise[2].multiplier > 1.0 + LARGE_DEVIATIONS * setup.groups[2].multiplier_sigma
+    }
+}
+
 /// The errors at a point that nothing was fitted to.
 pub fn at(problem: &ValveProblem<'_>, u: &[f64]) -> Option<Errors> {
     let predicted = predict_all(problem, &[u.to_vec()]).pop()??;

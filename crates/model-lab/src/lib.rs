@@ -14,6 +14,7 @@ pub mod forward;
 pub mod identification;
 pub mod residual_force;
 pub mod space;
+pub mod strange_times;
 
 pub use data::Dataset;
 pub use space::Space;

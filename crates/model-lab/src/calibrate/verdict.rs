@@ -6,6 +6,7 @@ use identify::select::{Model, SelectOptions};
 
 use super::lack_of_fit::lack_of_fit;
 use crate::diagnosis::MovedParameter;
+use crate::errors;
 use crate::identification::ValveProblem;
 use crate::identification::setup::Kind;
 
@@ -66,11 +67,7 @@ pub(super) fn judge(model: &Model<ValveProblem<'_>>, conflicts: &[String]) -> (V
     let has_traces = model.problem.setup().recordings.iter().any(|recording| matches!(recording.kind, Kind::Trace(_)));
     let left = left_nats(&model.problem, &model.fit, &options);
     let is_left = left_to_explain(&model.problem, &model.fit, &options) > limits.accept;
-    let is_large = if has_traces {
-        noise[0].discrepancy > limits.large
-    } else {
-        noise[2].multiplier > crate::diagnosis::LARGEST_MULTIPLIER
-    };
+    let is_large = errors::is_large(model, limits.large);
     let mut reasons = conflicts.to_vec();
     if !is_left && reasons.is_empty() {
         let all = "tolerances, noise and what instruments and conditions may be off by explain everything";

@@ -184,6 +184,9 @@ pub struct Explanation {
     pub spread: Vec<Valve>,
     /// One standard deviation of a position's noise, m, as it was found.
     pub noise_m: Option<f64>,
+    /// The file of a run that contradicts all others under the conditions that were written down for it, and was left out; the notes
+    /// say which of these would have to be another.
+    pub left_out: Option<String>,
     /// What else the reader should know.
     pub notes: Vec<String>,
     /// Whether the search was cut short.

@@ -2,6 +2,7 @@
 
 pub mod adopt;
 mod answer;
+mod apart;
 pub mod discrepancy;
 pub mod experiment;
 mod report;
@@ -15,7 +16,7 @@ use valve_model::EffectKind;
 
 use crate::identification::{Catalogue, NuisanceSizes, Subject};
 
-pub use report::{LARGEST_MULTIPLIER, nuisance_reports};
+pub use report::nuisance_reports;
 
 pub use answer::{
     Alternative, CandidateReport, Explanation, FittedParameter, Indistinguishable, MovedParameter, NuisanceReport,
@@ -81,7 +82,31 @@ pub fn explain(
     stop: &Stop,
 ) -> Option<Explanation> {
     let subject = Subject::new(file, campaign, &options.nuisances);
-    let kinds = Catalogue::new(&subject, &options.effects, &|_| (), stop).without_inert().kinds;
+    let (found, contradicting) = searched(&subject, options, tell, stop)?;
+    let is_left = matches!(found.verdict, Verdict::OutsideCatalogue | Verdict::PartlyExplained);
+    let Some(run) = contradicting.filter(|_| is_left && !stop.is_asked()) else { return Some(found) };
+    tell(Progress::Doing("all runs but one that contradicts them"));
+    let rest = Subject::new(file, &apart::without(campaign, run), &options.nuisances);
+    let others = searched(&rest, options, tell, stop).map(|(others, _)| others).filter(|_| !stop.is_asked());
+    let Some(mut others) = others else { return Some(found) };
+    match apart::mistyped(&subject, campaign, run, &others, stop) {
+        Some(mistyped) => {
+            others.left_out = Some(campaign.runs[run].file.clone());
+            others.notes.insert(0, mistyped);
+            Some(others)
+        }
+        None => Some(found),
+    }
+}
+
+/// What a search finds, and the run that contradicts all others.
+fn searched(
+    subject: &Subject,
+    options: &DiagnoseOptions,
+    tell: &(dyn Fn(Progress) + Sync),
+    stop: &Stop,
+) -> Option<(Explanation, Option<usize>)> {
+    let kinds = Catalogue::new(subject, &options.effects, &|_| (), stop).without_inert().kinds;
     let of = |set: &[usize]| -> Vec<EffectKind> { set.iter().map(|one| kinds[*one]).collect() };
     let news = |news: News<'_>| match news {
         News::Fitted { set, log_evidence, rms, of: count } => {
@@ -89,8 +114,9 @@ pub fn explain(
         }
         News::Reached { set, gain } => tell(Progress::Reached { kinds: of(set), gain }),
     };
-    let catalogue = Catalogue::new(&subject, &kinds, &news, stop);
+    let catalogue = Catalogue::new(subject, &kinds, &news, stop);
     tell(Progress::Doing("the calibrated model"));
     let found = select(&catalogue, &options.select)?;
-    Some(report::assemble(&catalogue, &found, options, tell))
+    let contradicting = apart::contradicting(subject, &found);
+    Some((report::assemble(&catalogue, &found, options, tell), contradicting))
 }

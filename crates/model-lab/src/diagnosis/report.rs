@@ -14,6 +14,7 @@ use super::experiment::{Hypothesis, best_experiment};
 use super::uncertainty::{Certainty, effect_parameters, moved_parameters};
 use super::{DiagnoseOptions, Progress};
 use crate::errors::{self, StepReport};
+use crate::identification::setup::{Kind, Recording};
 use crate::identification::{Catalogue, ValveProblem};
 
 /// A group of indistinguishable alternatives larger than this names nothing.
@@ -24,9 +25,6 @@ const JUDGED_AGAIN: f64 = 100.0;
 
 /// So many of them.
 const JUDGED_AT_MOST: usize = 4;
-
-/// Stroke times that need more than this many times their noise are not explained.
-pub const LARGEST_MULTIPLIER: f64 = 2.0;
 
 /// Effects that leave more than this share of the calibrated model's error on what was held out, noise aside, explain a
 /// part of it.
@@ -58,17 +56,11 @@ pub(super) fn assemble<'a>(
     let mut best = accepted;
     let mut recommended = in_order(catalogue, found, &accepted.set);
     let mut left = remainder(best, &fit_options);
-    let is_large = |model: &Fitted<'_>, left: &Remainder| {
-        if noise_m(model).is_some() {
-            left.discrepancy > options.select.large
-        } else {
-            model.fit.noise.groups[2].multiplier > LARGEST_MULTIPLIER
-        }
-    };
+    let is_large = |model: &Fitted<'_>| errors::is_large(model, options.select.large);
     let mut is_unnamed = false;
     if let (Some(share), Some(calibrated)) = (share_left(found, accepted), found.model(&[]))
         && share > NAMED_SHARE
-        && is_large(accepted, &left)
+        && is_large(accepted)
         && left.nats > options.select.accept
         && !is_good_enough(accepted)
     {
@@ -87,8 +79,8 @@ pub(super) fn assemble<'a>(
     tell(Progress::Doing("what cannot be told apart"));
     let indistinguishable = indistinguishable(catalogue, found, best, &recommended, &certainty, options);
     let is_half_way = share_left(found, best).is_some_and(|share| share > LARGEST_SHARE);
-    let something_is_left = is_unnamed
-        || (is_large(best, &remainder) || is_half_way) && remainder.nats > options.select.accept && !is_good_enough;
+    let something_is_left =
+        is_unnamed || (is_large(best) || is_half_way) && remainder.nats > options.select.accept && !is_good_enough;
     let mut discrepancy = None;
     if something_is_left && !stop.is_asked() {
         tell(Progress::Doing("forces and flows without a law"));
@@ -131,6 +123,7 @@ pub(super) fn assemble<'a>(
         spread: hypothesis(best, &certainty).spread(),
         noise_m: noise_m(best),
         recommended,
+        left_out: None,
         notes,
         interrupted,
     }
@@ -242,8 +235,17 @@ fn notes(catalogue: &Catalogue<'_>) -> Vec<String> {
             used + setup.cycles_left_out
         ));
     }
-    let records = &setup.records;
-    let conditions: Vec<usize> = records.iter().map(|record| record.condition).collect();
+    let recorded = |(recording, record): (&Recording, &identify::Record)| {
+        let strokes = match &recording.kind {
+            Kind::Trace(_) => 1,
+            Kind::Times(times) => {
+                let closing = times.closing.iter().filter(|closes| **closes).count();
+                closing.max(times.closing.len() - closing)
+            }
+        };
+        std::iter::repeat_n(record.condition, strokes)
+    };
+    let conditions: Vec<usize> = setup.recordings.iter().zip(setup.records.iter()).flat_map(recorded).collect();
     let mut distinct = conditions.clone();
     distinct.sort_unstable();
     distinct.dedup();

@@ -160,7 +160,12 @@ impl Subject {
     /// Records for a first look: those whose conditions and commands lie farthest apart.
     fn choose_screen(&mut self) {
         let chosen = farthest_apart(&self.low);
-        self.screen = self.low.only(&chosen);
+        (self.screen, self.screen_nuisances, self.places) = self.part(&self.low, &chosen);
+    }
+
+    /// Some of the records, their nuisances, and where those stand among all of them.
+    pub fn part(&self, setup: &Setup, chosen: &[usize]) -> (Setup, Vec<Entry>, Vec<usize>) {
+        let (mut entries, mut places) = (Vec::new(), Vec::new());
         for (place, entry) in self.nuisances.iter().enumerate() {
             let own = match entry.nuisance.scope() {
                 Scope::Shared => Some(entry.nuisance),
@@ -170,10 +175,11 @@ impl Subject {
             };
             if let Some(nuisance) = own {
                 let coordinate = Coordinate { scope: nuisance.scope(), ..entry.coordinate.clone() };
-                self.screen_nuisances.push(Entry { nuisance, coordinate, ..entry.clone() });
-                self.places.push(place);
+                entries.push(Entry { nuisance, coordinate, ..entry.clone() });
+                places.push(place);
             }
         }
+        (setup.only(chosen), entries, places)
     }
 
     /// How closely to simulate each record on the way, and for what decides, by what its recorder can see of the difference;

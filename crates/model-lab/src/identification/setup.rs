@@ -163,7 +163,7 @@ impl Setup {
             discrepancy: (1e-5, 0.3),
             time_s: (block_s, 0.25 * stroke_s(data, travel_s)),
         };
-        let times = GroupPrior { multiplier_sigma: 0.3, ..position };
+        let times = GroupPrior { multiplier_sigma: if data.timings_are_repeated { 0.1 } else { 0.3 }, ..position };
         let positions = records.iter().flat_map(|record| &record.series).filter(|series| series.group == 0);
         let noise_m = positions.flat_map(|series| &series.rows).map(|row| row.sigma).reduce(f64::max);
         Self {
