@@ -38,9 +38,10 @@ impl<F: Family> Search<'_, F> {
                 .first()
                 .map_or(0.0, |runner| left_nats(&runner.problem, &runner.fit, &self.family.options()).max(0.0));
             let best = runners.first().map_or(f64::NEG_INFINITY, |runner| runner.fit.log_evidence);
-            // A fit that is on its way is worth what its next step promises as well.
+            // A fit that is on its way is worth what its next step promises as well; but a promise is not yet kept, and far from
+            // an optimum it is boundless. So the places are shared: by what is promised, and by what has been reached.
             let prospect = |runner: &Runner<F::Member>| runner.fit.log_evidence + left.min(runner.fit.predicted_gain);
-            runners.sort_by(|a, b| prospect(b).total_cmp(&prospect(a)));
+            runners = alternating(runners, prospect);
             // The cold and the warm fit of a set are one runner once the race is past its first round.
             if round > 0 {
                 let mut seen: Vec<Set> = Vec::new();
@@ -185,6 +186,19 @@ impl<F: Family> Search<'_, F> {
     }
 }
 
+/// What stands in order of one measure, in turns the best left by another and the best left by that one.
+fn alternating<T>(mut left: Vec<T>, other: impl Fn(&T) -> f64) -> Vec<T> {
+    let mut order = Vec::with_capacity(left.len());
+    while !left.is_empty() {
+        let best = (0..left.len()).max_by(|a, b| other(&left[*a]).total_cmp(&other(&left[*b])));
+        order.extend(best.map(|best| left.remove(best)));
+        if !left.is_empty() {
+            order.push(left.remove(0));
+        }
+    }
+    order
+}
+
 /// Of several starts the one with the least error, scaled by the rows' own spread.
 pub(super) fn best_start<P: Problem>(problem: &P, starts: Vec<Vec<f64>>) -> Option<Vec<f64>> {
     if starts.len() < 2 {
@@ -207,4 +221,18 @@ pub(super) fn best_start<P: Problem>(problem: &P, starts: Vec<Vec<f64>>) -> Opti
 fn fitted_news<'a, P: Problem>(set: &'a [usize], problem: &P, fit: &Fit, of: usize) -> News<'a> {
     let rms = normalised_rms(problem, &fit.noise, &fit.linear.residual);
     News::Fitted { set, log_evidence: fit.log_evidence, rms, of }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::alternating;
+
+    #[test]
+    fn a_promise_takes_no_place_from_what_has_been_reached() {
+        // Evidence, and what is promised beside it.
+        let reached = vec![(-5938.0, 61.0), (-7004.0, 2133.0), (-7151.0, 2752.0), (-7162.0, 2373.0), (-7204.0, 2615.0)];
+        let order = alternating(reached, |(evidence, promised): &(f64, f64)| evidence + promised);
+        let evidence: Vec<f64> = order.into_iter().map(|(evidence, _)| evidence).collect();
+        assert_eq!(evidence, [-7151.0, -5938.0, -7204.0, -7004.0, -7162.0]);
+    }
 }
