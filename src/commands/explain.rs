@@ -206,6 +206,13 @@ pub fn next(valve: &Path, campaign: &Path, answer: &Explanation) -> (String, Vec
         call(why, &words)
     };
     let again = ["explain", file.as_str(), strokes.as_str()];
+    if let Some(run) = &answer.left_out {
+        let why = format!(
+            "correct what {strokes} says of {run} (the note tells what it should be about), or take its [[run]] out, and explain \
+             again"
+        );
+        return call(&why, &again);
+    }
     match answer.verdict {
         Verdict::Adequate => adopt("write the refitted parameters into a valve file", "calibrated.toml", &[]),
         Verdict::EffectFound | Verdict::PartlyExplained => {

@@ -1,13 +1,14 @@
 //! `valve explain` and `valve adopt` on a campaign with a hidden effect, made by the emulator.
 
 use std::fmt::Write;
+use std::path::Path;
 
 use serde_json::Value;
 use valve_file::ValveFile;
 use valve_model::EffectKind;
 
 use crate::campaign::Recording;
-use crate::support::Sandbox;
+use crate::support::{Sandbox, shown};
 
 /// The testbed valve with an effect that its file does not have.
 fn valve_with(kind: EffectKind, values: &[Option<f64>]) -> ValveFile {
@@ -200,4 +201,25 @@ fn an_effect_is_found_though_strokes_differ_and_none_was_repeated() {
         ["value", "standard_error"].map(|key| adopted["parameters"][0][key].as_f64().expect("a number"));
     // Where strokes differ and none is repeated, errors of sizes come out too small: 2.9 of them here.
     assert!((found - 45.0).abs() < 3.0 * error && error < 7.0, "{found} +- {error} N");
+}
+
+#[test]
+#[cfg_attr(debug_assertions, ignore = "slow: runs with --release")]
+fn a_pressure_with_its_digits_exchanged_is_what_is_told_to_be_mended() {
+    let sandbox = Sandbox::new();
+    sandbox.copy(&Path::new(env!("CARGO_MANIFEST_DIR")).join("data/sticking-valve"), "");
+    let slipped = sandbox.read("campaign.toml").replace("\"90 psig\"", "\"60.9 psig\"");
+    sandbox.write("campaign.toml", &slipped);
+    let told = shown(&sandbox.valve(&["explain", "valve.toml", "campaign.toml"]));
+    let told = told.split_whitespace().collect::<Vec<_>>().join(" ");
+    for part in [
+        "traces/run-4.csv contradicts all other runs and was left out; of these: missing: dry-friction",
+        "note: traces/run-4.csv: under the supply pressure that was written down (60.9 psig,",
+        "next: correct what campaign.toml says of traces/run-4.csv",
+    ] {
+        assert!(told.contains(part), "{part}: {told}");
+    }
+    let output = sandbox.valve(&["explain", "valve.toml", "campaign.toml", "--format", "json"]);
+    let answer: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(answer["left_out"], "traces/run-4.csv");
 }

@@ -42,22 +42,10 @@ fn follow(sandbox: &Sandbox, first: &str) -> (Vec<String>, String) {
     }
 }
 
-fn copy(sandbox: &Sandbox, from: &Path, to: &str) {
-    for entry in std::fs::read_dir(from).expect("a sample") {
-        let path = entry.expect("an entry").path();
-        let name = format!("{to}{}", path.file_name().expect("a name").to_string_lossy());
-        if path.is_dir() {
-            copy(sandbox, &path, &format!("{name}/"));
-        } else {
-            sandbox.write(&name, &std::fs::read_to_string(&path).expect("a text"));
-        }
-    }
-}
-
 #[test]
 fn the_sample_campaign_leads_to_a_remaining_life() {
     let sandbox = Sandbox::new();
-    copy(&sandbox, &Path::new(env!("CARGO_MANIFEST_DIR")).join("data/sticking-valve"), "");
+    sandbox.copy(&Path::new(env!("CARGO_MANIFEST_DIR")).join("data/sticking-valve"), "");
     let (calls, last) = follow(&sandbox, "compare valve.toml campaign.toml");
     let shown = README.lines().skip_while(|line| *line != "    cd data/sticking-valve").skip(1);
     let shown: Vec<&str> = shown.map_while(|line| line.strip_prefix("    valve ")).collect();

@@ -66,6 +66,19 @@ impl Sandbox {
         self.dir.path().join(name)
     }
 
+    /// Copies a folder of texts, each name behind `to`.
+    pub fn copy(&self, from: &Path, to: &str) {
+        for entry in std::fs::read_dir(from).expect("a sample") {
+            let path = entry.expect("an entry").path();
+            let name = format!("{to}{}", path.file_name().expect("a name").to_string_lossy());
+            if path.is_dir() {
+                self.copy(&path, &format!("{name}/"));
+            } else {
+                self.write(&name, &std::fs::read_to_string(&path).expect("a text"));
+            }
+        }
+    }
+
     pub fn write(&self, name: &str, text: &str) {
         let path = self.path(name);
         fs::create_dir_all(path.parent().expect("a directory")).expect("a directory in that of the test");

@@ -37,6 +37,9 @@ const PRESSURES: f64 = 10.0;
 const LEAKS: (f64, f64) = (0.005, 2.0);
 const TEMPERATURES_K: (f64, f64) = (220.0, 340.0);
 
+/// A pound-force a square inch, Pa.
+const PSI_PA: f64 = 6894.757;
+
 /// The golden section.
 const GOLDEN: f64 = 0.618_033_988_749_895;
 
@@ -84,7 +87,7 @@ struct Condition {
     stated: f64,
     values: Vec<f64>,
     set: fn(&mut Conditions, f64),
-    shown: fn(f64) -> String,
+    shown: Box<dyn Fn(f64) -> String + Sync>,
 }
 
 /// What one of a run's conditions would have to be, in words, for the model that explains all other runs to explain it too;
@@ -148,14 +151,14 @@ fn conditions(stated: &Conditions, subject: &Subject, campaign: &Campaign, run: 
         let orifice_m2 = subject.space.parameters().solenoid_orifice_area_m2;
         let areas = steps().map(|step| orifice_m2 * LEAKS.0 * (LEAKS.1 / LEAKS.0).powf(step));
         let shown = |area: f64| if area == 0.0 { "none".to_owned() } else { format!("{:.3} mm2", 1e6 * area) };
-        Condition { name, stated, values: std::iter::once(0.0).chain(areas).collect(), set, shown }
+        Condition { name, stated, values: std::iter::once(0.0).chain(areas).collect(), set, shown: Box::new(shown) }
     };
     let mut all = vec![Condition {
         name: "temperature",
         stated: stated.temperature_k,
         values: steps().map(|step| TEMPERATURES_K.0 + step * (TEMPERATURES_K.1 - TEMPERATURES_K.0)).collect(),
         set: |conditions, value| conditions.temperature_k = value,
-        shown: |value| format!("{value:.1} K"),
+        shown: Box::new(|value| format!("{value:.1} K")),
     }];
     if !setup.is_prescribed {
         all.push(leak("leak to atmosphere", stated.leak_to_atmosphere_m2, |conditions, value| {
@@ -172,7 +175,9 @@ fn conditions(stated: &Conditions, subject: &Subject, campaign: &Campaign, run: 
                 stated: stated.supply_pressure_pa,
                 values: factors.map(|factor| ambient_pa + factor * gauge_pa).collect(),
                 set: |conditions, value| conditions.supply_pressure_pa = value,
-                shown: |value| format!("{:.1} kPa absolute", 1e-3 * value),
+                shown: Box::new(move |value| {
+                    format!("{:.1} psig, {:.1} kPa absolute", (value - ambient_pa) / PSI_PA, 1e-3 * value)
+                }),
             });
         }
     }
