@@ -38,7 +38,12 @@ pub fn closed_rest(equations: &Equations, inputs: &Inputs<f64>) -> State<f64> {
 }
 
 /// The state of rest with the pressures that drive the model, or else with that in which the flows of the pipe balance.
-fn rest(equations: &Equations, inputs: &Inputs<f64>, closed: bool, balanced: impl FnOnce() -> f64) -> State<f64> {
+pub(crate) fn rest(
+    equations: &Equations,
+    inputs: &Inputs<f64>,
+    closed: bool,
+    balanced: impl FnOnce() -> f64,
+) -> State<f64> {
     let terms = equations.terms;
     let pipe = match (terms.prescribed_pipe, terms.prescribed_chamber) {
         (true, _) => inputs.pipe_pressure,

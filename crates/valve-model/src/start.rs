@@ -1,7 +1,7 @@
 //! Where a run starts: at rest on a stop, or in the midst of a motion.
 
 use crate::equations::Equations;
-use crate::equilibrium::{closed_rest, line_pressure, root, vented_rest};
+use crate::equilibrium::{closed_rest, line_pressure, rest, root, vented_rest};
 use crate::rhs::System;
 use crate::state::{Inputs, State};
 use crate::terms::groups;
@@ -15,6 +15,12 @@ pub enum Start {
     /// At rest with the solenoid energised long before, which is closed for most valves; pipe and chamber filled
     /// to the supply, any leak in balance.
     ClosedRest,
+    /// At rest with pipe and chamber at a pressure, which is on the open stop while they are vented. The solenoid stands as
+    /// the last command before time 0 left it, vented without one. Measured pressures that drive the model come first.
+    Venting {
+        /// Pressure of pipe and chamber, Pa.
+        pressure_pa: f64,
+    },
     /// Anywhere, at any speed. The solenoid stands as the last command before time 0 left it, vented without one.
     Moving {
         /// Position, m.
@@ -60,6 +66,12 @@ impl Start {
 
     /// What is wrong with it on a valve of these equations, in words.
     pub(crate) fn fault(&self, equations: &Equations) -> Option<String> {
+        let is_pressure = |pressure: f64| pressure.is_finite() && pressure > 0.0;
+        if let Self::Venting { pressure_pa } = *self
+            && !is_pressure(pressure_pa)
+        {
+            return Some(format!("pressure {pressure_pa} Pa, expected an absolute pressure above 0"));
+        }
         let Self::Moving { position_m, velocity_m_per_s, chamber, pipe_pressure_pa } = self else {
             return None;
         };
@@ -79,7 +91,7 @@ impl Start {
             ChamberStart::Balance { .. } => None,
         };
         for (name, pressure) in [("chamber", known), ("pipe", *pipe_pressure_pa)] {
-            if let Some(pressure) = pressure.filter(|pressure| !(pressure.is_finite() && *pressure > 0.0)) {
+            if let Some(pressure) = pressure.filter(|pressure| !is_pressure(*pressure)) {
                 return Some(format!("{name} pressure {pressure} Pa, expected an absolute pressure above 0"));
             }
         }
@@ -91,6 +103,7 @@ impl Start {
         match *self {
             Self::Rest => vented_rest(equations, inputs),
             Self::ClosedRest => closed_rest(equations, inputs),
+            Self::Venting { pressure_pa } => rest(equations, inputs, false, || pressure_pa),
             Self::Moving { position_m, velocity_m_per_s, chamber, pipe_pressure_pa } => {
                 let motion = Motion { equations, inputs, position_m, velocity_m_per_s };
                 motion.state(chamber, pipe_pressure_pa)

@@ -162,8 +162,32 @@ fn a_stroke_commanded_before_the_run_counts_from_its_command() {
 }
 
 #[test]
+fn an_open_valve_that_is_not_vented_yet_goes_on_from_its_pressure() {
+    let valve = valve_of(testbed(), vec![]);
+    let run = run_of(&valve, vec![close_at(0.0), open_at(4.0), close_at(7.2)], 12.0);
+    let whole = nodes_of(&valve, &run);
+    let stroke_m = valve.parameters().stroke_m;
+    // On its open stop the chamber still holds most of a bar above the atmosphere.
+    let node = (0..whole.time_s.len())
+        .find(|node| {
+            whole.time_s[*node] > 5.0
+                && whole.position_m[*node] >= stroke_m
+                && whole.chamber_pressure_pa[*node] < valve.parameters().ambient_pressure_pa + 8e4
+        })
+        .expect("it opens");
+    let (from_s, pressure_pa) = (whole.time_s[node], whole.chamber_pressure_pa[node]);
+    assert!(from_s < 7.0, "{from_s}");
+    let part = nodes_of(&valve, &rest_of(&run, from_s, Start::Venting { pressure_pa }));
+    let vented = nodes_of(&valve, &rest_of(&run, from_s, Start::Rest));
+    let (off, of_rest) = (apart(&whole, &part, from_s, 9.0), apart(&whole, &vented, from_s, 9.0));
+    assert!(off < 1e-4 && of_rest > 10.0 * off, "{off:e} m, from rest {of_rest:e} m, at {from_s} s");
+}
+
+#[test]
 fn a_start_that_cannot_be_is_refused() {
     let valve = valve_of(testbed(), vec![]);
+    let vacuum = Run { start: Start::Venting { pressure_pa: 0.0 }, ..run_of(&valve, vec![], 1.0) };
+    assert!(matches!(Prepared::new(&valve, &vacuum, 1e-3).check(), Err(RunError::Start(_))));
     let balance = ChamberStart::BALANCE;
     for (position_m, velocity_m_per_s, chamber) in [
         (f64::NAN, 0.0, balance),

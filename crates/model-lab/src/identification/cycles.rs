@@ -176,7 +176,7 @@ pub(super) fn parts(data: &RunData, start: Beginning, stroke_m: f64, travel_s: f
     let lead_s = lead_s(data);
     let origin_s = match start {
         Beginning::Open | Beginning::Closed | Beginning::Filling => -lead_s,
-        Beginning::Moving { .. } => 0.0,
+        Beginning::Moving { .. } | Beginning::Venting { .. } => 0.0,
     };
     let rests = |time: f64| {
         let channel = &data.channels[0];

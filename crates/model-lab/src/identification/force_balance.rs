@@ -66,6 +66,7 @@ fn motion(recording: &Recording, data: &Dataset, stroke_m: f64) -> Option<Free> 
         Beginning::Moving { position_m, velocity_m_per_s, .. } => {
             Start::Moving { position_m, velocity_m_per_s, chamber: ChamberStart::BALANCE, pipe_pressure_pa: None }
         }
+        Beginning::Venting { pressure_pa, .. } => Start::Venting { pressure_pa },
         Beginning::Closed => Start::ClosedRest,
         Beginning::Open | Beginning::Filling => Start::Rest,
     };

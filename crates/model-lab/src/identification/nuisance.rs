@@ -159,7 +159,7 @@ impl Nuisance {
             Self::CloseDelay(_) => ("delay of the command to close", "s"),
             Self::OpenDelay(_) => ("delay of the command to open", "s"),
             Self::UnseenEdge(_) => ("command given before the record, by", "s"),
-            Self::StartPressure(_) => ("chamber pressure at the start, beyond balance", "Pa"),
+            Self::StartPressure(_) => ("chamber pressure at the start, beyond what balances or was recorded", "Pa"),
             Self::StartPosition(_) => ("position at the start, beyond what the first rows show", "m"),
             Self::StartSpeed(_) => ("speed at the start, beyond what the first rows show", "m/s"),
             Self::Gain => ("gain of the position sensor", ""),
@@ -269,6 +269,9 @@ pub fn nuisances(
         // Unless it is stated, the supply pressure of the run stands for it: both change how fast gas flows, and little else.
         if let Some(size) = stated.temperature_k {
             all.push((Nuisance::Temperature(record), size));
+        }
+        if let Beginning::Venting { pressure_sigma_pa, .. } = recording.beginning {
+            all.push((Nuisance::StartPressure(record), pressure_sigma_pa));
         }
         if let Beginning::Moving { position_m, position_sigma_m, velocity_sigma_m_per_s, .. } = recording.beginning {
             all.push((Nuisance::StartPressure(record), balance_sigma_pa(parameters, position_m)));

@@ -167,6 +167,10 @@ impl<'a> ValveProblem<'a> {
         {
             first.time_s = (first.time_s - self.nuisance(u, Nuisance::UnseenEdge(index))).max(0.0);
         }
+        if let Beginning::Venting { pressure_pa, .. } = recording.beginning {
+            let pressure_pa = pressure_pa + self.nuisance(u, Nuisance::StartPressure(index));
+            run.start = Start::Venting { pressure_pa: pressure_pa.max(1.0) };
+        }
         if let Beginning::Moving { position_m, velocity_m_per_s, acceleration_m_per_s2, .. } = recording.beginning {
             // Less pressure than in balance lets it rise faster.
             let inertia_pa = parameters.moving_mass_kg * acceleration_m_per_s2 / parameters.piston_area_m2;

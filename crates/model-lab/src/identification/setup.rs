@@ -133,7 +133,7 @@ impl Setup {
         };
         let mut recordings = Vec::new();
         let mut records: Vec<Record> = Vec::new();
-        let cycles_of = |(recorded, run)| cycles(recorded, run, travel_s, stroke_m, is_prescribed);
+        let cycles_of = |(recorded, run)| cycles(recorded, run, travel_s, (stroke_m, ambient_pa), is_prescribed);
         let cycles: Vec<Vec<Part>> = campaign.runs.iter().zip(&data.runs).map(cycles_of).collect();
         let counts: Vec<usize> = cycles.iter().map(Vec::len).collect();
         let chosen = looked_at(&counts);
@@ -313,9 +313,19 @@ impl Recording {
 }
 
 /// The cycles of a record.
-fn cycles(recorded: &RecordedRun, data: &RunData, travel_s: f64, stroke_m: f64, is_prescribed: bool) -> Vec<Part> {
-    let position = &data.channels[0];
-    let start = beginning(&data.times_s, &position.samples, position.noise, &recorded.commands, stroke_m, travel_s);
+fn cycles(
+    recorded: &RecordedRun,
+    data: &RunData,
+    travel_s: f64,
+    (stroke_m, ambient_pa): (f64, f64),
+    is_prescribed: bool,
+) -> Vec<Part> {
+    let (position, commands) = (&data.channels[0], &recorded.commands);
+    let mut start = beginning(&data.times_s, &position.samples, position.noise, commands, stroke_m, travel_s);
+    let levels_pa = (ambient_pa, data.run.conditions.supply_pressure_pa);
+    for pressure in &data.channels[1..] {
+        start = start.with_pressure(&data.times_s, &pressure.samples, pressure.noise, commands, levels_pa);
+    }
     if is_prescribed {
         driven_parts(recorded, data, start, (stroke_m, travel_s))
     } else {

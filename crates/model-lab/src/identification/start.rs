@@ -13,6 +13,13 @@ pub enum Beginning {
     Filling,
     /// At rest, closed and filled.
     Closed,
+    /// At rest, open, before it is vented: it came there just before the record.
+    Venting {
+        /// Pressure of pipe and chamber at the first row, Pa.
+        pressure_pa: f64,
+        /// One standard deviation of it, Pa.
+        pressure_sigma_pa: f64,
+    },
     /// Moving, or at rest between the stops.
     Moving {
         /// Position at the first row, m.
@@ -31,9 +38,50 @@ pub enum Beginning {
 impl Beginning {
     /// Whether the simulation begins with the state that the record begins with.
     pub fn is_moving(self) -> bool {
-        matches!(self, Self::Moving { .. })
+        matches!(self, Self::Moving { .. } | Self::Venting { .. })
+    }
+
+    /// The same of a record whose pressure tells that an open valve is not vented yet: by more than a share of the supply's gauge
+    /// pressure, which sensors are not off by.
+    #[must_use]
+    pub fn with_pressure(
+        self,
+        times_s: &[f64],
+        pressure_pa: &[f64],
+        noise_pa: f64,
+        commands: &[CommandEdge],
+        (ambient_pa, supply_pa): (f64, f64),
+    ) -> Self {
+        let Some(first) = commands.first().filter(|first| self == Self::Open && first.close) else { return self };
+        let rows: Vec<(f64, f64)> = times_s
+            .iter()
+            .copied()
+            .zip(pressure_pa.iter().copied())
+            .take_while(|(time, _)| *time < first.time_s)
+            .filter(|(_, pressure)| pressure.is_finite())
+            .take(FEWEST_ROWS)
+            .collect();
+        if rows.len() < 3 {
+            return self;
+        }
+        let line = Line::through(&rows);
+        let pressure_pa = line.mean_x + line.slope * (times_s[0] - line.mean_t);
+        let span_pa = (supply_pa - ambient_pa).abs();
+        let error = line.error(&rows, noise_pa);
+        let sigma =
+            (error / (rows.len() as f64).sqrt()).hypot(line.white_sigma(&rows, noise_pa) * (line.mean_t - times_s[0]));
+        if pressure_pa - ambient_pa < (UNVENTED * span_pa).max(CLEAR * sigma) {
+            return self;
+        }
+        Self::Venting { pressure_pa, pressure_sigma_pa: sigma.hypot(SENSOR_SHARE * span_pa) }
     }
 }
+
+/// An open valve is not vented where its pressure is higher than the atmosphere's by this share of the supply's gauge pressure.
+const UNVENTED: f64 = 0.05;
+
+/// What a pressure sensor may be off by, as a share of that.
+const SENSOR_SHARE: f64 = 0.01;
 
 /// The beginning of a record is judged over this time at least, s, and over this share of a stroke's travel.
 const WINDOW: (f64, f64) = (0.03, 0.03);
@@ -313,6 +361,28 @@ mod tests {
             }
             other => panic!("{other:?}"),
         }
+    }
+
+    #[test]
+    fn a_pressure_tells_that_an_open_valve_is_not_vented_yet() {
+        let close = [CommandEdge { time_s: 0.2, close: true }];
+        let (times, _) = record(|_| 0.0254);
+        let with = |beginning: Beginning, pressure: &dyn Fn(f64) -> f64, commands: &[CommandEdge]| {
+            let pressures: Vec<f64> = times.iter().map(|time| pressure(*time)).collect();
+            beginning.with_pressure(&times, &pressures, 1e3, commands, (1e5, 6e5))
+        };
+        let venting = |time: f64| 1e5 + 1.3e5 * (-time / 0.3).exp();
+        match with(Beginning::Open, &venting, &close) {
+            Beginning::Venting { pressure_pa, pressure_sigma_pa } => {
+                assert!((pressure_pa - 2.3e5).abs() < pressure_sigma_pa, "{pressure_pa} +- {pressure_sigma_pa}");
+            }
+            other => panic!("{other:?}"),
+        }
+        // A sensor with a zero of its own; a valve that is opened first; one that moves.
+        assert_eq!(with(Beginning::Open, &|_| 1.1e5, &close), Beginning::Open);
+        let open = [CommandEdge { time_s: 0.2, close: false }];
+        assert_eq!(with(Beginning::Open, &venting, &open), Beginning::Open);
+        assert_eq!(with(Beginning::Filling, &venting, &close), Beginning::Filling);
     }
 
     #[test]
