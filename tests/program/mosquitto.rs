@@ -34,6 +34,8 @@ impl Mosquitto {
         let dir = tempfile::tempdir().expect("a temporary directory");
         let free = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).expect("a free port");
         let port = free.local_addr().expect("an address").port();
+        // Else the broker finds its port taken, or this one answers in its place.
+        drop(free);
         let folder = dir.path().display();
         let anonymous = if more.contains("allow_anonymous") { "" } else { "allow_anonymous true\n" };
         let text = format!(

@@ -7,7 +7,7 @@
 
 use campaign::Campaign;
 use identify::normal::Posterior;
-use identify::select::{Level, Selection};
+use identify::select::{Level, Model};
 use identify::{FitOptions, Problem, Stop, fit};
 use rayon::prelude::*;
 use valve_model::Conditions;
@@ -43,11 +43,10 @@ const PSI_PA: f64 = 6894.757;
 /// The golden section.
 const GOLDEN: f64 = 0.618_033_988_749_895;
 
-/// The run that pulls the model without effects farthest from what all others say, by its index: without it these would be
-/// explained better by most, to second order. Nothing where too few others would be left to judge it.
-pub(super) fn contradicting(subject: &Subject, found: &Selection<ValveProblem<'_>>) -> Option<usize> {
-    let base = found.model(&[])?;
-    let recordings = &subject.setup(Level::High).recordings;
+/// The run that pulls the calibrated model farthest from what all others say, by its index: without it these would be explained
+/// better by most, to second order. Nothing where too few others would be left to judge it, or where several pull alike.
+pub(super) fn contradicting(base: &Model<ValveProblem<'_>>) -> Option<usize> {
+    let recordings = &base.problem.setup().recordings;
     let runs = recordings.iter().filter(|one| one.is_trace()).map(|one| one.source + 1).max()?;
     if runs <= FEWEST_OTHERS {
         return None;

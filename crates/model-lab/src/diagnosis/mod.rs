@@ -117,6 +117,6 @@ fn searched(
     let catalogue = Catalogue::new(subject, &kinds, &news, stop);
     tell(Progress::Doing("the calibrated model"));
     let found = select(&catalogue, &options.select)?;
-    let contradicting = apart::contradicting(subject, &found);
+    let contradicting = found.model(&[]).and_then(apart::contradicting);
     Some((report::assemble(&catalogue, &found, options, tell), contradicting))
 }
