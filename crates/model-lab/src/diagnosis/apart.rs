@@ -1,7 +1,7 @@
 //! One run that contradicts all others: a condition of it that was written down wrongly.
 //!
-//! Where something is left that nothing explains, and one run pulls the fit away from what the others say far more than any other
-//! does (Cook, Technometrics 19(1), 1977), the search is made once more without it. If the others are explained then, and the run
+//! Where something is left that nothing explains, the search is made once more without the run that pulls the fit farthest away
+//! from what the others say (Cook, Technometrics 19(1), 1977). If the others are explained then, and the run
 //! as well as soon as one of its conditions is another, that condition is what is wrong: a pressure with its digits exchanged, a
 //! leak that was not noted.
 
@@ -20,9 +20,6 @@ use crate::space::Space;
 
 /// Fewer runs than this besides it cannot say that it is the one that is wrong.
 const FEWEST_OTHERS: usize = 3;
-
-/// By so many times more than any other does a run pull that contradicts them all: where physics is missing many pull alike.
-const ALONE: f64 = 1.5;
 
 /// With the right condition a run is explained to no more than this many times the error that is held out of the others.
 const ALIKE: f64 = 2.0;
@@ -44,7 +41,7 @@ const PSI_PA: f64 = 6894.757;
 const GOLDEN: f64 = 0.618_033_988_749_895;
 
 /// The run that pulls the calibrated model farthest from what all others say, by its index: without it these would be explained
-/// better by most, to second order. Nothing where too few others would be left to judge it, or where several pull alike.
+/// better by most, to second order. Nothing where too few others would be left to judge it.
 pub(super) fn contradicting(base: &Model<ValveProblem<'_>>) -> Option<usize> {
     let recordings = &base.problem.setup().recordings;
     let runs = recordings.iter().filter(|one| one.is_trace()).map(|one| one.source + 1).max()?;
@@ -67,10 +64,7 @@ pub(super) fn contradicting(base: &Model<ValveProblem<'_>>) -> Option<usize> {
         let step = Posterior::new(base.problem.coordinates(), &base.fit.u, &rest).newton()?;
         Some((run, step.predicted_gain))
     };
-    let mut pulls: Vec<(usize, f64)> = (0..runs).filter_map(freed).collect();
-    pulls.sort_by(|a, b| b.1.total_cmp(&a.1));
-    let ((run, most), (_, next)) = (*pulls.first()?, *pulls.get(1)?);
-    (most > ALONE * next).then_some(run)
+    (0..runs).filter_map(freed).max_by(|a, b| a.1.total_cmp(&b.1)).map(|(run, _)| run)
 }
 
 /// A campaign without one of its runs.
