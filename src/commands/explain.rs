@@ -9,7 +9,7 @@ use identify::Stop;
 use model_lab::diagnosis::discrepancy::ModelDiscrepancy;
 use model_lab::diagnosis::experiment::DECISIVE;
 use model_lab::diagnosis::{
-    DiagnoseOptions, Explanation, Indistinguishable, NuisanceReport, Progress, Verdict, explain,
+    DiagnoseOptions, Explanation, Indistinguishable, LeftOut, NuisanceReport, Progress, Verdict, explain,
 };
 use model_lab::errors::Errors;
 use quantity::Dimension;
@@ -116,7 +116,7 @@ fn text(answer: &Explanation, input: &CampaignInput) -> String {
         nuisances,
         candidate_table(answer),
     ];
-    sections.extend(answer.notes.iter().map(|note| format!("note: {note}")));
+    sections.extend(explanation::notes(answer).iter().map(|note| format!("note: {note}")));
     let sections = sections.iter().map(|section| section.trim_end()).filter(|section| !section.is_empty());
     sections.collect::<Vec<_>>().join("\n\n") + "\n"
 }
@@ -206,7 +206,7 @@ pub fn next(valve: &Path, campaign: &Path, answer: &Explanation) -> (String, Vec
         call(why, &words)
     };
     let again = ["explain", file.as_str(), strokes.as_str()];
-    if let Some(run) = &answer.left_out {
+    if let Some(LeftOut { run, .. }) = &answer.left_out {
         let why = format!(
             "correct what {strokes} says of {run} (the note tells what it should be about), or take its [[run]] out, and explain \
              again"

@@ -221,5 +221,6 @@ fn a_pressure_with_its_digits_exchanged_is_what_is_told_to_be_mended() {
     }
     let output = sandbox.valve(&["explain", "valve.toml", "campaign.toml", "--format", "json"]);
     let answer: Value = serde_json::from_slice(&output.stdout).expect("JSON");
-    assert_eq!(answer["left_out"], "traces/run-4.csv");
+    assert_eq!(answer["left_out"]["run"], "traces/run-4.csv");
+    assert_eq!(answer["left_out"]["condition"], "supply_pressure");
 }

@@ -6,7 +6,10 @@ use std::fmt::Write;
 use leak_table::mm2_from_m2;
 use model_lab::diagnosis::discrepancy::ModelDiscrepancy;
 use model_lab::diagnosis::experiment::Experiment;
-use model_lab::diagnosis::{CandidateReport, Explanation, FittedParameter, Indistinguishable, Verdict};
+use model_lab::diagnosis::{
+    CandidateReport, Condition, Explanation, FittedParameter, Indistinguishable, LeftOut, Verdict,
+};
+use quantity::Unit;
 use serde::Serialize;
 use serde_json::Value;
 use valve_model::EffectKind;
@@ -45,8 +48,48 @@ pub fn headline(answer: &Explanation) -> String {
 pub fn headline_in(answer: &Explanation, length: &dyn Fn(f64) -> String) -> String {
     let verdict = verdict_in(answer, length);
     match &answer.left_out {
-        Some(run) => format!("{run} contradicts all other runs and was left out; of these: {verdict}"),
+        Some(LeftOut { run, .. }) => format!("{run} contradicts all other runs and was left out; of these: {verdict}"),
         None => verdict,
+    }
+}
+
+/// What else the reader should know; what is wrong with a run that was left out comes first.
+pub fn notes(answer: &Explanation) -> Vec<String> {
+    answer.left_out.iter().map(slip).chain(answer.notes.iter().cloned()).collect()
+}
+
+/// What is wrong with a run, in the units of people and in those of programs.
+fn slip(one: &LeftOut) -> String {
+    let psig = |pressure_pa: f64| {
+        let unit = Unit::parse("psig").unwrap_or_else(|_| unreachable!("a unit of the program's own"));
+        unit.from_si(pressure_pa - one.ambient_pa)
+    };
+    let shown = |value: f64| match one.condition {
+        Condition::SupplyPressure => format!("{:.1} psig, {:.1} kPa absolute", psig(value), 1e-3 * value),
+        Condition::Temperature => format!("{value:.1} K"),
+        _ if value == 0.0 => "none".to_owned(),
+        Condition::LeakToAtmosphere | Condition::LeakFromSupply => format!("{:.3} mm2", mm2_from_m2(value)),
+    };
+    format!(
+        "{}: under the {} that was written down ({}) an error of {:.3} mm is left, where the other runs leave {:.3} mm; \
+         under about {} it would be explained as well, to {:.3} mm. Is it mistyped?",
+        one.run,
+        condition_id(one.condition).replace('_', " "),
+        shown(one.stated),
+        1e3 * one.stated_rmse_m,
+        1e3 * one.others_rmse_m,
+        shown(one.right),
+        1e3 * one.right_rmse_m,
+    )
+}
+
+/// The key of a condition in a campaign file.
+fn condition_id(condition: Condition) -> &'static str {
+    match condition {
+        Condition::SupplyPressure => "supply_pressure",
+        Condition::Temperature => "temperature",
+        Condition::LeakToAtmosphere => "leak_to_atmosphere",
+        Condition::LeakFromSupply => "leak_from_supply",
     }
 }
 
@@ -156,9 +199,21 @@ struct ExplanationDocument<'a> {
     steps: Vec<StepDocument>,
     remainder: RemainderDocument,
     residual: Option<DiscrepancyDocument<'a>>,
-    left_out: Option<&'a str>,
-    notes: &'a [String],
+    left_out: Option<LeftOutDocument<'a>>,
+    notes: Vec<String>,
     interrupted: bool,
+}
+
+/// A run whose condition was written down wrongly, for programs, SI.
+#[derive(Debug, Clone, Serialize)]
+struct LeftOutDocument<'a> {
+    run: &'a str,
+    condition: &'static str,
+    stated: f64,
+    right: f64,
+    stated_rmse_m: f64,
+    right_rmse_m: f64,
+    others_rmse_m: f64,
 }
 
 /// A value of an effect for programs, SI.
@@ -292,8 +347,16 @@ pub fn document(answer: &Explanation, campaign: &str) -> Value {
             noise_multiplier: answer.remainder.multiplier,
         },
         residual: answer.discrepancy.as_ref().map(discrepancy_document),
-        left_out: answer.left_out.as_deref(),
-        notes: &answer.notes,
+        left_out: answer.left_out.as_ref().map(|one| LeftOutDocument {
+            run: &one.run,
+            condition: condition_id(one.condition),
+            stated: one.stated,
+            right: one.right,
+            stated_rmse_m: one.stated_rmse_m,
+            right_rmse_m: one.right_rmse_m,
+            others_rmse_m: one.others_rmse_m,
+        }),
+        notes: notes(answer),
         interrupted: answer.interrupted,
     })
 }

@@ -56,7 +56,7 @@ const END: f64 = 0.05;
 const INLIERS: f64 = 4.0;
 const ROUNDS: usize = 4;
 /// Median size of a normal deviate, in standard deviations.
-const MEDIAN_SIZE: f64 = 0.6745;
+pub(crate) const MEDIAN_SIZE: f64 = 0.6745;
 
 /// From differences near either end; `None` where there are too few.
 fn at_rest(samples: &[f64], lowest: f64, highest: f64) -> Option<f64> {

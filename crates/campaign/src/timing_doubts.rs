@@ -3,7 +3,7 @@
 //! Rows under the same conditions are held against each other: what a sound valve repeats within a percent, a slip
 //! of the pen does not. The row is named; where two others agree on what is right, what is wrong is left out.
 
-use crate::noise::quantile;
+use crate::noise::{MEDIAN_SIZE, quantile};
 use crate::types::{Campaign, RunConditions, TimingRow};
 use crate::warning::{Doubt, Warning};
 
@@ -13,8 +13,6 @@ const SPREADS: f64 = 8.0;
 const LEAST_SHARE: f64 = 0.02;
 /// Fewer deviations of repeats than this tell nothing of their spread, and nothing is doubted.
 const FEWEST_DEVIATIONS: usize = 4;
-/// Median size of a normal deviate, in standard deviations.
-const MEDIAN_SIZE: f64 = 0.6745;
 /// Stroke times above this in every row are likelier milliseconds, s.
 const LONG_S: f64 = 300.0;
 /// Supply pressures that differ by less than this share count as one, Pa/Pa.

@@ -153,8 +153,8 @@ pub struct TimingRow {
     pub line: usize,
     /// Its conditions.
     pub conditions: RunConditions,
-    /// Closing time, s; `None`: it did not get there within the cycle.
+    /// Closing time, s; `None`: it did not get there within the cycle, or was left out with a warning.
     pub close_time_s: Option<f64>,
-    /// Opening time, s; `None`: it did not get there within the cycle.
+    /// Opening time, s; `None` as above.
     pub open_time_s: Option<f64>,
 }

@@ -262,7 +262,7 @@ const ENOUGH_REPLICATES: usize = 12;
 const MOST_SCATTER: f64 = 0.03;
 
 /// Median size of a normal deviate, in standard deviations.
-const MEDIAN_SIZE: f64 = 0.6745;
+pub(crate) const MEDIAN_SIZE: f64 = 0.6745;
 
 /// The smallest difference between two samples of a channel that is rounded, 0 if it is not.
 fn resolution(samples: &[f64]) -> f64 {

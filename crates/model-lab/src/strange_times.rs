@@ -11,14 +11,11 @@ use identify::select::Level;
 use identify::{FitOptions, Stop, fit};
 use valve_file::ValveFile;
 
-use crate::data::Dataset;
+use crate::data::{Dataset, MEDIAN_SIZE};
 use crate::identification::{NuisanceSizes, Subject};
 
 /// How many times the usual error a time is away before it is left out: as for repeats (`campaign`).
 const USUAL_ERRORS: f64 = 8.0;
-
-/// Median size of a normal deviate, in standard deviations.
-const MEDIAN_SIZE: f64 = 0.6745;
 
 /// Fewer readings than this say nothing of what is usual.
 const FEWEST_READINGS: usize = 10;

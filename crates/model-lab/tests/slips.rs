@@ -4,7 +4,7 @@ mod recorded;
 
 use campaign::{Campaign, RunConditions, TimingRow};
 use identify::Stop;
-use model_lab::diagnosis::{DiagnoseOptions, Explanation, Verdict, explain};
+use model_lab::diagnosis::{Condition, DiagnoseOptions, Explanation, Verdict, explain};
 use model_lab::strange_times;
 use recorded::{Noise, Off, campaign, stroke};
 use valve_file::ValveFile;
@@ -45,12 +45,9 @@ fn a_run_under_a_mistyped_pressure_is_named_with_the_right_one() {
     mistyped.runs[1].file = "second.csv".into();
     let found = explained(&testbed(), &mistyped);
     assert_eq!((found.verdict, found.recommended), (Verdict::EffectFound, vec![EffectKind::DRY_FRICTION]));
-    assert_eq!(found.left_out.as_deref(), Some("second.csv"));
-    let note = found.notes.first().expect("it is told");
-    assert!(note.starts_with("second.csv: under the supply pressure that was written down"), "{note}");
-    let right = note.split("; under about ").nth(1).and_then(|rest| rest.split(' ').next()).expect("it is told");
-    let right_psig = right.parse::<f64>().expect("a number");
-    assert!((right_psig / 85.0 - 1.0).abs() < 0.03, "{note}");
+    let left_out = found.left_out.expect("it is told");
+    assert_eq!((left_out.run.as_str(), left_out.condition), ("second.csv", Condition::SupplyPressure));
+    assert!((left_out.right / (AMBIENT_PA + 85.0 * PSI_PA) - 1.0).abs() < 0.03, "{left_out:?}");
 }
 
 #[test]
@@ -60,7 +57,9 @@ fn a_leak_that_nobody_wrote_down_is_named() {
     forgotten.runs[2].conditions.leak_to_atmosphere_m2 = 0.0;
     let found = explained(&testbed(), &forgotten);
     assert_eq!((found.verdict, found.recommended), (Verdict::EffectFound, vec![EffectKind::DRY_FRICTION]));
-    assert!(found.notes[0].contains("under the leak to atmosphere that was written down (none)"), "{:?}", found.notes);
+    let left_out = found.left_out.expect("it is told");
+    assert_eq!((left_out.condition, left_out.stated), (Condition::LeakToAtmosphere, 0.0));
+    assert!((left_out.right / 0.15e-6 - 1.0).abs() < 0.1, "{left_out:?}");
 }
 
 #[test]

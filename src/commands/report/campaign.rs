@@ -174,7 +174,7 @@ fn explained(input: &CampaignInput, answer: &Explanation) -> Section {
     let mut still = vec![Block::Callout(headline.clone())];
     let parameters = adopt::parameter_lines(&answer.parameters);
     still.extend(parameters.lines().map(|line| Block::Text(line.to_owned())));
-    still.extend(answer.notes.iter().cloned().map(Block::Text));
+    still.extend(explanation::notes(answer).into_iter().map(Block::Text));
     let steps = explain_figures::steps(answer);
     still.push(Block::Table(steps::rows(&steps).into()));
     still.push(figure(explain_figures::staircase(name, &headline, &steps).figure()));

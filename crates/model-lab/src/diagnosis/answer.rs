@@ -34,6 +34,40 @@ impl Verdict {
     }
 }
 
+/// A condition under which a run is made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Condition {
+    /// Supply pressure, Pa absolute.
+    SupplyPressure,
+    /// Temperature, K.
+    Temperature,
+    /// Area of a leak to atmosphere, m².
+    LeakToAtmosphere,
+    /// Area of a leak from the supply, m².
+    LeakFromSupply,
+}
+
+/// A run one of whose conditions was written down wrongly.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LeftOut {
+    /// Its file.
+    pub run: String,
+    /// The condition.
+    pub condition: Condition,
+    /// Its value as it was written down, SI.
+    pub stated: f64,
+    /// The value with which the run is explained as well as the others, about, SI.
+    pub right: f64,
+    /// Atmospheric pressure, from which gauge pressures count, Pa.
+    pub ambient_pa: f64,
+    /// The error that the model of the other runs leaves of this one under the value that was written down, m.
+    pub stated_rmse_m: f64,
+    /// The same under the right value, m.
+    pub right_rmse_m: f64,
+    /// The error of the others, held out, m.
+    pub others_rmse_m: f64,
+}
+
 /// A fitted parameter of an effect.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FittedParameter {
@@ -184,9 +218,8 @@ pub struct Explanation {
     pub spread: Vec<Valve>,
     /// One standard deviation of a position's noise, m, as it was found.
     pub noise_m: Option<f64>,
-    /// The file of a run that contradicts all others under the conditions that were written down for it, and was left out; the notes
-    /// say which of these would have to be another.
-    pub left_out: Option<String>,
+    /// A run that contradicts all others under the conditions that were written down for it; the answer is that of the others.
+    pub left_out: Option<LeftOut>,
     /// What else the reader should know.
     pub notes: Vec<String>,
     /// Whether the search was cut short.

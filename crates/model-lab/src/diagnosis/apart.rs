@@ -7,12 +7,13 @@
 
 use campaign::Campaign;
 use identify::normal::Posterior;
+use identify::problem::predict_all;
 use identify::select::{Level, Model};
 use identify::{FitOptions, Problem, Stop, fit};
 use rayon::prelude::*;
 use valve_model::Conditions;
 
-use super::answer::{Explanation, Verdict};
+use super::answer::{Condition, Explanation, LeftOut, Verdict};
 use crate::errors::Errors;
 use crate::identification::setup::Setup;
 use crate::identification::{Entry, Subject, ValveProblem};
@@ -34,9 +35,6 @@ const PRESSURES: f64 = 10.0;
 const LEAKS: (f64, f64) = (0.005, 2.0);
 const TEMPERATURES_K: (f64, f64) = (220.0, 340.0);
 
-/// A pound-force a square inch, Pa.
-const PSI_PA: f64 = 6894.757;
-
 /// The golden section.
 const GOLDEN: f64 = 0.618_033_988_749_895;
 
@@ -56,11 +54,9 @@ pub(super) fn contradicting(base: &Model<ValveProblem<'_>>) -> Option<usize> {
     }
     let freed = |run: usize| {
         let mut rest = all.clone();
-        normals
-            .iter()
-            .zip(recordings)
-            .filter(|(_, one)| one.source == run)
-            .for_each(|(normal, _)| rest.subtract(normal));
+        for (normal, _) in normals.iter().zip(recordings).filter(|(_, one)| one.source == run) {
+            rest.subtract(normal);
+        }
         let step = Posterior::new(base.problem.coordinates(), &base.fit.u, &rest).newton()?;
         Some((run, step.predicted_gain))
     };
@@ -74,119 +70,108 @@ pub(super) fn without(campaign: &Campaign, run: usize) -> Campaign {
     rest
 }
 
-/// A condition of a run that can be written down wrongly.
-struct Condition {
-    name: &'static str,
-    stated: f64,
+/// A condition of a run with values that it may have in place of the one written down.
+struct Tried {
+    condition: Condition,
     values: Vec<f64>,
-    set: fn(&mut Conditions, f64),
-    shown: Box<dyn Fn(f64) -> String + Sync>,
 }
 
-/// What one of a run's conditions would have to be, in words, for the model that explains all other runs to explain it too;
-/// nothing where no one condition does.
+impl Condition {
+    fn of(self, conditions: &Conditions) -> f64 {
+        match self {
+            Self::SupplyPressure => conditions.supply_pressure_pa,
+            Self::Temperature => conditions.temperature_k,
+            Self::LeakToAtmosphere => conditions.leak_to_atmosphere_m2,
+            Self::LeakFromSupply => conditions.leak_from_supply_m2,
+        }
+    }
+
+    fn set(self, conditions: &mut Conditions, value: f64) {
+        *match self {
+            Self::SupplyPressure => &mut conditions.supply_pressure_pa,
+            Self::Temperature => &mut conditions.temperature_k,
+            Self::LeakToAtmosphere => &mut conditions.leak_to_atmosphere_m2,
+            Self::LeakFromSupply => &mut conditions.leak_from_supply_m2,
+        } = value;
+    }
+}
+
+/// What one of a run's conditions would have to be for the model that explains all other runs to explain it too; nothing where no
+/// one condition does.
 pub(super) fn mistyped(
     subject: &Subject,
     campaign: &Campaign,
     run: usize,
     others: &Explanation,
     stop: &Stop,
-) -> Option<String> {
+) -> Option<LeftOut> {
     let explained = matches!(others.verdict, Verdict::Adequate | Verdict::EffectFound);
     let last = others.steps.last().filter(|_| explained)?;
-    let usual = last.held_out.as_ref().unwrap_or(&last.errors).rmse_m?;
-    let recordings = &subject.setup(Level::Low).recordings;
-    let of_run: Vec<usize> = (0..recordings.len())
-        .filter(|index| recordings[*index].is_trace() && recordings[*index].source == run)
-        .collect();
-    let stated = recordings[*of_run.first()?].run.conditions;
-    let (setup, entries, _) = subject.part(subject.setup(Level::Low), &of_run);
+    let others_rmse_m = last.held_out.as_ref().unwrap_or(&last.errors).rmse_m?;
+    let all = subject.setup(Level::Low);
+    let of_run = |index: &usize| all.recordings[*index].is_trace() && all.recordings[*index].source == run;
+    let of_run: Vec<usize> = (0..all.recordings.len()).filter(of_run).collect();
+    let stated = all.recordings[*of_run.first()?].run.conditions;
+    let (setup, entries, _) = subject.part(all, &of_run);
     let space = Space::new(&others.valve, &[]);
-    let tried = |condition: &Condition| -> Option<(f64, f64)> {
+    let stated_rmse_m = fitted(&setup, &space, &entries, stop)?;
+    let best = |tried: &Tried| -> Option<LeftOut> {
         let error = |value: f64| {
-            let setup = under(&setup, condition, value);
-            let problem = ValveProblem::new(&setup, space.clone(), &entries, stop);
-            errors_at(&problem)
+            let setup = under(&setup, tried.condition, value);
+            errors_at(&ValveProblem::new(&setup, space.clone(), &entries, stop))
         };
-        let best = least(&condition.values, error)?;
-        let rmse_m = fitted(&under(&setup, condition, best), &space, &entries, stop)?;
-        Some((best, rmse_m))
+        let right = least(&tried.values, error)?;
+        Some(LeftOut {
+            run: campaign.runs[run].file.clone(),
+            condition: tried.condition,
+            stated: tried.condition.of(&stated),
+            right,
+            ambient_pa: setup.ambient_pa,
+            stated_rmse_m,
+            right_rmse_m: fitted(&under(&setup, tried.condition, right), &space, &entries, stop)?,
+            others_rmse_m,
+        })
     };
-    let as_stated = fitted(&setup, &space, &entries, stop)?;
-    let conditions = conditions(&stated, subject, campaign, run);
-    let found: Vec<Option<(f64, f64)>> = conditions.par_iter().map(tried).collect();
-    let (condition, (value, rmse_m)) = conditions
-        .iter()
-        .zip(found)
-        .filter_map(|(condition, found)| Some((condition, found?)))
-        .min_by(|a, b| a.1.1.total_cmp(&b.1.1))?;
-    let explains = rmse_m < ALIKE * usual && rmse_m < as_stated / ALIKE;
-    explains.then(|| {
-        format!(
-            "{}: under the {} that was written down ({}) an error of {:.3} mm is left, where the other runs leave {:.3} mm; \
-             under about {} it would be explained as well, to {:.3} mm. Is it mistyped?",
-            campaign.runs[run].file,
-            condition.name,
-            (condition.shown)(condition.stated),
-            1e3 * as_stated,
-            1e3 * usual,
-            (condition.shown)(value),
-            1e3 * rmse_m,
-        )
-    })
+    let found: Vec<LeftOut> = tried(&stated, subject, campaign, run).par_iter().filter_map(best).collect();
+    let explains = |one: &LeftOut| one.right_rmse_m < ALIKE * others_rmse_m && one.right_rmse_m < stated_rmse_m / ALIKE;
+    found.into_iter().min_by(|a, b| a.right_rmse_m.total_cmp(&b.right_rmse_m)).filter(explains)
 }
 
 /// The conditions of a run that can be wrong, with values to try: neither one that was recorded nor one that does not act.
-fn conditions(stated: &Conditions, subject: &Subject, campaign: &Campaign, run: usize) -> Vec<Condition> {
+fn tried(stated: &Conditions, subject: &Subject, campaign: &Campaign, run: usize) -> Vec<Tried> {
     let setup = subject.setup(Level::High);
     let steps = || (0..TRIED).map(|step| step as f64 / (TRIED - 1) as f64);
-    let leak = |name, stated, set| {
-        let orifice_m2 = subject.space.parameters().solenoid_orifice_area_m2;
-        let areas = steps().map(|step| orifice_m2 * LEAKS.0 * (LEAKS.1 / LEAKS.0).powf(step));
-        let shown = |area: f64| if area == 0.0 { "none".to_owned() } else { format!("{:.3} mm2", 1e6 * area) };
-        Condition { name, stated, values: std::iter::once(0.0).chain(areas).collect(), set, shown: Box::new(shown) }
-    };
-    let mut all = vec![Condition {
-        name: "temperature",
-        stated: stated.temperature_k,
-        values: steps().map(|step| TEMPERATURES_K.0 + step * (TEMPERATURES_K.1 - TEMPERATURES_K.0)).collect(),
-        set: |conditions, value| conditions.temperature_k = value,
-        shown: Box::new(|value| format!("{value:.1} K")),
-    }];
-    if !setup.is_prescribed {
-        all.push(leak("leak to atmosphere", stated.leak_to_atmosphere_m2, |conditions, value| {
-            conditions.leak_to_atmosphere_m2 = value;
-        }));
-        all.push(leak("leak from the supply", stated.leak_from_supply_m2, |conditions, value| {
-            conditions.leak_from_supply_m2 = value;
-        }));
-        if campaign.runs[run].trace.supply_pressure_pa.is_none() {
-            let (ambient_pa, gauge_pa) = (setup.ambient_pa, stated.supply_pressure_pa - setup.ambient_pa);
-            let factors = steps().map(|step| PRESSURES.powf(2.0 * step - 1.0));
-            all.push(Condition {
-                name: "supply pressure",
-                stated: stated.supply_pressure_pa,
-                values: factors.map(|factor| ambient_pa + factor * gauge_pa).collect(),
-                set: |conditions, value| conditions.supply_pressure_pa = value,
-                shown: Box::new(move |value| {
-                    format!("{:.1} psig, {:.1} kPa absolute", (value - ambient_pa) / PSI_PA, 1e-3 * value)
-                }),
-            });
-        }
+    let temperatures = steps().map(|step| TEMPERATURES_K.0 + step * (TEMPERATURES_K.1 - TEMPERATURES_K.0));
+    let mut all = vec![Tried { condition: Condition::Temperature, values: temperatures.collect() }];
+    if setup.is_prescribed {
+        return all;
+    }
+    let orifice_m2 = subject.space.parameters().solenoid_orifice_area_m2;
+    let areas = || steps().map(|step| orifice_m2 * LEAKS.0 * (LEAKS.1 / LEAKS.0).powf(step));
+    all.extend(
+        [Condition::LeakToAtmosphere, Condition::LeakFromSupply]
+            .map(|condition| Tried { condition, values: std::iter::once(0.0).chain(areas()).collect() }),
+    );
+    if campaign.runs[run].trace.supply_pressure_pa.is_none() {
+        let gauge_pa = stated.supply_pressure_pa - setup.ambient_pa;
+        let pressures = steps().map(|step| setup.ambient_pa + PRESSURES.powf(2.0 * step - 1.0) * gauge_pa);
+        all.push(Tried { condition: Condition::SupplyPressure, values: pressures.collect() });
     }
     all
 }
 
 /// Recordings as they would be under another value of a condition.
-fn under(setup: &Setup, condition: &Condition, value: f64) -> Setup {
+fn under(setup: &Setup, condition: Condition, value: f64) -> Setup {
     let mut setup = setup.clone();
-    setup.recordings.iter_mut().for_each(|recording| (condition.set)(&mut recording.run.conditions, value));
+    for recording in &mut setup.recordings {
+        condition.set(&mut recording.run.conditions, value);
+    }
     setup
 }
 
 /// Sum of the squared errors at the prior means, in units of the rows' activity; infinite where the valve does not stroke.
 fn errors_at(problem: &ValveProblem<'_>) -> f64 {
-    let predicted = identify::problem::predict_all(problem, &[problem.start()]).pop().flatten();
+    let predicted = predict_all(problem, &[problem.start()]).pop().flatten();
     predicted.map_or(f64::INFINITY, |predicted| {
         let of = problem.records().iter().zip(&predicted);
         of.map(|(record, predicted)| record.error_in_activity(predicted)).sum()

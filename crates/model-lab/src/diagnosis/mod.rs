@@ -19,8 +19,8 @@ use crate::identification::{Catalogue, NuisanceSizes, Subject};
 pub use report::nuisance_reports;
 
 pub use answer::{
-    Alternative, CandidateReport, Explanation, FittedParameter, Indistinguishable, MovedParameter, NuisanceReport,
-    Remainder, Verdict,
+    Alternative, CandidateReport, Condition, Explanation, FittedParameter, Indistinguishable, LeftOut, MovedParameter,
+    NuisanceReport, Remainder, Verdict,
 };
 
 /// What a search tells while it runs.
@@ -88,15 +88,9 @@ pub fn explain(
     tell(Progress::Doing("all runs but one that contradicts them"));
     let rest = Subject::new(file, &apart::without(campaign, run), &options.nuisances);
     let others = searched(&rest, options, tell, stop).map(|(others, _)| others).filter(|_| !stop.is_asked());
-    let Some(mut others) = others else { return Some(found) };
-    match apart::mistyped(&subject, campaign, run, &others, stop) {
-        Some(mistyped) => {
-            others.left_out = Some(campaign.runs[run].file.clone());
-            others.notes.insert(0, mistyped);
-            Some(others)
-        }
-        None => Some(found),
-    }
+    let Some(others) = others else { return Some(found) };
+    let left_out = apart::mistyped(&subject, campaign, run, &others, stop);
+    Some(if left_out.is_some() { Explanation { left_out, ..others } } else { found })
 }
 
 /// What a search finds, and the run that contradicts all others.

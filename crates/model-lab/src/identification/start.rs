@@ -41,8 +41,9 @@ impl Beginning {
         matches!(self, Self::Moving { .. } | Self::Venting { .. })
     }
 
-    /// The same of a record whose pressure tells that an open valve is not vented yet: by more than a share of the supply's gauge
-    /// pressure, which sensors are not off by.
+    /// The same of a record whose pressure tells that an open valve is not vented yet: it falls, and is above the atmosphere's by more
+    /// than a share of the supply's gauge pressure, which sensors are not off by. A pressure that stays is that of a valve at rest, such as
+    /// one that leaks from the supply.
     #[must_use]
     pub fn with_pressure(
         self,
@@ -53,24 +54,26 @@ impl Beginning {
         (ambient_pa, supply_pa): (f64, f64),
     ) -> Self {
         let Some(first) = commands.first().filter(|first| self == Self::Open && first.close) else { return self };
-        let rows: Vec<(f64, f64)> = times_s
+        let before: Vec<(f64, f64)> = times_s
             .iter()
             .copied()
             .zip(pressure_pa.iter().copied())
             .take_while(|(time, _)| *time < first.time_s)
             .filter(|(_, pressure)| pressure.is_finite())
-            .take(FEWEST_ROWS)
             .collect();
-        if rows.len() < 3 {
+        if before.len() < 3 {
             return self;
         }
-        let line = Line::through(&rows);
+        let all = Line::through(&before);
+        let falls = all.slope < -CLEAR * all.white_sigma(&before, noise_pa);
+        let rows = &before[..before.len().min(FEWEST_ROWS)];
+        let line = Line::through(rows);
         let pressure_pa = line.mean_x + line.slope * (times_s[0] - line.mean_t);
         let span_pa = (supply_pa - ambient_pa).abs();
-        let error = line.error(&rows, noise_pa);
+        let error = line.error(rows, noise_pa);
         let sigma =
-            (error / (rows.len() as f64).sqrt()).hypot(line.white_sigma(&rows, noise_pa) * (line.mean_t - times_s[0]));
-        if pressure_pa - ambient_pa < (UNVENTED * span_pa).max(CLEAR * sigma) {
+            (error / (rows.len() as f64).sqrt()).hypot(line.white_sigma(rows, noise_pa) * (line.mean_t - times_s[0]));
+        if !falls || pressure_pa - ambient_pa < (UNVENTED * span_pa).max(CLEAR * sigma) {
             return self;
         }
         Self::Venting { pressure_pa, pressure_sigma_pa: sigma.hypot(SENSOR_SHARE * span_pa) }
@@ -378,8 +381,9 @@ mod tests {
             }
             other => panic!("{other:?}"),
         }
-        // A sensor with a zero of its own; a valve that is opened first; one that moves.
+        // A sensor with a zero of its own; a leak from the supply; a valve that is opened first; one that fills.
         assert_eq!(with(Beginning::Open, &|_| 1.1e5, &close), Beginning::Open);
+        assert_eq!(with(Beginning::Open, &|_| 1.6e5, &close), Beginning::Open);
         let open = [CommandEdge { time_s: 0.2, close: false }];
         assert_eq!(with(Beginning::Open, &venting, &open), Beginning::Open);
         assert_eq!(with(Beginning::Filling, &venting, &close), Beginning::Filling);
