@@ -16,7 +16,7 @@ use valve_model::Conditions;
 use super::answer::{Condition, Explanation, LeftOut, Verdict};
 use crate::errors::Errors;
 use crate::identification::setup::Setup;
-use crate::identification::{Entry, Subject, ValveProblem};
+use crate::identification::{Entry, Nuisance, Subject, ValveProblem};
 use crate::space::Space;
 
 /// Fewer runs than this besides it cannot say that it is the one that is wrong.
@@ -112,15 +112,27 @@ pub(super) fn mistyped(
     let of_run = |index: &usize| all.recordings[*index].is_trace() && all.recordings[*index].source == run;
     let of_run: Vec<usize> = (0..all.recordings.len()).filter(of_run).collect();
     let stated = all.recordings[*of_run.first()?].run.conditions;
-    let (setup, entries, _) = subject.part(all, &of_run);
+    let (setup, mut entries, _) = subject.part(all, &of_run);
+    // What the other runs say of instruments and conditions that all share stays as they say it.
+    for entry in &mut entries {
+        if let Some((_, u)) = others.shared.iter().find(|(nuisance, _)| *nuisance == entry.nuisance) {
+            let coordinate = &mut entry.coordinate;
+            (coordinate.mean, coordinate.lower, coordinate.upper) = (*u, *u, *u);
+        }
+    }
     let space = Space::new(&others.valve, &[]);
     let stated_rmse_m = fitted(&setup, &space, &entries, stop)?;
     let best = |tried: &Tried| -> Option<LeftOut> {
-        let error = |value: f64| {
-            let setup = under(&setup, tried.condition, value);
-            errors_at(&ValveProblem::new(&setup, space.clone(), &entries, stop))
-        };
-        let right = least(&tried.values, error)?;
+        let under = |value: f64| under(&setup, tried.condition, value);
+        let mut entries = entries.clone();
+        if tried.condition == Condition::SupplyPressure {
+            // What the run's pressure may be off by is what is looked for.
+            entries.retain(|entry| !matches!(entry.nuisance, Nuisance::Supply(_)));
+        }
+        let about =
+            least(&tried.values, |value| errors_at(&ValveProblem::new(&under(value), space.clone(), &entries, stop)))?;
+        let fitted = |value: f64| fitted(&under(value), &space, &entries, stop).unwrap_or(f64::INFINITY);
+        let (right, right_rmse_m) = refined(about, fitted);
         Some(LeftOut {
             run: campaign.runs[run].file.clone(),
             condition: tried.condition,
@@ -128,7 +140,7 @@ pub(super) fn mistyped(
             right,
             ambient_pa: setup.ambient_pa,
             stated_rmse_m,
-            right_rmse_m: fitted(&under(&setup, tried.condition, right), &space, &entries, stop)?,
+            right_rmse_m,
             others_rmse_m,
         })
     };
@@ -178,27 +190,30 @@ fn errors_at(problem: &ValveProblem<'_>) -> f64 {
     })
 }
 
-/// The value with the least error: the best of those given, refined between its neighbours.
-fn least(values: &[f64], error: impl Fn(f64) -> f64 + Sync) -> Option<f64> {
+/// Of values in order the one with the least error between its neighbours; nothing where the valve strokes with none of them.
+fn least(values: &[f64], error: impl Fn(f64) -> f64 + Sync) -> Option<[f64; 3]> {
     let errors: Vec<f64> = values.par_iter().map(|value| error(*value)).collect();
     let best = (0..values.len()).min_by(|a, b| errors[*a].total_cmp(&errors[*b]))?;
-    let (mut low, mut high) = (values[best.saturating_sub(1)], values[(best + 1).min(values.len() - 1)]);
-    let mut found = (values[best], errors[best]);
+    let around = [best.saturating_sub(1), best, (best + 1).min(values.len() - 1)];
+    errors[best].is_finite().then_some(around.map(|index| values[index]))
+}
+
+/// The value with the least error between the outer two of three, and that error, by golden sections.
+fn refined([mut low, about, mut high]: [f64; 3], error: impl Fn(f64) -> f64) -> (f64, f64) {
+    let at = |value: f64| (value, error(value));
+    let mut best = at(about);
+    let [mut left, mut right] = [at(high - GOLDEN * (high - low)), at(low + GOLDEN * (high - low))];
     for _ in 0..REFINEMENTS {
-        let [left, right] = [high - GOLDEN * (high - low), low + GOLDEN * (high - low)];
-        let [of_left, of_right] = [error(left), error(right)];
-        if of_left < of_right {
-            high = right;
+        if left.1 < right.1 {
+            (high, right) = (right.0, left);
+            left = at(high - GOLDEN * (high - low));
         } else {
-            low = left;
+            (low, left) = (left.0, right);
+            right = at(low + GOLDEN * (high - low));
         }
-        for (value, of_value) in [(left, of_left), (right, of_right)] {
-            if of_value < found.1 {
-                found = (value, of_value);
-            }
-        }
+        best = [left, right].into_iter().fold(best, |best, one| if one.1 < best.1 { one } else { best });
     }
-    found.1.is_finite().then_some(found.0)
+    best
 }
 
 /// The error of a run's positions once what its instruments are off by is fitted to it, m.
