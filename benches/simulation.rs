@@ -14,8 +14,7 @@ use reference_valve::plain::Plain;
 use reference_valve::{CYCLE, base_valve, leaking, spread, table_model, testbed, testbed_file, typical, with_effect};
 use valve_model::cycle::{cycle_commands, cycles};
 use valve_model::dispatch::InstructionSet;
-use valve_model::real::LANES;
-use valve_model::simulate::{DEFAULT_STEP_S, simulate_scalar, simulate_with};
+use valve_model::simulate::{ABREAST, DEFAULT_STEP_S, simulate_scalar, simulate_with};
 use valve_model::{Conditions, EffectKind, ParameterId, Prepared, Run, Start, Valve, simulate};
 
 /// Effects of which the price of a step is printed, one for each group of terms.
@@ -30,12 +29,12 @@ const WITH_EFFECTS: [EffectKind; 5] = [
 /// Valves of the fleet.
 const FLEET: usize = 10_000;
 
-/// A leaking cycle of the reference valve, once for each lane.
+/// A leaking cycle of the reference valve, as many times as runs advance together.
 fn leaking_runs(valve: &Valve) -> Vec<Prepared> {
     let conditions = leaking(valve, Fault::Atmosphere, 0.1e-6);
     let run =
         Run { conditions, commands: cycle_commands(&CYCLE), end_s: CYCLE.end_s, prescribed: None, start: Start::Rest };
-    vec![Prepared::new(valve, &run, DEFAULT_STEP_S); LANES]
+    vec![Prepared::new(valve, &run, DEFAULT_STEP_S); ABREAST]
 }
 
 fn step_count(runs: &[Prepared]) -> u64 {
@@ -109,10 +108,10 @@ fn cycle(criterion: &mut Criterion) {
     let valve = base_valve(testbed());
     let conditions = Conditions::nominal(valve.parameters());
     let mut group = criterion.benchmark_group("cycle");
-    for count in [1, LANES] {
+    for count in [1, ABREAST] {
         let valves = vec![(&valve, conditions); count];
         group.throughput(Throughput::Elements(count as u64));
-        let name = if count == 1 { "one valve" } else { "eight valves in lanes" };
+        let name = if count == 1 { "one valve" } else { "sixteen valves in lanes" };
         group.bench_function(name, |b| b.iter(|| cycles(black_box(&valves), &CYCLE, 1, DEFAULT_STEP_S)));
     }
     group.finish();
@@ -155,7 +154,7 @@ fn sweep(_: &mut Criterion) {
     for threads in [1, 2] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads can be started");
         let start = Instant::now();
-        let sweep = || runs.par_chunks(8 * LANES).flat_map_iter(|batch| cycles(batch, &CYCLE, 1, DEFAULT_STEP_S));
+        let sweep = || runs.par_chunks(4 * ABREAST).flat_map_iter(|batch| cycles(batch, &CYCLE, 1, DEFAULT_STEP_S));
         let closed = pool.install(|| sweep().filter(|times| times[0].close_time_s.is_some()).count());
         let pace = FLEET as f64 / start.elapsed().as_secs_f64();
         if threads == 1 {

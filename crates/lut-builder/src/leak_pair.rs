@@ -3,7 +3,7 @@
 use leak_table::{ConditionInfo, Equivalent, Fault, InterpolationError, LeakPairTable, Stroke, TableBundle};
 use rayon::prelude::*;
 use valve_model::cycle::cycles;
-use valve_model::real::LANES;
+use valve_model::simulate::ABREAST;
 use valve_model::{Conditions, Fidelity};
 
 use crate::error::BuildError;
@@ -151,6 +151,6 @@ fn simulate(
         });
         Ok(last.collect())
     };
-    let batches: Vec<Vec<Times>> = pairs.par_chunks(LANES).map(batch).collect::<Result<_, _>>()?;
+    let batches: Vec<Vec<Times>> = pairs.par_chunks(ABREAST).map(batch).collect::<Result<_, _>>()?;
     Ok(batches.into_iter().flatten().collect())
 }

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use leak_table::{Degradation, Limits, SeverityPoint, Stroke};
 use rayon::prelude::*;
 use valve_model::cycle::{CycleTimes, cycles};
-use valve_model::real::LANES;
+use valve_model::simulate::ABREAST;
 use valve_model::{Conditions, Fidelity, Valve};
 
 use crate::error::BuildError;
@@ -102,7 +102,7 @@ impl<'a> Simulation<'a> {
     /// The stroke times at each severity under its conditions, in parallel.
     pub(crate) fn points(&self, wanted: &[(Conditions, Ticks)]) -> Result<Vec<SeverityPoint>, BuildError> {
         let batches: Vec<Vec<SeverityPoint>> =
-            wanted.par_chunks(LANES).map(|batch| self.batch(batch)).collect::<Result<_, _>>()?;
+            wanted.par_chunks(ABREAST).map(|batch| self.batch(batch)).collect::<Result<_, _>>()?;
         Ok(batches.into_iter().flatten().collect())
     }
 

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 use valve_model::cycle::{CycleTimes, cycles};
-use valve_model::real::LANES;
+use valve_model::simulate::ABREAST;
 use valve_model::{Fidelity, Trajectory, Valve};
 
 use crate::data::{Channel, Dataset};
@@ -31,7 +31,7 @@ pub fn timing_predictions(data: &Dataset, valve: &Valve) -> Vec<CycleTimes> {
     for wanted in [1, 2] {
         let groups: Vec<usize> = (0..times.len()).filter(|group| data.timing_groups[*group].cycles == wanted).collect();
         let predicted: Vec<Vec<CycleTimes>> = groups
-            .par_chunks(LANES)
+            .par_chunks(ABREAST)
             .flat_map(|chunk| {
                 let batch: Vec<_> = chunk.iter().map(|group| (valve, data.timing_groups[*group].conditions)).collect();
                 cycles(&batch, &data.schedule, wanted, Fidelity::FINE)

@@ -5,7 +5,7 @@
 //! numbers give the same bits, with products and sums fused; the baseline gives those of the scalar path
 //! (see [`crate::real`]).
 
-use crate::integrator::{LaneRun, Recorder, Take, integrate};
+use crate::integrator::{LaneRun, Recorders, Take, integrate};
 use crate::real::{LANES, Lanes, Real};
 use crate::terms::groups;
 
@@ -60,39 +60,39 @@ impl InstructionSet {
 /// Integrates runs with the same groups of terms, with the baseline where the machine lacks `set`. A lone run
 /// has the bits that it has beside others.
 #[cfg_attr(target_arch = "x86_64", expect(unsafe_code, reason = "each call follows a test for its instructions"))]
-pub(crate) fn integrate_with(set: InstructionSet, runs: &[LaneRun<'_>], recorder: &mut Recorder, take: &mut Take<'_>) {
+pub(crate) fn integrate_with(set: InstructionSet, runs: &[LaneRun<'_>], recorders: &mut Recorders, take: &mut Take<'_>) {
     match set {
         #[cfg(target_arch = "x86_64")]
         InstructionSet::Avx512 | InstructionSet::Avx2 if set.is_available() && runs.len() == 1 => {
             // SAFETY: the machine has AVX2 and FMA, which both sets ask for.
-            unsafe { alone_with_avx2(runs, recorder, take) }
+            unsafe { alone_with_avx2(runs, recorders, take) }
         }
         #[cfg(target_arch = "x86_64")]
         InstructionSet::Avx512 if set.is_available() => {
             // SAFETY: the machine has AVX-512 F and DQ, AVX2 and FMA.
-            unsafe { with_avx512(runs, recorder, take) }
+            unsafe { with_avx512(runs, recorders, take) }
         }
         #[cfg(target_arch = "x86_64")]
         InstructionSet::Avx2 if set.is_available() => {
             // SAFETY: the machine has AVX2 and FMA.
-            unsafe { with_avx2(runs, recorder, take) }
+            unsafe { with_avx2(runs, recorders, take) }
         }
-        _ if runs.len() == 1 => integrate_scalar(runs, recorder, take),
-        _ => any_loop::<Lanes<LANES, false>>(runs, recorder, take),
+        _ if runs.len() == 1 => integrate_scalar(runs, recorders, take),
+        _ => any_loop::<Lanes<LANES, false>>(runs, recorders, take),
     }
 }
 
 /// Integrates runs one after another on the scalar path.
-pub(crate) fn integrate_scalar(runs: &[LaneRun<'_>], recorder: &mut Recorder, take: &mut Take<'_>) {
-    any_loop::<f64>(runs, recorder, take);
+pub(crate) fn integrate_scalar(runs: &[LaneRun<'_>], recorders: &mut Recorders, take: &mut Take<'_>) {
+    any_loop::<f64>(runs, recorders, take);
 }
 
 /// In the loop of the base model, or in that for any groups of terms.
 #[inline(always)]
-fn any_loop<R: Real>(runs: &[LaneRun<'_>], recorder: &mut Recorder, take: &mut Take<'_>) {
+fn any_loop<R: Real>(runs: &[LaneRun<'_>], recorders: &mut Recorders, take: &mut Take<'_>) {
     match runs[0].equations.terms.groups() {
-        0 => integrate::<R, 0>(runs, recorder, take),
-        _ => integrate::<R, { groups::ANY }>(runs, recorder, take),
+        0 => integrate::<R, 0>(runs, recorders, take),
+        _ => integrate::<R, { groups::ANY }>(runs, recorders, take),
     }
 }
 
@@ -111,40 +111,40 @@ const PRESCRIBED_FRICTION: u8 = groups::PRESCRIBED | groups::FORCES | groups::FR
 
 /// In a loop for the very groups of terms, where they are one of those that a search mostly asks for.
 #[inline(always)]
-fn own_loop<R: Real>(runs: &[LaneRun<'_>], recorder: &mut Recorder, take: &mut Take<'_>) {
+fn own_loop<R: Real>(runs: &[LaneRun<'_>], recorders: &mut Recorders, take: &mut Take<'_>) {
     match runs[0].equations.terms.groups() {
-        groups::FORCES => integrate::<R, { groups::FORCES }>(runs, recorder, take),
-        groups::FRICTION => integrate::<R, { groups::FRICTION }>(runs, recorder, take),
-        groups::HEATING => integrate::<R, { groups::HEATING }>(runs, recorder, take),
-        groups::LINE => integrate::<R, { groups::LINE }>(runs, recorder, take),
-        groups::SPOOL => integrate::<R, { groups::SPOOL }>(runs, recorder, take),
-        groups::CUSTOM => integrate::<R, { groups::CUSTOM }>(runs, recorder, take),
-        CUSTOM_FRICTION => integrate::<R, CUSTOM_FRICTION>(runs, recorder, take),
-        FORCES_FRICTION => integrate::<R, FORCES_FRICTION>(runs, recorder, take),
-        FORCES_HEATING => integrate::<R, FORCES_HEATING>(runs, recorder, take),
-        FORCES_LINE => integrate::<R, FORCES_LINE>(runs, recorder, take),
-        FRICTION_HEATING => integrate::<R, FRICTION_HEATING>(runs, recorder, take),
-        FRICTION_LINE => integrate::<R, FRICTION_LINE>(runs, recorder, take),
-        PRESCRIBED_FORCES => integrate::<R, PRESCRIBED_FORCES>(runs, recorder, take),
-        PRESCRIBED_FRICTION => integrate::<R, PRESCRIBED_FRICTION>(runs, recorder, take),
-        _ => any_loop::<R>(runs, recorder, take),
+        groups::FORCES => integrate::<R, { groups::FORCES }>(runs, recorders, take),
+        groups::FRICTION => integrate::<R, { groups::FRICTION }>(runs, recorders, take),
+        groups::HEATING => integrate::<R, { groups::HEATING }>(runs, recorders, take),
+        groups::LINE => integrate::<R, { groups::LINE }>(runs, recorders, take),
+        groups::SPOOL => integrate::<R, { groups::SPOOL }>(runs, recorders, take),
+        groups::CUSTOM => integrate::<R, { groups::CUSTOM }>(runs, recorders, take),
+        CUSTOM_FRICTION => integrate::<R, CUSTOM_FRICTION>(runs, recorders, take),
+        FORCES_FRICTION => integrate::<R, FORCES_FRICTION>(runs, recorders, take),
+        FORCES_HEATING => integrate::<R, FORCES_HEATING>(runs, recorders, take),
+        FORCES_LINE => integrate::<R, FORCES_LINE>(runs, recorders, take),
+        FRICTION_HEATING => integrate::<R, FRICTION_HEATING>(runs, recorders, take),
+        FRICTION_LINE => integrate::<R, FRICTION_LINE>(runs, recorders, take),
+        PRESCRIBED_FORCES => integrate::<R, PRESCRIBED_FORCES>(runs, recorders, take),
+        PRESCRIBED_FRICTION => integrate::<R, PRESCRIBED_FRICTION>(runs, recorders, take),
+        _ => any_loop::<R>(runs, recorders, take),
     }
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512dq,fma")]
-fn with_avx512(runs: &[LaneRun<'_>], recorder: &mut Recorder, take: &mut Take<'_>) {
-    own_loop::<Lanes<LANES, true>>(runs, recorder, take);
+fn with_avx512(runs: &[LaneRun<'_>], recorders: &mut Recorders, take: &mut Take<'_>) {
+    own_loop::<Lanes<LANES, true>>(runs, recorders, take);
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
-fn with_avx2(runs: &[LaneRun<'_>], recorder: &mut Recorder, take: &mut Take<'_>) {
-    own_loop::<Lanes<LANES, true>>(runs, recorder, take);
+fn with_avx2(runs: &[LaneRun<'_>], recorders: &mut Recorders, take: &mut Take<'_>) {
+    own_loop::<Lanes<LANES, true>>(runs, recorders, take);
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
-fn alone_with_avx2(runs: &[LaneRun<'_>], recorder: &mut Recorder, take: &mut Take<'_>) {
-    any_loop::<Lanes<1, true>>(runs, recorder, take);
+fn alone_with_avx2(runs: &[LaneRun<'_>], recorders: &mut Recorders, take: &mut Take<'_>) {
+    any_loop::<Lanes<1, true>>(runs, recorders, take);
 }

@@ -11,13 +11,17 @@ use crate::equations::Equations;
 use crate::equilibrium::vented_rest;
 pub use crate::fidelity::DEFAULT_STEP_S;
 use crate::fidelity::Fidelity;
-use crate::integrator::{LaneRun, Recorder, StepControl};
+use crate::integrator::{LaneRun, PACKS, Recorder, Recorders, StepControl};
 use crate::params::ParameterError;
 use crate::prescribed::Prescribed;
+use crate::real::LANES;
 use crate::start::Start;
 use crate::state::{Inputs, State};
 use crate::trajectory::Trajectory;
 use crate::valve::Valve;
+
+/// So many runs advance together where there are as many.
+pub const ABREAST: usize = PACKS * LANES;
 
 /// One recorded or planned run of a valve.
 #[derive(Debug, Clone, PartialEq)]
@@ -194,20 +198,24 @@ pub fn simulate_with<P: Borrow<Prepared>>(
     pressures: bool,
     mut consume: impl FnMut(usize, &Trajectory, &State<f64>),
 ) {
-    let mut recorder = SPARE.take().unwrap_or_else(Recorder::new);
+    let mut recorders = SPARE.take().unwrap_or_else(recorders);
     let mut waiting: Vec<usize> = (0..runs.len()).collect();
     while let Some(first) = waiting.first().map(|first| runs[*first].borrow()) {
         let (mates, others): (Vec<usize>, Vec<usize>) =
             waiting.into_iter().partition(|index| runs[*index].borrow().fits_beside(first));
         let batch: Vec<LaneRun<'_>> = mates.iter().map(|index| runs[*index].borrow().lane_run()).collect();
         let mut take = |mate: usize, nodes: &Trajectory, state: &State<f64>| consume(mates[mate], nodes, state);
-        recorder.clear(pressures);
-        integrate_with(set, &batch, &mut recorder, &mut take);
+        recorders.iter_mut().for_each(|recorder| recorder.clear(pressures));
+        integrate_with(set, &batch, &mut recorders, &mut take);
         waiting = others;
     }
-    if recorder.capacity() <= MOST_SPARE_NODES {
-        SPARE.set(Some(recorder));
+    if recorders.iter().map(Recorder::capacity).sum::<usize>() <= MOST_SPARE_NODES {
+        SPARE.set(Some(recorders));
     }
+}
+
+fn recorders() -> Recorders {
+    std::array::from_fn(|_| Recorder::new())
 }
 
 /// Memory for more nodes than this is given back (some 40 MB with pressures).
@@ -216,16 +224,16 @@ const MOST_SPARE_NODES: usize = 1 << 20;
 thread_local! {
     /// What a batch writes to; kept for the next one of the thread, since fresh memory costs more than what
     /// is written to it.
-    static SPARE: Cell<Option<Recorder>> = const { Cell::new(None) };
+    static SPARE: Cell<Option<Recorders>> = const { Cell::new(None) };
 }
 
 /// Simulates runs one at a time with plain numbers, no product fused with a sum; what the lanes must meet, the
 /// baseline to the bit and fused ones to 1e-9 s in every stroke time.
 pub fn simulate_scalar(runs: &[Prepared], pressures: bool, mut consume: impl FnMut(usize, &Trajectory, &State<f64>)) {
-    let mut recorder = Recorder::new();
+    let mut recorders = recorders();
     for (index, run) in runs.iter().enumerate() {
         let mut take = |_: usize, nodes: &Trajectory, state: &State<f64>| consume(index, nodes, state);
-        recorder.clear(pressures);
-        integrate_scalar(&[run.lane_run()], &mut recorder, &mut take);
+        recorders[0].clear(pressures);
+        integrate_scalar(&[run.lane_run()], &mut recorders, &mut take);
     }
 }

@@ -52,48 +52,90 @@ pub(super) struct Front<R> {
 /// What takes a run that is over: its index, its nodes and its final state.
 pub(crate) type Take<'a> = dyn FnMut(usize, &Trajectory, &State<f64>) + 'a;
 
-/// Integrates runs with the same groups of terms, as many at a time as there are lanes: a lane whose run is
+/// Packs of lanes that advance by turns, stage by stage: the operations of a stage wait for one another, and while those of
+/// one pack do, the processor goes on with the next pack's.
+pub(crate) const PACKS: usize = 2;
+
+/// One for each pack.
+pub(crate) type Recorders = [Recorder; PACKS];
+
+/// Integrates runs with the same groups of terms, as many at a time as there are lanes in the packs: a lane whose run is
 /// over takes the next one. Hands each to `take` when it is over.
 #[inline(always)]
-pub(crate) fn integrate<R: Real, const GROUPS: u8>(runs: &[LaneRun<'_>], recorder: &mut Recorder, take: &mut Take<'_>) {
-    let zero = R::splat(0.0);
-    let mut batch = Batch::<R>::new(runs);
-    for lane in 0..batch.lanes.len() {
-        recorder.begin::<R, GROUPS>(lane, &batch.system, &batch.front, &batch.inputs::<GROUPS>(zero));
-    }
-    batch.hand_over::<GROUPS>(recorder, take);
-    while let Some(count) = batch.lanes.iter().filter_map(|lane| lane.clock.steps_left()).min() {
-        for _ in 0..count {
-            batch.step::<GROUPS>();
-            recorder.node::<R, GROUPS>(&batch.system, &batch.front, &batch.inputs::<GROUPS>(zero));
+pub(crate) fn integrate<R: Real, const GROUPS: u8>(
+    runs: &[LaneRun<'_>],
+    recorders: &mut Recorders,
+    take: &mut Take<'_>,
+) {
+    let mut queue = Queue { runs, next: 0 };
+    let mut packs: Vec<Pack<'_, '_, R>> = Vec::with_capacity(PACKS);
+    for recorder in recorders {
+        if queue.is_empty() {
+            break;
         }
-        batch.count_steps::<GROUPS>(count, recorder, take);
+        packs.push(Pack::new::<GROUPS>(&mut queue, recorder));
+    }
+    packs.retain_mut(|pack| pack.attend::<GROUPS>(0, &mut queue, take));
+    while let Some(count) = packs.iter().map(|pack| pack.due).min() {
+        for _ in 0..count {
+            step::<R, GROUPS>(&mut packs);
+        }
+        packs.retain_mut(|pack| pack.attend::<GROUPS>(count, &mut queue, take));
     }
 }
 
-/// The runs in the lanes and those that wait for one.
-struct Batch<'a, R> {
+/// Takes one step in every lane of every pack.
+#[inline(always)]
+fn step<R: Real, const GROUPS: u8>(packs: &mut [Pack<'_, '_, R>]) {
+    for pack in &mut *packs {
+        pack.sum = pack.front.state;
+        pack.rate = State::splat(&State::ZERO);
+    }
+    // Loops, so that the equations are compiled once for each instruction set.
+    for (share, weight) in STAGES {
+        for pack in &mut *packs {
+            pack.stage::<GROUPS>(share, weight);
+        }
+    }
+    for pack in packs {
+        pack.end_step::<GROUPS>();
+    }
+}
+
+/// The runs, and the next one that waits.
+struct Queue<'a> {
     runs: &'a [LaneRun<'a>],
-    /// The next run that waits.
     next: usize,
+}
+
+impl Queue<'_> {
+    fn is_empty(&self) -> bool {
+        self.next >= self.runs.len()
+    }
+}
+
+/// Runs in lanes that advance in the same operations.
+struct Pack<'a, 'r, R> {
+    runs: &'a [LaneRun<'a>],
     system: System<'a, R>,
     front: Front<R>,
+    /// The state after the step that is being taken, as far as its stages are over, and the rate of the last one.
+    sum: State<R>,
+    rate: State<R>,
     lanes: Vec<InLane>,
+    /// Steps until a lane needs attention, and those taken since one did.
+    due: u32,
+    taken: u32,
     may_settle: bool,
     prescribed: bool,
     stretches: Cell<Stretches<R>>,
+    recorder: &'r mut Recorder,
 }
 
 /// The run in one lane.
 struct InLane {
     run: usize,
     clock: Clock,
-}
-
-impl InLane {
-    fn new(run: usize, clock: Clock) -> Self {
-        Self { run, clock }
-    }
 }
 
 /// The stretches of the measured pressures that the lanes are in.
@@ -124,11 +166,11 @@ impl<R: Real> Stretches<R> {
     }
 }
 
-impl<'a, R: Real> Batch<'a, R> {
-    /// The first runs in the lanes.
+impl<'a, 'r, R: Real> Pack<'a, 'r, R> {
+    /// The first runs that wait in the lanes.
     #[inline(never)]
-    fn new(runs: &'a [LaneRun<'a>]) -> Self {
-        let first = &runs[0];
+    fn new<const GROUPS: u8>(queue: &mut Queue<'a>, recorder: &'r mut Recorder) -> Self {
+        let first = &queue.runs[queue.next];
         let system = System::new(first.equations);
         // A custom formula may depend on time, and measured pressures do.
         let formulas_rest = system.custom.iter().all(|effect| !effect.formula().depends_on_time());
@@ -143,20 +185,35 @@ impl<'a, R: Real> Batch<'a, R> {
             spool_rate: zero,
             since_command: zero,
         };
-        let (lanes, may_settle) = (Vec::with_capacity(R::LANES), formulas_rest && !prescribed);
-        let stretches = Cell::new(Stretches::endless());
-        let mut batch = Self { runs, next: 0, system, front, lanes, may_settle, prescribed, stretches };
-        for lane in 0..R::LANES.min(runs.len()) {
-            let clock = batch.load(lane);
-            batch.lanes.push(InLane::new(lane, clock));
+        let mut pack = Self {
+            runs: queue.runs,
+            system,
+            sum: front.state,
+            rate: front.state,
+            front,
+            lanes: Vec::with_capacity(R::LANES),
+            due: 0,
+            taken: 0,
+            may_settle: formulas_rest && !prescribed,
+            prescribed,
+            stretches: Cell::new(Stretches::endless()),
+            recorder,
+        };
+        for lane in 0..R::LANES.min(queue.runs.len() - queue.next) {
+            let in_lane = pack.load(lane, queue);
+            pack.lanes.push(in_lane);
         }
-        batch
+        for lane in 0..pack.lanes.len() {
+            pack.record_start::<GROUPS>(lane);
+        }
+        pack
     }
 
-    /// Puts the next run that waits into a lane; its clock.
-    fn load(&mut self, lane: usize) -> Clock {
-        let run = &self.runs[self.next];
-        self.next += 1;
+    /// Puts the next run that waits into a lane.
+    fn load(&mut self, lane: usize, queue: &mut Queue<'a>) -> InLane {
+        let index = queue.next;
+        let run = &self.runs[index];
+        queue.next += 1;
         self.system.set_lane(lane, run.equations);
         // Over before any time, so that it is looked up anew.
         self.stretches.get_mut().until.set_lane(lane, f64::NEG_INFINITY);
@@ -166,7 +223,12 @@ impl<'a, R: Real> Batch<'a, R> {
         let piston = Piston::of(&run.equations.coefficients);
         let mut clock = Clock::new(run.segments, run.control, self.may_settle, held, piston);
         clock.load(lane, &mut self.front, &mut self.system.coefficients);
-        clock
+        InLane { run: index, clock }
+    }
+
+    fn record_start<const GROUPS: u8>(&mut self, lane: usize) {
+        let inputs = self.inputs::<GROUPS>(R::splat(0.0));
+        self.recorder.begin::<R, GROUPS>(lane, &self.system, &self.front, &inputs);
     }
 
     /// The inputs some time after the start of a step.
@@ -187,54 +249,63 @@ impl<'a, R: Real> Batch<'a, R> {
         inputs
     }
 
-    /// Takes one step in every lane.
+    /// One stage of a step in every lane: the rate there, and its share of the step.
     #[inline(always)]
-    fn step<const GROUPS: u8>(&mut self) {
+    fn stage<const GROUPS: u8>(&mut self, share: f64, weight: f64) {
         let front = &self.front;
-        let mut sum = front.state;
-        let mut rate = State::splat(&State::ZERO);
-        // A loop, so that the equations are compiled once for each instruction set.
-        for (share, weight) in STAGES {
-            let ahead = front.step * R::splat(share);
-            let inputs = self.inputs::<GROUPS>(ahead);
-            rate = self.system.rates::<GROUPS>(&front.state.advanced::<GROUPS>(&rate, ahead), &inputs);
-            sum = sum.advanced::<GROUPS>(&rate, front.step * R::splat(weight));
-        }
+        let ahead = front.step * R::splat(share);
+        let inputs = self.inputs::<GROUPS>(ahead);
+        let rate = self.system.rates::<GROUPS>(&front.state.advanced::<GROUPS>(&self.rate, ahead), &inputs);
+        self.sum = self.sum.advanced::<GROUPS>(&rate, front.step * R::splat(weight));
+        self.rate = rate;
+    }
+
+    /// Ends a step whose stages are over, with a node in every lane.
+    #[inline(always)]
+    fn end_step<const GROUPS: u8>(&mut self) {
         let front = &mut self.front;
-        front.state = sum;
+        front.state = self.sum;
         front.time = front.time + front.step + front.wait;
         front.spool = front.spool_rate.mul_add(front.step, front.spool);
         front.since_command = front.since_command + front.step;
+        let inputs = self.inputs::<GROUPS>(R::splat(0.0));
+        self.recorder.node::<R, GROUPS>(&self.system, &self.front, &inputs);
     }
 
-    /// Counts steps as taken in every lane, and loads what is then due.
+    /// Counts steps as taken in every lane, and loads what is then due; whether any lane still has a run.
     #[inline(always)]
-    fn count_steps<const GROUPS: u8>(&mut self, count: u32, recorder: &mut Recorder, take: &mut Take<'_>) {
-        let mut any_over = false;
+    fn attend<const GROUPS: u8>(&mut self, count: u32, queue: &mut Queue<'a>, take: &mut Take<'_>) -> bool {
+        self.taken += count;
+        self.due -= count;
+        if self.due > 0 {
+            return true;
+        }
+        let mut any_over = self.taken == 0;
         for (lane, InLane { clock, .. }) in self.lanes.iter_mut().enumerate() {
-            if clock.finish_steps(count) {
+            if clock.finish_steps(self.taken) {
                 clock.load(lane, &mut self.front, &mut self.system.coefficients);
                 any_over |= clock.is_done();
             }
         }
         if any_over {
-            self.hand_over::<GROUPS>(recorder, take);
+            self.hand_over::<GROUPS>(queue, take);
         }
+        let due = self.lanes.iter().filter_map(|lane| lane.clock.steps_left()).min();
+        (self.due, self.taken) = (due.unwrap_or(0), 0);
+        due.is_some()
     }
 
     /// Hands over the runs that are over, and puts those that wait in their place.
     #[inline(never)]
-    fn hand_over<const GROUPS: u8>(&mut self, recorder: &mut Recorder, take: &mut Take<'_>) {
+    fn hand_over<const GROUPS: u8>(&mut self, queue: &mut Queue<'a>, take: &mut Take<'_>) {
         for lane in 0..self.lanes.len() {
-            while self.lanes[lane].clock.is_done() && recorder.is_busy(lane) {
-                let InLane { run, clock, .. } = &self.lanes[lane];
+            while self.lanes[lane].clock.is_done() && self.recorder.is_busy(lane) {
+                let InLane { run, clock } = &self.lanes[lane];
                 let outcome = if self.runs[*run].refused { Outcome::Refused } else { clock.outcome() };
-                take(*run, recorder.end(lane, outcome), &self.front.state.lane(lane));
-                if self.next < self.runs.len() {
-                    let run = self.next;
-                    let clock = self.load(lane);
-                    self.lanes[lane] = InLane::new(run, clock);
-                    recorder.begin::<R, GROUPS>(lane, &self.system, &self.front, &self.inputs::<GROUPS>(R::splat(0.0)));
+                take(*run, self.recorder.end(lane, outcome), &self.front.state.lane(lane));
+                if !queue.is_empty() {
+                    self.lanes[lane] = self.load(lane, queue);
+                    self.record_start::<GROUPS>(lane);
                 }
             }
         }
