@@ -64,6 +64,25 @@ struct Gain {
     inverse_deviation: f64,
 }
 
+impl Gain {
+    /// The innovation of a value over its deviation, and the state after it; `SMOOTH` where that has a second component.
+    #[inline(always)]
+    fn filtered<const SMOOTH: bool>(&self, value: f64, first: &mut f64, second: &mut f64) -> f64 {
+        let [a, b, c, d] = self.transition;
+        if SMOOTH {
+            (*first, *second) = (a * *first + b * *second, c * *first + d * *second);
+        } else {
+            *first *= a;
+        }
+        let innovation = value - self.sees * *first;
+        *first += self.to_state[0] * innovation;
+        if SMOOTH {
+            *second += self.to_state[1] * innovation;
+        }
+        innovation * self.inverse_deviation
+    }
+}
+
 /// Turns the rows of a record into independent numbers of unit variance.
 #[derive(Debug, Clone)]
 pub struct Whitener {
@@ -76,7 +95,12 @@ impl Whitener {
     /// For a record under given errors.
     pub fn new(record: &Record, noise: &Noise) -> Self {
         let mut log_determinant = 0.0;
-        let series = record.series.iter().map(|series| gains(series, noise, &mut log_determinant)).collect();
+        let gains = |series: &Series| {
+            let (gains, own) = Gains::new(series, noise).of(&series.rows, noise.smoothness);
+            log_determinant += own;
+            gains
+        };
+        let series = record.series.iter().map(gains).collect();
         Self { series, log_determinant }
     }
 
@@ -98,9 +122,15 @@ impl Whitener {
         for group in columns.chunks(ABREAST) {
             let mut copies: Vec<&mut [f64]> = places.by_ref().take(group.len()).collect();
             copies.iter_mut().zip(group).for_each(|(copy, column)| copy.copy_from_slice(column));
-            match <[&mut [f64]; ABREAST]>::try_from(copies) {
-                Ok(all) => self.pass(all),
-                Err(few) => few.into_iter().for_each(|one| self.pass([one])),
+            let mut rest = copies.into_iter();
+            loop {
+                match rest.len() {
+                    0 => break,
+                    1 => self.pass(next::<1>(&mut rest)),
+                    2 | 3 => self.pass(next::<2>(&mut rest)),
+                    4..ABREAST => self.pass(next::<4>(&mut rest)),
+                    _ => self.pass(next::<ABREAST>(&mut rest)),
+                }
             }
         }
         matrix
@@ -124,6 +154,11 @@ impl Whitener {
     }
 }
 
+/// The next columns of those that there are.
+fn next<'a, const N: usize>(columns: &mut impl Iterator<Item = &'a mut [f64]>) -> [&'a mut [f64]; N] {
+    std::array::from_fn(|_| columns.next().unwrap_or_default())
+}
+
 /// Divides columns by the deviations of their rows.
 fn scale<const N: usize>(gains: &[Gain], columns: [&mut [f64]; N]) {
     for column in columns {
@@ -138,104 +173,158 @@ fn filter<const N: usize, const SMOOTH: bool>(gains: &[Gain], mut columns: [&mut
     let mut first = [0.0; N];
     let mut second = [0.0; N];
     for (row, gain) in gains.iter().enumerate() {
-        let [a, b, c, d] = gain.transition;
         for (column, (first, second)) in columns.iter_mut().zip(first.iter_mut().zip(&mut second)) {
-            if SMOOTH {
-                (*first, *second) = (a * *first + b * *second, c * *first + d * *second);
-            } else {
-                *first *= a;
-            }
-            let innovation = column[row] - gain.sees * *first;
-            *first += gain.to_state[0] * innovation;
-            if SMOOTH {
-                *second += gain.to_state[1] * innovation;
-            }
-            column[row] = innovation * gain.inverse_deviation;
+            column[row] = gain.filtered::<SMOOTH>(column[row], first, second);
         }
     }
 }
 
-/// The gains of a series; adds to the logarithm of the determinant.
-fn gains(series: &Series, noise: &Noise, log_determinant: &mut f64) -> Vec<Gain> {
-    let group = noise.groups[series.group];
-    let has_memory = series.is_process && group.discrepancy > 0.0 && group.time_s > 0.0;
-    match noise.smoothness {
-        _ if !has_memory => independent(series, &group, log_determinant),
-        Smoothness::Rough => rough(series, &group, log_determinant),
-        Smoothness::Smooth => smooth(series, &group, log_determinant),
+/// How likely residuals alone are under given errors: its logarithm up to a constant, nats.
+pub fn log_likelihood(records: &[Record], residual: &[Vec<f64>], noise: &Noise) -> f64 {
+    let mut independent = 0.0;
+    let mut chains = Vec::new();
+    for (record, residual) in records.iter().zip(residual) {
+        let mut rest = residual.as_slice();
+        for series in &record.series {
+            let (stretch, after) = rest.split_at(series.rows.len());
+            rest = after;
+            let mut gains = Gains::new(series, noise);
+            if gains.has_memory {
+                chains.push(Chain { rows: &series.rows, residual: stretch, gains, state: [0.0; 2], chi2: 0.0 });
+                continue;
+            }
+            for (row, residual) in series.rows.iter().zip(stretch) {
+                independent += (residual * gains.independent(row).inverse_deviation).powi(2);
+            }
+            independent += gains.log_determinant();
+        }
+    }
+    chains.sort_by_key(|chain| chain.rows.len());
+    for together in chains.chunks_mut(CHAINS) {
+        match noise.smoothness {
+            Smoothness::Rough => go_along::<false>(together),
+            Smoothness::Smooth => go_along::<true>(together),
+        }
+    }
+    -0.5 * (independent + chains.iter().map(|chain| chain.chi2 + chain.gains.log_determinant()).sum::<f64>())
+}
+
+/// Series that a filter goes along side by side; each is a chain of dependent operations with a quotient in every row.
+const CHAINS: usize = 4;
+
+/// A filter on its way along the residuals of a series.
+struct Chain<'a> {
+    rows: &'a [Row],
+    residual: &'a [f64],
+    gains: Gains,
+    state: [f64; 2],
+    chi2: f64,
+}
+
+/// Goes along whole series; `SMOOTH` where the state has a second component.
+fn go_along<const SMOOTH: bool>(chains: &mut [Chain<'_>]) {
+    let longest = chains.iter().map(|chain| chain.rows.len()).max().unwrap_or(0);
+    for index in 0..longest {
+        for chain in &mut *chains {
+            let (Some(row), Some(residual)) = (chain.rows.get(index), chain.residual.get(index)) else { continue };
+            let gain = if SMOOTH { chain.gains.smooth(row) } else { chain.gains.rough(row) };
+            let [first, second] = &mut chain.state;
+            chain.chi2 += gain.filtered::<SMOOTH>(*residual, first, second).powi(2);
+        }
     }
 }
 
-/// The gains of rows with independent errors.
-fn independent(series: &Series, group: &GroupNoise, log_determinant: &mut f64) -> Vec<Gain> {
-    let mut product = LogProduct::default();
-    let gain = |row: &Row| {
-        let sees = if series.is_process { group.discrepancy * row.activity } else { 0.0 };
-        let variance = (group.multiplier * row.sigma).powi(2) + sees * sees;
-        product.take(variance);
+/// The gains of a series, row by row.
+struct Gains {
+    group: GroupNoise,
+    /// Whether there is a model error, and whether it hangs together in time.
+    is_process: bool,
+    has_memory: bool,
+    /// Covariance of the state: of its first component, of both, of the second.
+    covariance: [f64; 3],
+    before_s: Option<f64>,
+    /// Rows mostly lie equally far apart: the time between them, s, and the transition over it.
+    usual: (f64, [f64; 4]),
+    product: LogProduct,
+}
+
+impl Gains {
+    fn new(series: &Series, noise: &Noise) -> Self {
+        let group = noise.groups[series.group];
+        let has_memory = series.is_process && group.discrepancy > 0.0 && group.time_s > 0.0;
+        let usual = (0.0, [1.0, 0.0, 0.0, 1.0]);
+        let product = LogProduct::default();
+        Self { group, is_process: series.is_process, has_memory, covariance: STATIONARY, before_s: None, usual, product }
+    }
+
+    /// Of all rows.
+    fn of(mut self, rows: &[Row], smoothness: Smoothness) -> (Vec<Gain>, f64) {
+        let gains = match smoothness {
+            _ if !self.has_memory => rows.iter().map(|row| self.independent(row)).collect(),
+            Smoothness::Rough => rows.iter().map(|row| self.rough(row)).collect(),
+            Smoothness::Smooth => rows.iter().map(|row| self.smooth(row)).collect(),
+        };
+        (gains, self.log_determinant())
+    }
+
+    /// Logarithm of the determinant of the covariance of the rows so far.
+    fn log_determinant(&self) -> f64 {
+        self.product.logarithm()
+    }
+
+    /// Of a row whose error is independent of the others'.
+    #[inline(always)]
+    fn independent(&mut self, row: &Row) -> Gain {
+        let sees = if self.is_process { self.group.discrepancy * row.activity } else { 0.0 };
+        let variance = (self.group.multiplier * row.sigma).powi(2) + sees * sees;
+        self.product.take(variance);
         Gain { transition: [0.0; 4], sees: 0.0, to_state: [0.0; 2], inverse_deviation: 1.0 / variance.sqrt() }
-    };
-    let gains = series.rows.iter().map(gain).collect();
-    *log_determinant += product.logarithm();
-    gains
-}
+    }
 
-/// The gains under a process with corners, whose state is one number.
-fn rough(series: &Series, group: &GroupNoise, log_determinant: &mut f64) -> Vec<Gain> {
-    let mut product = LogProduct::default();
-    let (mut covariance, mut before) = (1.0, None);
-    // Rows mostly lie equally far apart.
-    let mut usual = (0.0, 1.0);
-    let gain = |row: &Row| {
-        let time_s = before.map_or(0.0, |before| row.time_s - before);
-        if time_s != usual.0 {
-            usual = (time_s, (-time_s / group.time_s).exp());
-        }
-        before = Some(row.time_s);
-        let kept = usual.1;
-        covariance = kept * kept * (covariance - 1.0) + 1.0;
-        let sees = group.discrepancy * row.activity;
-        let white = (group.multiplier * row.sigma).powi(2);
+    /// Under a process with corners, whose state is one number.
+    #[inline(always)]
+    fn rough(&mut self, row: &Row) -> Gain {
+        let [kept, ..] = self.transition(row, |time| [(-time).exp(), 0.0, 0.0, 0.0]);
+        let covariance = kept * kept * (self.covariance[0] - 1.0) + 1.0;
+        let sees = self.group.discrepancy * row.activity;
+        let white = (self.group.multiplier * row.sigma).powi(2);
         let variance = sees * sees * covariance + white;
-        product.take(variance);
+        self.product.take(variance);
         let precision = 1.0 / variance;
         let to_state = covariance * sees * precision;
-        covariance *= white * precision;
+        self.covariance[0] = covariance * (white * precision);
         Gain { transition: [kept, 0.0, 0.0, 0.0], sees, to_state: [to_state, 0.0], inverse_deviation: precision.sqrt() }
-    };
-    let gains = series.rows.iter().map(gain).collect();
-    *log_determinant += product.logarithm();
-    gains
+    }
+
+    /// Under a process that is once differentiable: it and its scaled derivative.
+    #[inline(always)]
+    fn smooth(&mut self, row: &Row) -> Gain {
+        let transition = self.transition(row, smooth_transition);
+        let [p00, p01, p11] = propagated(transition, self.covariance, STATIONARY);
+        let sees = self.group.discrepancy * row.activity;
+        let variance = sees * sees * p00 + (self.group.multiplier * row.sigma).powi(2);
+        self.product.take(variance);
+        let precision = 1.0 / variance;
+        let to_state = [p00 * sees * precision, p01 * sees * precision];
+        self.covariance =
+            [p00 - to_state[0] * sees * p00, p01 - to_state[0] * sees * p01, p11 - to_state[1] * sees * p01];
+        Gain { transition, sees, to_state, inverse_deviation: precision.sqrt() }
+    }
+
+    /// The transition of the state from the row before; `over` so many correlation times.
+    #[inline(always)]
+    fn transition(&mut self, row: &Row, over: impl Fn(f64) -> [f64; 4]) -> [f64; 4] {
+        let time_s = self.before_s.map_or(0.0, |before_s| row.time_s - before_s);
+        if time_s != self.usual.0 {
+            self.usual = (time_s, over(time_s / self.group.time_s));
+        }
+        self.before_s = Some(row.time_s);
+        self.usual.1
+    }
 }
 
-/// The gains under a process that is once differentiable: it and its scaled derivative.
-fn smooth(series: &Series, group: &GroupNoise, log_determinant: &mut f64) -> Vec<Gain> {
-    // Stationary covariance of the state: unit variance, and that of the scaled derivative.
-    const STATIONARY: [f64; 3] = [1.0, 0.0, 1.0];
-    let mut product = LogProduct::default();
-    let (mut covariance, mut before) = (STATIONARY, None);
-    let mut usual = (0.0, [1.0, 0.0, 0.0, 1.0]);
-    let gain = |row: &Row| {
-        let time_s = before.map_or(0.0, |before| row.time_s - before);
-        if time_s != usual.0 {
-            usual = (time_s, smooth_transition(time_s / group.time_s));
-        }
-        before = Some(row.time_s);
-        let transition = usual.1;
-        covariance = propagated(transition, covariance, STATIONARY);
-        let [p00, p01, p11] = covariance;
-        let sees = group.discrepancy * row.activity;
-        let variance = sees * sees * p00 + (group.multiplier * row.sigma).powi(2);
-        product.take(variance);
-        let precision = 1.0 / variance;
-        let gain = [p00 * sees * precision, p01 * sees * precision];
-        covariance = [p00 - gain[0] * sees * p00, p01 - gain[0] * sees * p01, p11 - gain[1] * sees * p01];
-        Gain { transition, sees, to_state: gain, inverse_deviation: precision.sqrt() }
-    };
-    let gains = series.rows.iter().map(gain).collect();
-    *log_determinant += product.logarithm();
-    gains
-}
+/// Covariance of a state at rest: unit variance, and that of the scaled derivative.
+const STATIONARY: [f64; 3] = [1.0, 0.0, 1.0];
 
 /// The logarithm of a product of many positive numbers, taken of several at once.
 struct LogProduct {
@@ -333,6 +422,31 @@ mod tests {
                 assert!((chi2 / expected - 1.0).abs() < 1e-9, "{smoothness:?} {time_s}: {chi2} for {expected}");
                 assert!((whitener.log_determinant - log_determinant).abs() < 1e-8);
             }
+        }
+    }
+
+    #[test]
+    fn residuals_are_as_likely_as_the_dense_covariance_says() {
+        let record = |rows: usize| {
+            let mut series = series();
+            series.rows.truncate(rows);
+            Record { series: vec![series], condition: 0 }
+        };
+        let records: Vec<Record> = [40, 17, 40, 33, 1, 40].map(record).into();
+        let residual: Vec<Vec<f64>> = records
+            .iter()
+            .zip(0..)
+            .map(|(record, j)| (0..record.series[0].rows.len()).map(|i| (0.7 * (i + 5 * j) as f64).sin()).collect())
+            .collect();
+        for (smoothness, discrepancy) in [(Smoothness::Rough, 0.8), (Smoothness::Smooth, 0.8), (Smoothness::Rough, 0.0)] {
+            let noise = Noise { groups: vec![GroupNoise { multiplier: 1.3, discrepancy, time_s: 0.05 }], smoothness };
+            let of = |(record, residual): (&Record, &Vec<f64>)| {
+                let (chi2, log_determinant) = dense(&record.series[0], &noise, residual);
+                -0.5 * (chi2 + log_determinant)
+            };
+            let expected: f64 = records.iter().zip(&residual).map(of).sum();
+            let found = log_likelihood(&records, &residual, &noise);
+            assert!((found - expected).abs() < 1e-8, "{smoothness:?}: {found} for {expected}");
         }
     }
 

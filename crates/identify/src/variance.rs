@@ -6,7 +6,7 @@
 
 use rayon::prelude::*;
 
-use crate::noise::{GroupNoise, Noise, Whitener};
+use crate::noise::{GroupNoise, Noise, log_likelihood};
 use crate::normal::{Linearised, Normal, Posterior};
 use crate::problem::Problem;
 
@@ -99,7 +99,7 @@ pub fn components<P: Problem + ?Sized>(
                     ..best.noise.groups[group]
                 })
                 .map(|one| replaced(&best.noise, group, one))
-                .map(|noise| (log_likelihood(problem, &at.residual, &noise), noise))
+                .map(|noise| (log_likelihood(problem.records(), &at.residual, &noise), noise))
                 .collect();
             grid.sort_by(|a, b| b.0.total_cmp(&a.0));
             for (_, noise) in grid.into_iter().take(LOOKED_AT) {
@@ -145,7 +145,7 @@ impl<P: Problem + ?Sized> Sizing<'_, P> {
         let start = from.noise.groups[group];
         let prior = narrowed(self.priors[group], start);
         let left = self.at.foreseen(&from.to);
-        let of_rows = |noise: &Noise| log_likelihood(self.problem, &left, noise) + log_prior(self.priors, noise);
+        let of_rows = |noise: &Noise| log_likelihood(self.problem.records(), &left, noise) + log_prior(self.priors, noise);
         let of_freedom = |judged: &Judged| judged.log_evidence - of_rows(&judged.noise);
         let moves_process = has_process && start.discrepancy > 0.0;
         let known = of_freedom(from);
@@ -208,17 +208,6 @@ fn narrowed(prior: GroupPrior, about: GroupNoise) -> GroupPrior {
 fn logarithms(one: GroupNoise, other: GroupNoise) -> [f64; 3] {
     let by = |one: f64, other: f64| if one > 0.0 && other > 0.0 { (one / other).ln() } else { 0.0 };
     [by(one.multiplier, other.multiplier), by(one.discrepancy, other.discrepancy), by(one.time_s, other.time_s)]
-}
-
-/// The logarithm of the likelihood of residuals alone, up to a constant, nats.
-fn log_likelihood<P: Problem + ?Sized>(problem: &P, residual: &[Vec<f64>], noise: &Noise) -> f64 {
-    let records = problem.records().iter().zip(residual);
-    let of_record = |(record, residual): (_, &Vec<f64>)| {
-        let whitener = Whitener::new(record, noise);
-        let chi2: f64 = whitener.whitened(residual).iter().map(|value| value * value).sum();
-        chi2 + whitener.log_determinant
-    };
-    -0.5 * records.map(of_record).sum::<f64>()
 }
 
 /// The evidence of a linearised problem with what is known of the errors' sizes, nats.
