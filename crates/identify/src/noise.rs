@@ -254,7 +254,15 @@ impl Gains {
         let has_memory = series.is_process && group.discrepancy > 0.0 && group.time_s > 0.0;
         let usual = (0.0, [1.0, 0.0, 0.0, 1.0]);
         let product = LogProduct::default();
-        Self { group, is_process: series.is_process, has_memory, covariance: STATIONARY, before_s: None, usual, product }
+        Self {
+            group,
+            is_process: series.is_process,
+            has_memory,
+            covariance: STATIONARY,
+            before_s: None,
+            usual,
+            product,
+        }
     }
 
     /// Of all rows.
@@ -438,7 +446,8 @@ mod tests {
             .zip(0..)
             .map(|(record, j)| (0..record.series[0].rows.len()).map(|i| (0.7 * (i + 5 * j) as f64).sin()).collect())
             .collect();
-        for (smoothness, discrepancy) in [(Smoothness::Rough, 0.8), (Smoothness::Smooth, 0.8), (Smoothness::Rough, 0.0)] {
+        for (smoothness, discrepancy) in [(Smoothness::Rough, 0.8), (Smoothness::Smooth, 0.8), (Smoothness::Rough, 0.0)]
+        {
             let noise = Noise { groups: vec![GroupNoise { multiplier: 1.3, discrepancy, time_s: 0.05 }], smoothness };
             let of = |(record, residual): (&Record, &Vec<f64>)| {
                 let (chi2, log_determinant) = dense(&record.series[0], &noise, residual);

@@ -145,7 +145,8 @@ impl<P: Problem + ?Sized> Sizing<'_, P> {
         let start = from.noise.groups[group];
         let prior = narrowed(self.priors[group], start);
         let left = self.at.foreseen(&from.to);
-        let of_rows = |noise: &Noise| log_likelihood(self.problem.records(), &left, noise) + log_prior(self.priors, noise);
+        let of_rows =
+            |noise: &Noise| log_likelihood(self.problem.records(), &left, noise) + log_prior(self.priors, noise);
         let of_freedom = |judged: &Judged| judged.log_evidence - of_rows(&judged.noise);
         let moves_process = has_process && start.discrepancy > 0.0;
         let known = of_freedom(from);

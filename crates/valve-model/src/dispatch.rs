@@ -60,7 +60,12 @@ impl InstructionSet {
 /// Integrates runs with the same groups of terms, with the baseline where the machine lacks `set`. A lone run
 /// has the bits that it has beside others.
 #[cfg_attr(target_arch = "x86_64", expect(unsafe_code, reason = "each call follows a test for its instructions"))]
-pub(crate) fn integrate_with(set: InstructionSet, runs: &[LaneRun<'_>], recorders: &mut Recorders, take: &mut Take<'_>) {
+pub(crate) fn integrate_with(
+    set: InstructionSet,
+    runs: &[LaneRun<'_>],
+    recorders: &mut Recorders,
+    take: &mut Take<'_>,
+) {
     match set {
         #[cfg(target_arch = "x86_64")]
         InstructionSet::Avx512 | InstructionSet::Avx2 if set.is_available() && runs.len() == 1 => {

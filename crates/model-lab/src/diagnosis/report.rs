@@ -96,6 +96,13 @@ pub(super) fn assemble<'a>(
             kind.id()
         )
     }));
+    if !recommended.is_empty() && best.problem.setup().noise_m.is_none() {
+        notes.push(
+            "two times a stroke show how much is lost, hardly to what: something that no effect here describes can look \
+             like this; the position recorded over one closing and opening would tell"
+                .to_owned(),
+        );
+    }
     let verdict = match (recommended.is_empty(), something_is_left || !strange.is_empty()) {
         (true, _) if interrupted => Verdict::NotEnoughData,
         (true, true) => Verdict::OutsideCatalogue,
@@ -146,15 +153,15 @@ fn share_left(found: &Selection<ValveProblem<'_>>, best: &Fitted<'_>) -> Option<
     Some(error(best)? / error(base)?.max(f64::MIN_POSITIVE))
 }
 
-/// The accepted model without companions whose size cannot be told from none: what records disagree by can be more than the
-/// evidence knows of.
+/// The accepted model without effects whose size cannot be told from none: what records disagree by can be more than the
+/// evidence knows of, and shapes that fit where the size does not are of something else.
 fn without_unsure<'f, 'a>(
     catalogue: &Catalogue<'a>,
     found: &'f Selection<ValveProblem<'a>>,
     notes: &mut Vec<String>,
 ) -> &'f Fitted<'a> {
     let Some(mut model) = found.model(found.accepted()) else { unreachable!("the accepted set was fitted") };
-    while model.set.len() > 1 {
+    while !model.set.is_empty() {
         let certainty = Certainty::new(&model.problem, &model.fit);
         let unsure = model.set.iter().filter_map(|one| {
             let kind = catalogue.kinds_of(&[*one])[0];
@@ -164,8 +171,9 @@ fn without_unsure<'f, 'a>(
             (deviations < t_quantile_95(f64::INFINITY)).then_some((deviations, kind, smaller))
         });
         let Some((_, kind, smaller)) = unsure.min_by(|a, b| a.0.total_cmp(&b.0)) else { break };
+        let beside = if smaller.set.is_empty() { "" } else { " beside it" };
         notes.push(format!(
-            "{} beside it would fit a little better, with a size that cannot be told from none: it is not named",
+            "{}{beside} would fit better, with a size that cannot be told from none: it is not named",
             kind.id()
         ));
         model = smaller;
@@ -384,6 +392,8 @@ fn candidates(
                 None
             } else if model.level == Level::Screen {
                 Some("fell behind in a first look at a few records".to_owned())
+            } else if model.set == found.accepted() {
+                Some("has a size that cannot be told from none".to_owned())
             } else if accepted.is_empty() {
                 Some(if gain > options.select.accept {
                     "does not lower the error on what was held out".to_owned()

@@ -196,7 +196,7 @@ pub fn effect_parameters(
         for (index, parameter) in kind.parameters().iter().enumerate() {
             let of = |u: &[f64]| problem.space.effect_values(*kind, u).map_or(values[index], |values| values[index]);
             let [covariance, jackknife] = certainty.sigmas(problem, &fit.u, of);
-            let wider = if matches!(parameter.search, Search::Size) { wider } else { 1.0 };
+            let wider = if parameter.is_size() { wider } else { 1.0 };
             let floor = by_datasheet(*kind, parameter, values[index]);
             all.push(FittedParameter {
                 effect: *kind,
