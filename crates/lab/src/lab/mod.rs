@@ -154,16 +154,19 @@ async fn events(State(lab): Shared) -> impl axum::response::IntoResponse {
     lab.events.stream(&hello)
 }
 
-async fn description(State(lab): Shared) -> Result<Json<Value>, Refusal> {
+async fn description(State(lab): Shared) -> Result<Json<describe::Description>, Refusal> {
     answered(move || {
-        let mut document = describe::document(&lab.current.get());
-        document["has_log"] = lab.lives.is_some().into();
-        Ok(document)
+        let mut description = describe::Description::new(&lab.current.get());
+        description.has_log = Some(lab.lives.is_some());
+        Ok(description)
     })
     .await
 }
 
-async fn measured(State(lab): Shared, Json(wanted): Json<simulate::Selection>) -> Result<Json<Value>, Refusal> {
+async fn measured(
+    State(lab): Shared,
+    Json(wanted): Json<simulate::Selection>,
+) -> Result<Json<simulate::Measured>, Refusal> {
     answered(move || Ok(simulate::measured(&lab.current.get(), &wanted))).await
 }
 
@@ -175,7 +178,10 @@ async fn missing(State(lab): Shared, Json(model): Json<model::Model>) -> Result<
     answered(move || lab.by_hand(|| simulate::missing(&lab.current.get(), &model))).await
 }
 
-async fn predicted(State(lab): Shared, Json(request): Json<simulate::Plan>) -> Result<Json<Value>, Refusal> {
+async fn predicted(
+    State(lab): Shared,
+    Json(request): Json<simulate::Plan>,
+) -> Result<Json<simulate::Prediction>, Refusal> {
     answered(move || lab.by_hand(|| simulate::predicted(&lab.current.get(), &request))).await
 }
 
