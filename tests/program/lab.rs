@@ -249,3 +249,16 @@ fn a_browser_finds_the_missing_friction() {
     assert!(driven.status.success(), "{}", shown(&driven));
     assert!(sandbox.read("found.toml").contains("dry-friction"));
 }
+
+/// Drives the page in headless Chromium while its files change and its program is killed: `crates/lab/web/test/changes.mjs`.
+#[test]
+#[ignore = "needs node, Chromium and `npm ci` in crates/lab/web; .ci/run does that and runs it"]
+fn a_browser_outlives_its_files_and_its_program() {
+    let sandbox = Sandbox::new();
+    let supplies_psig = (0..50).map(|run| 55.0 + 0.8 * f64::from(run)).collect();
+    Recording { supplies_psig, ..Recording::default() }.write(&sandbox, &format!("{VALVE}{FRICTION}"));
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/crates/lab/web/test/changes.mjs");
+    let mut node = Command::new("node");
+    let driven = node.arg(script).arg(env!("CARGO_BIN_EXE_valve")).arg(sandbox.path("")).output().expect("node runs");
+    assert!(driven.status.success(), "{}", shown(&driven));
+}

@@ -67,3 +67,20 @@ fn a_browser_opens_a_report_without_a_network() {
     let driven = Command::new("node").arg(script).arg(sandbox.path("report.html")).output().expect("node runs");
     assert!(driven.status.success(), "{}", shown(&driven));
 }
+
+#[test]
+fn a_valve_that_no_tables_can_be_built_for_has_its_campaign_told_all_the_same() {
+    let sandbox = Sandbox::new();
+    // It does not open within the time that its cycle gives it.
+    let hasty = VALVE.replace("open_at = \"4 s\"", "open_at = \"11.9 s\"");
+    assert_ne!(hasty, VALVE);
+    Recording::default().write(&sandbox, VALVE);
+    sandbox.write("valve.toml", &hasty);
+    let call = ["report", "valve.toml", "--campaign", "campaign.toml", "--out", "report.html"];
+    let output = sandbox.valve(&call);
+    assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
+    let page = sandbox.read("report.html");
+    assert!(page.contains("gives no tables") && page.contains("Recorded strokes"), "the page says why");
+    let with_log = sandbox.valve(&["report", "valve.toml", "--log", "log.csv", "--out", "other.html"]);
+    assert_ne!(with_log.status.code(), Some(0), "a log needs them");
+}

@@ -41,15 +41,23 @@ pub fn run(args: &ReportArgs) -> anyhow::Result<Answer> {
     let read = campaign.as_ref().map(CampaignInput::files).unwrap_or_default();
     let mut outputs = Outputs::new(args.force).reads(read).reads([&args.valve]).reads(&args.log);
     let out = outputs.file(&args.out)?;
-    let bundle = Arc::new(tables::build(&file).with_context(|| file.file_name().to_owned())?.bundle);
+    let built = tables::build(&file).map(|built| Arc::new(built.bundle));
     let mut parts = Vec::new();
-    if let Some(path) = &args.log {
-        parts.push(log::part(path, &args.columns, &bundle)?);
-    }
+    // Only a log cannot be read without tables.
+    let leaks = match (built, &args.log) {
+        (Ok(bundle), log) => {
+            if let Some(path) = log {
+                parts.push(log::part(path, &args.columns, &bundle)?);
+            }
+            valve::tables(&bundle)
+        }
+        (Err(reason), None) => valve::no_tables(&reason),
+        (Err(reason), Some(_)) => return Err(reason).with_context(|| file.file_name().to_owned()),
+    };
     if let Some(input) = &campaign {
         parts.push(campaign::part(input, args)?);
     }
-    let about = vec![valve::strokes(&file), valve::tables(&bundle), valve::model(&file)];
+    let about = vec![valve::strokes(&file), leaks, valve::model(&file)];
     parts.push(Part { sections: about, ..Part::default() });
     let mut page = Page {
         title: file.name().to_owned(),

@@ -39,6 +39,12 @@ pub fn tables(bundle: &TableBundle) -> Section {
     Section { title: "Leaks".to_owned(), blocks: vec![Block::Table(table), Block::Figure(Box::new(figure))] }
 }
 
+/// Why there are none.
+pub fn no_tables(reason: &dyn std::fmt::Display) -> Section {
+    let sentence = format!("This valve file gives no tables for reading a timing log: {reason}.");
+    Section { title: "Leaks".to_owned(), blocks: vec![Block::Text(sentence)] }
+}
+
 /// The valve file itself, and what changed it.
 pub fn model(file: &ValveFile) -> Section {
     let mut blocks = Vec::new();

@@ -12,7 +12,7 @@ use valve_model::Valve;
 
 use crate::lab::answer::answer;
 use crate::lab::describe;
-use crate::lab::simulate::{rounded, shown_per_si, strokes};
+use crate::lab::simulate::{MeasuredRun, SimulatedRun, rounded, shown_per_si, strokes};
 use crate::lab::subject::Subject;
 use crate::thin::corners;
 
@@ -41,11 +41,7 @@ pub fn campaign(input: &CampaignInput, models: &[NamedModel], found: Option<&Exp
     let compared: Option<Vec<Comparison>> =
         models.iter().map(|model| Comparison::new(&subject.identified, &model.valve, &input.data)).collect();
     let compared = compared?;
-    let mut lab = describe::document(&subject);
-    // Nothing can be switched on here.
-    for key in ["effects", "custom", "parameters"] {
-        lab[key] = json!([]);
-    }
+    let lab = describe::Description::new(&subject).without_sliders();
     let channels = describe::channels(&subject);
     let count = POINTS / (input.data.runs.len() * channels.len()).max(1);
     let count = count.clamp(POINTS_OF_RUN[0], POINTS_OF_RUN[1]);
@@ -83,24 +79,24 @@ fn scores(document: &ComparisonDocument<'_>) -> Value {
 fn traces(runs: &[RunData], channel: Channel, compared: &[Comparison], count: usize) -> Value {
     let factor = shown_per_si(channel);
     let mut measured = Vec::with_capacity(runs.len());
-    let mut simulated: Vec<Vec<Value>> = vec![Vec::with_capacity(runs.len()); compared.len()];
+    let mut simulated: Vec<Vec<SimulatedRun>> = compared.iter().map(|_| Vec::with_capacity(runs.len())).collect();
     for (index, run) in runs.iter().enumerate() {
         let record = run.channels.iter().find(|found| found.channel == channel).map(|found| &found.samples[..]);
         let models: Vec<&[f64]> = compared.iter().map(|one| channel_of(&one.runs[index].predicted, channel)).collect();
         let columns: Vec<&[f64]> = record.into_iter().chain(models.iter().copied()).collect();
         let kept = corners(&run.times_s, &columns, count);
-        let at = |values: &[f64]| -> Vec<Value> {
+        let at = |values: &[f64]| -> Vec<Option<f64>> {
             kept.iter().map(|place| shown(values.get(*place).copied(), factor)).collect()
         };
-        let times: Vec<f64> = kept.iter().map(|place| rounded(run.times_s[*place])).collect();
-        measured.push(json!({ "run": index, "time_s": times, "measured": record.map(at) }));
+        let time_s = kept.iter().map(|place| Some(rounded(run.times_s[*place]))).collect();
+        measured.push(MeasuredRun { run: index, time_s, measured: record.map(at) });
         for ((model, one), values) in simulated.iter_mut().zip(compared).zip(&models) {
-            model.push(json!({ "run": index, "simulated": at(values), "strokes": strokes(run, &one.runs[index]) }));
+            model.push(SimulatedRun { run: index, simulated: at(values), strokes: strokes(run, &one.runs[index]) });
         }
     }
     json!({ "measured": measured, "simulated": simulated })
 }
 
-fn shown(value: Option<f64>, factor: f64) -> Value {
-    value.filter(|value| value.is_finite()).map_or(Value::Null, |value| json!(rounded(value * factor)))
+fn shown(value: Option<f64>, factor: f64) -> Option<f64> {
+    value.filter(|value| value.is_finite()).map(|value| rounded(value * factor))
 }

@@ -10,6 +10,7 @@ pub mod subject;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::SystemTime;
 
 use axum::extract::{DefaultBodyLimit, State};
 use axum::routing::{get, post};
@@ -83,6 +84,8 @@ pub struct Lab {
     jobs: Jobs,
     writer: Box<Writer>,
     lives: Option<Box<LifeTeller>>,
+    /// Which start of the program this is: pages that outlive it are told apart from those that only lost the line.
+    started_ms: u64,
     /// Threads for what a hand waits for, so that a search that runs does not hold it up.
     hands: ThreadPool,
 }
@@ -102,6 +105,7 @@ pub fn lab(options: LabOptions, doubt: &dyn Fn(&str)) -> Result<(), LabError> {
         events,
         writer: options.writer,
         lives: options.lives,
+        started_ms: now_ms(),
         hands,
     });
     subject::watch(Arc::downgrade(&lab));
@@ -130,6 +134,12 @@ fn routes(site: &Site, lab: Arc<Lab>) -> Router {
         .with_state(lab)
 }
 
+/// Milliseconds since 1970.
+fn now_ms() -> u64 {
+    let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
+    u64::try_from(since.as_millis()).unwrap_or(u64::MAX)
+}
+
 impl Lab {
     /// Does what a hand waits for.
     fn by_hand<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
@@ -139,20 +149,24 @@ impl Lab {
 
 async fn events(State(lab): Shared) -> impl axum::response::IntoResponse {
     let (version, trouble) = (lab.current.get().version, lab.current.trouble());
-    let hello = json!({ "event": "hello", "version": version, "trouble": trouble, "job": lab.jobs.status() });
+    let hello = json!({ "event": "hello", "started_ms": lab.started_ms, "version": version, "trouble": trouble,
+        "job": lab.jobs.status() });
     lab.events.stream(&hello)
 }
 
-async fn description(State(lab): Shared) -> Result<Json<Value>, Refusal> {
+async fn description(State(lab): Shared) -> Result<Json<describe::Description>, Refusal> {
     answered(move || {
-        let mut document = describe::document(&lab.current.get());
-        document["has_log"] = lab.lives.is_some().into();
-        Ok(document)
+        let mut description = describe::Description::new(&lab.current.get());
+        description.has_log = Some(lab.lives.is_some());
+        Ok(description)
     })
     .await
 }
 
-async fn measured(State(lab): Shared, Json(wanted): Json<simulate::Selection>) -> Result<Json<Value>, Refusal> {
+async fn measured(
+    State(lab): Shared,
+    Json(wanted): Json<simulate::Selection>,
+) -> Result<Json<simulate::Measured>, Refusal> {
     answered(move || Ok(simulate::measured(&lab.current.get(), &wanted))).await
 }
 
@@ -164,7 +178,10 @@ async fn missing(State(lab): Shared, Json(model): Json<model::Model>) -> Result<
     answered(move || lab.by_hand(|| simulate::missing(&lab.current.get(), &model))).await
 }
 
-async fn predicted(State(lab): Shared, Json(request): Json<simulate::Plan>) -> Result<Json<Value>, Refusal> {
+async fn predicted(
+    State(lab): Shared,
+    Json(request): Json<simulate::Plan>,
+) -> Result<Json<simulate::Prediction>, Refusal> {
     answered(move || lab.by_hand(|| simulate::predicted(&lab.current.get(), &request))).await
 }
 

@@ -6,7 +6,7 @@ use model_lab::compare::{Comparison, RunComparison};
 use model_lab::data::{Channel, RunData};
 use model_lab::forward::{Predicted, channel_of, record};
 use model_lab::residual_force::ResidualForce;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use valve_model::simulate::DEFAULT_STEP_S;
 use valve_model::{CommandEdge, Conditions, Prepared, Run, Start, Valve, simulate};
@@ -77,21 +77,50 @@ pub fn shown_per_si(channel: Channel) -> f64 {
     if channel == Channel::Position { 1e3 } else { 1e-3 }
 }
 
+/// A run as it was recorded; nothing where the channel was not.
+#[derive(Debug, Serialize)]
+pub struct MeasuredRun {
+    /// Its place among the runs.
+    pub run: usize,
+    /// When, s.
+    pub time_s: Vec<Option<f64>>,
+    /// mm or kPa.
+    pub measured: Option<Vec<Option<f64>>>,
+}
+
+/// A run as a model has it, at the same samples.
+#[derive(Debug, Serialize)]
+pub struct SimulatedRun {
+    /// Its place among the runs.
+    pub run: usize,
+    /// mm or kPa.
+    pub simulated: Vec<Option<f64>>,
+    /// Its strokes.
+    pub strokes: Vec<StrokeInfo>,
+}
+
 /// What was recorded.
-pub fn measured(subject: &Subject, wanted: &Selection) -> Value {
-    let runs: Vec<Value> = wanted
+#[derive(Debug, Serialize)]
+pub struct Measured {
+    version: u64,
+    runs: Vec<MeasuredRun>,
+}
+
+/// What was recorded of the runs that are wanted.
+pub fn measured(subject: &Subject, wanted: &Selection) -> Measured {
+    let runs = wanted
         .runs(subject)
         .into_iter()
         .map(|(index, run)| {
             let samples = run.channels.iter().find(|channel| channel.channel == wanted.channel());
-            json!({
-                "run": index,
-                "time_s": wanted.thinned(&run.times_s, &run.times_s, 1.0),
-                "measured": samples.map(|found| wanted.thinned(&run.times_s, &found.samples, wanted.factor())),
-            })
+            MeasuredRun {
+                run: index,
+                time_s: wanted.thinned(&run.times_s, &run.times_s, 1.0),
+                measured: samples.map(|found| wanted.thinned(&run.times_s, &found.samples, wanted.factor())),
+            }
         })
         .collect();
-    json!({ "version": subject.version, "runs": runs })
+    Measured { version: subject.version, runs }
 }
 
 /// A model and what is wanted of it.
@@ -109,23 +138,34 @@ pub fn simulated(subject: &Subject, request: &Request) -> Result<Value, Refusal>
     let comparison = Comparison::new(&subject.identified, &valve, &input.data)
         .ok_or_else(|| Refusal::new("the strokes of this model cannot be simulated"))?;
     let show = &request.show;
-    let runs: Vec<Value> = show
+    let runs: Vec<SimulatedRun> = show
         .runs(subject)
         .into_iter()
         .map(|(index, run)| {
             let model = channel_of(&comparison.runs[index].predicted, show.channel());
-            json!({
-                "run": index,
-                "simulated": show.thinned(&run.times_s, model, show.factor()),
-                "strokes": strokes(run, &comparison.runs[index]),
-            })
+            SimulatedRun {
+                run: index,
+                simulated: show.thinned(&run.times_s, model, show.factor()),
+                strokes: strokes(run, &comparison.runs[index]),
+            }
         })
         .collect();
     Ok(json!({ "version": subject.version, "comparison": ComparisonDocument::new(input, &comparison), "runs": runs }))
 }
 
+/// A stroke: its command, where its phases end, and when it got to the limit.
+#[derive(Debug, Serialize)]
+pub struct StrokeInfo {
+    direction: &'static str,
+    command_s: f64,
+    until_s: f64,
+    ends_s: [f64; 3],
+    measured_s: Option<f64>,
+    simulated_s: Option<f64>,
+}
+
 /// Where the phases of each stroke end.
-pub fn strokes(run: &RunData, compared: &RunComparison) -> Vec<Value> {
+pub fn strokes(run: &RunData, compared: &RunComparison) -> Vec<StrokeInfo> {
     compared
         .strokes
         .iter()
@@ -134,14 +174,14 @@ pub fn strokes(run: &RunData, compared: &RunComparison) -> Vec<Value> {
             let until_s = window.until_s.min(run.run.end_s);
             let ends = boundaries(&stroke.levels, until_s - window.command_s).map(|end| window.command_s + end);
             let limit = stroke.levels.last();
-            json!({
-                "direction": window.direction.name(),
-                "command_s": window.command_s,
-                "until_s": until_s,
-                "ends_s": ends,
-                "measured_s": limit.and_then(|level| level.measured_s),
-                "simulated_s": limit.and_then(|level| level.simulated_s),
-            })
+            StrokeInfo {
+                direction: window.direction.name(),
+                command_s: window.command_s,
+                until_s,
+                ends_s: ends,
+                measured_s: limit.and_then(|level| level.measured_s),
+                simulated_s: limit.and_then(|level| level.simulated_s),
+            }
         })
         .collect()
 }
@@ -215,8 +255,17 @@ impl Plan {
     }
 }
 
+/// Predictions of a planned run, a list for each model.
+#[derive(Debug, Serialize)]
+pub struct Prediction {
+    version: u64,
+    time_s: Vec<f64>,
+    position_mm: Vec<Vec<f64>>,
+    band_mm: Vec<Option<Vec<f64>>>,
+}
+
 /// What each model predicts for a planned run, and half the width of its band, 5 to 95 %, where what is open about it is given.
-pub fn predicted(subject: &Subject, plan: &Plan) -> Result<Value, Refusal> {
+pub fn predicted(subject: &Subject, plan: &Plan) -> Result<Prediction, Refusal> {
     let run = plan.run()?;
     let file = &subject.input.file;
     if run.conditions.supply_pressure_pa <= file.valve().parameters().ambient_pressure_pa {
@@ -235,7 +284,7 @@ pub fn predicted(subject: &Subject, plan: &Plan) -> Result<Value, Refusal> {
             Ok(Some((0..prediction.len()).map(|at| rounded(TO_95_PERCENT * deviation(at).sqrt())).collect()))
         })
         .collect::<Result<_, Refusal>>()?;
-    Ok(json!({ "version": subject.version, "time_s": times_s, "position_mm": predictions, "band_mm": bands }))
+    Ok(Prediction { version: subject.version, time_s: times_s, position_mm: predictions, band_mm: bands })
 }
 
 /// What the sensor of a valve writes down of a run, mm.

@@ -230,6 +230,17 @@ export interface FitAnswer extends Answered {
   };
 }
 
+/** A run that contradicts all others under a condition that was written down for it; SI. */
+export interface LeftOut {
+  run: string;
+  condition: "supply_pressure" | "temperature" | "leak_to_atmosphere" | "leak_from_supply";
+  stated: number;
+  right: number;
+  stated_rmse_m: number;
+  right_rmse_m: number;
+  others_rmse_m: number;
+}
+
 export interface FoundDocument {
   verdict: string;
   recommended: string[];
@@ -239,6 +250,7 @@ export interface FoundDocument {
   notes: string[];
   interrupted: boolean;
   probability: { effects: Record<string, number>; models: { effects: string[]; probability: number }[] };
+  left_out: LeftOut | null;
   residual: { toml: string; acts_on: string; along: string; custom: { formula: string } } | null;
   nuisances: { what: string; run: string | null; value: number; standard_error: number; unit: string; at_bound: boolean }[];
 }
@@ -317,7 +329,7 @@ export const api = {
 };
 
 export type LabEvent =
-  | { event: "hello"; version: number; trouble: string | null; job: { number: number; running: { kind: string; seconds: number } | null } }
+  | { event: "hello"; started_ms: number; version: number; trouble: string | null; job: { number: number; running: { kind: string; seconds: number } | null } }
   | { event: "changed"; version: number }
   | { event: "trouble"; message: string }
   | { event: "lagged" }

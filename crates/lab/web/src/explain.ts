@@ -1,6 +1,6 @@
 /** Explain: the search for what is missing, live; then the answer, with bars to click on. */
 
-import { api, Refused, type ExplainAnswer, type LabEvent, type PlannedRun } from "./api";
+import { api, Refused, type ExplainAnswer, type LabEvent, type LeftOut, type PlannedRun } from "./api";
 import { Chart } from "./charts";
 import { fill, h, say } from "./dom";
 import { found_view } from "./found";
@@ -90,8 +90,17 @@ export class Explain {
     }
   }
 
+  /** The program was started anew and counts its jobs from one again. */
+  forget(): void {
+    this.known = 0;
+  }
+
   take(answer: ExplainAnswer | undefined, version: number): void {
-    if (!answer || answer.job === this.known) return;
+    if (!answer) return;
+    if (answer.job === this.known) {
+      if (answer.version !== version && answer.error === undefined) say(this.status, "The files have changed since this search: look again.");
+      return;
+    }
     this.known = answer.job;
     if (answer.error !== undefined) {
       say(this.status, answer.error);
@@ -107,12 +116,21 @@ export class Explain {
       put: (model) => this.sliders.put(model),
       put_effects: (effects, values) => this.sliders.put_effects(effects, values),
       plan: (plan) => this.plan(plan),
+      run: (name) => this.show_run(name),
     }));
     this.listeners.forEach((listener) => listener());
   }
 
   /** What the experiment's part does with a plan. */
   plan: (plan: PlannedRun) => void = () => undefined;
+
+  /** Shows the strokes of a run. */
+  show_run: (name: string) => void = () => undefined;
+
+  /** The run that the search has left out, if its answer is of these files. */
+  left_out(version: number): LeftOut | null {
+    return this.answer?.version === version ? this.answer.document.left_out : null;
+  }
 
   private async act(): Promise<void> {
     try {

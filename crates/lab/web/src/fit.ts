@@ -19,9 +19,18 @@ export class Fit {
     button.addEventListener("click", () => void this.act());
   }
 
+  /** The program was started anew and counts its jobs from one again. */
+  forget(): void {
+    this.known = 0;
+  }
+
   /** Shows an answer; the sliders go where a fit that just ended has them. */
   take(answer: FitAnswer | undefined, version: number, is_new = false): void {
-    if (!answer || answer.job === this.known) return;
+    if (!answer) return;
+    if (answer.job === this.known) {
+      if (answer.version !== version && answer.error === undefined) say(this.status, "The files have changed since this fit.");
+      return;
+    }
     this.known = answer.job;
     this.element.hidden = false;
     if (answer.error !== undefined) {

@@ -28,28 +28,42 @@ const HEADS: [Key | null, string][] = [
 
 const PLACES = new Map(STATES.map(([state], index) => [state, index]));
 const place = (status: string): number => PLACES.get(status) ?? STATES.length;
-/** Names as people order them; made once, since thousands of rows are put in order several times a second. */
+/** Names as people order them. */
 const { compare: by_name } = new Intl.Collator(undefined, { numeric: true });
 const last = (value: number | null): number => value ?? Number.POSITIVE_INFINITY;
-/** Worst first: by state, then by the cycles that are left almost surely. */
-const worse = (a: FleetRow, b: FleetRow): number =>
-  place(a.status) - place(b.status) || last(a.rul[0]) - last(b.rul[0]) || by_name(a.valve, b.valve);
 
-const ORDERS: Record<Key, (a: FleetRow, b: FleetRow) => number> = {
+/** A valve with what thousands are put in order by: names are compared once, when a valve comes. */
+interface Ranked {
+  row: FleetRow;
+  state: number;
+  name: number;
+}
+
+/** -1, 0 or 1; infinity is as large as infinity. */
+const by = (a: number, b: number): number => (a < b ? -1 : a > b ? 1 : 0);
+/** Worst first: by state, then by the cycles that are left almost surely. */
+const worse = (a: Ranked, b: Ranked): number =>
+  a.state - b.state || by(last(a.row.rul[0]), last(b.row.rul[0])) || a.name - b.name;
+
+const ORDERS: Record<Key, (a: Ranked, b: Ranked) => number> = {
   worst: worse,
-  valve: (a, b) => by_name(a.valve, b.valve),
-  fault: (a, b) => by_name(a.fault, b.fault) || worse(a, b),
-  cycle: (a, b) => b.cycle - a.cycle || worse(a, b),
-  severity: (a, b) => (b.severity ?? -1) - (a.severity ?? -1) || worse(a, b),
-  rul: (a, b) => last(a.rul[1]) - last(b.rul[1]) || worse(a, b),
-  replace: (a, b) => last(a.replace_by_cycle) - last(b.replace_by_cycle) || worse(a, b),
+  valve: (a, b) => a.name - b.name,
+  fault: (a, b) => (a.row.fault === b.row.fault ? 0 : by_name(a.row.fault, b.row.fault)) || worse(a, b),
+  cycle: (a, b) => b.row.cycle - a.row.cycle || worse(a, b),
+  severity: (a, b) => by(b.row.severity ?? -1, a.row.severity ?? -1) || worse(a, b),
+  rul: (a, b) => by(last(a.row.rul[1]), last(b.row.rul[1])) || worse(a, b),
+  replace: (a, b) => by(last(a.row.replace_by_cycle), last(b.row.replace_by_cycle)) || worse(a, b),
 };
 
 export class FleetTable {
   readonly element: HTMLElement;
   readonly states = new Set<string>();
-  private rows = new Map<string, FleetRow>();
+  /** All valves, in the order of the last time: what is almost in order is put in order fast. */
+  private all: Ranked[] = [];
+  private readonly known = new Map<string, Ranked>();
   private sorted: FleetRow[] = [];
+  /** The rows that are in the page, by valve. */
+  private drawn = new Map<string, { row: FleetRow; element: HTMLElement }>();
   private order: Key = "worst";
   private backwards = false;
   private words = "";
@@ -69,16 +83,29 @@ export class FleetTable {
     addEventListener("resize", () => this.later());
     addEventListener("beforeprint", () => this.draw(true));
     addEventListener("afterprint", () => this.draw());
-    this.show_heads();
+    this.make_heads();
   }
 
   show(rows: Map<string, FleetRow>): void {
-    this.rows = rows;
+    this.take(rows);
     this.sort();
   }
 
   worst(): FleetRow | undefined {
-    return [...this.rows.values()].reduce<FleetRow | undefined>((least, row) => (least === undefined || worse(row, least) < 0 ? row : least), undefined);
+    return this.all.reduce<Ranked | undefined>((least, one) => (least === undefined || worse(one, least) < 0 ? one : least), undefined)?.row;
+  }
+
+  private take(rows: Map<string, FleetRow>): void {
+    const is_new = rows.size !== this.known.size || [...rows.keys()].some((valve) => !this.known.has(valve));
+    if (is_new) {
+      this.known.clear();
+      this.all = [...rows.keys()].sort(by_name).map((valve, name) => ({ row: rows.get(valve)!, state: 0, name }));
+      for (const one of this.all) this.known.set(one.row.valve, one);
+    }
+    for (const one of this.all) {
+      one.row = rows.get(one.row.valve)!;
+      one.state = place(one.row.status);
+    }
   }
 
   /** Leads a keyboard back to a valve that was looked at. */
@@ -103,25 +130,35 @@ export class FleetTable {
   private sort(): void {
     const fits = (row: FleetRow) => (this.states.size === 0 || this.states.has(row.status))
       && (this.words === "" || row.valve.toLowerCase().includes(this.words) || row.fault.includes(this.words));
-    this.sorted = [...this.rows.values()].filter(fits).sort(ORDERS[this.order]);
+    this.sorted = this.all.sort(ORDERS[this.order]).map(({ row }) => row).filter(fits);
     if (this.backwards) this.sorted.reverse();
-    say(this.found, this.sorted.length === this.rows.size ? "" : `${this.sorted.length} of ${this.rows.size} shown`);
+    say(this.found, this.sorted.length === this.all.length ? "" : `${this.sorted.length} of ${this.all.length} shown`);
     this.later();
   }
 
-  private show_heads(): void {
+  /** The headings; made once, so that the keyboard stays on the one that it pressed. */
+  private make_heads(): void {
     fill(this.heads, ...HEADS.map(([key, label]) => {
       if (key === null) return h("span", { role: "columnheader" }, label);
-      const is_chosen = this.order === key;
-      const sign = is_chosen ? (this.backwards ? " ↑" : " ↓") : "";
-      return h("span", { role: "columnheader", "aria-sort": is_chosen ? (this.backwards ? "descending" : "ascending") : "none" },
-        h("button", { type: "button", class: "plain", onclick: () => {
-          this.backwards = is_chosen && !this.backwards;
-          this.order = key;
-          this.show_heads();
-          this.sort();
-        } }, label + sign));
+      const press = () => {
+        this.backwards = this.order === key && !this.backwards;
+        this.order = key;
+        this.mark_heads();
+        this.sort();
+      };
+      return h("span", { role: "columnheader", "data-key": key }, h("button", { type: "button", class: "plain", onclick: press }, label));
     }));
+    this.mark_heads();
+  }
+
+  private mark_heads(): void {
+    HEADS.forEach(([key, label], index) => {
+      if (key === null) return;
+      const head = this.heads.children[index]!;
+      const is_chosen = this.order === key;
+      head.setAttribute("aria-sort", is_chosen ? (this.backwards ? "descending" : "ascending") : "none");
+      say(head.firstElementChild!, label + (is_chosen ? (this.backwards ? " ↑" : " ↓") : ""));
+    });
   }
 
   private later(): void {
@@ -142,24 +179,43 @@ export class FleetTable {
     const seen = this.sorted.slice(first, first + count);
     const focused = (document.activeElement as HTMLElement | null)?.dataset["valve"];
     this.body.style.height = `${this.sorted.length * ROW}px`;
-    fill(this.body, ...seen.map((row, index) => this.row(row, first + index)));
-    if (focused !== undefined) this.button(focused)?.focus({ preventScroll: true });
+    this.put(seen.map((row, index) => this.element_of(row, first + index)));
+    if (focused !== undefined && document.activeElement === document.body) this.button(focused)?.focus({ preventScroll: true });
   }
 
-  private row(row: FleetRow, index: number): HTMLElement {
+  /** The element of a row at its place: the one that is in the page, where nothing of the row has changed. */
+  private element_of(row: FleetRow, index: number): { row: FleetRow; element: HTMLElement } {
+    const known = this.drawn.get(row.valve);
+    const one = known?.row === row ? known : { row, element: this.row(row) };
+    one.element.setAttribute("aria-rowindex", String(index + 2));
+    one.element.style.transform = `translateY(${index * ROW}px)`;
+    return one;
+  }
+
+  /** These rows in this order; those that stay are not touched, so that scrolling is cheap and the keyboard keeps its place. */
+  private put(rows: { row: FleetRow; element: HTMLElement }[]): void {
+    const stay = new Set(rows.map(({ element }) => element));
+    for (const child of [...this.body.children]) if (!stay.has(child as HTMLElement)) child.remove();
+    let next = this.body.firstElementChild;
+    for (const { element } of rows) {
+      if (element === next) next = next.nextElementSibling;
+      else this.body.insertBefore(element, next);
+    }
+    this.drawn = new Map(rows.map((one) => [one.row.valve, one]));
+  }
+
+  private row(row: FleetRow): HTMLElement {
     const [, sign] = STATES[place(row.status)] ?? ["", "?"];
     const cell = (...children: (Node | string | null)[]) => h("span", { role: "cell" }, ...children);
     const [low, middle, high] = row.rul;
     const left = middle === null ? "–" : `${cycles(middle)} (${cycles(low)} to ${cycles(high)})`;
-    const by = row.status === "eol-reached" ? "now" : row.replace_by?.slice(0, 10) ?? (row.replace_by_cycle === null ? "–" : `cycle ${row.replace_by_cycle}`);
+    const replace_by = row.status === "eol-reached" ? "now" : row.replace_by?.slice(0, 10) ?? (row.replace_by_cycle === null ? "–" : `cycle ${row.replace_by_cycle}`);
     const leak = row.leak_mm2 !== null ? `${digits(row.leak_mm2, 3)} mm²` : row.severity === null ? "–" : `${fixed(100 * row.severity, 0)} %`;
     const button = h("button", { type: "button", class: "plain", "data-valve": row.valve, onclick: () => this.open(row.valve) }, row.valve);
-    const element = h("div", { class: "fleet-row", role: "row", "aria-rowindex": index + 2 },
+    return h("div", { class: "fleet-row", role: "row" },
       cell(h("span", { class: `state state-${row.status}` }, `${sign} ${row.status.replaceAll("-", " ")}`)), cell(button),
-      cell(row.fault === "none" ? "–" : row.fault), cell(String(row.cycle)), cell(leak), cell(spark(row)), cell(left), cell(fan(row)), cell(by),
+      cell(row.fault === "none" ? "–" : row.fault), cell(String(row.cycle)), cell(leak), cell(spark(row)), cell(left), cell(fan(row)), cell(replace_by),
       h("span", { role: "cell", class: "why", title: row.caveat ?? "" }, row.caveat ?? ""));
-    element.style.transform = `translateY(${index * ROW}px)`;
-    return element;
   }
 }
 

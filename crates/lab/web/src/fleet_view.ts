@@ -1,7 +1,7 @@
 /** A fleet: how many valves stand where, all of them in rows, and one valve's own page. */
 
 import type { FleetRow, ValvePast } from "./api";
-import { fill, h, say } from "./dom";
+import { h, say } from "./dom";
 import { FleetTable, STATES } from "./fleet";
 import { ValvePage } from "./valve";
 
@@ -15,12 +15,17 @@ export class FleetView {
   private readonly summary = h("p", { class: "summary", role: "status" });
   private readonly table = new FleetTable((valve) => this.open(valve));
   private readonly list: HTMLElement;
+  /** By state; made once, so that the keyboard stays on the one that it pressed while rows come. */
+  private readonly buttons = new Map(STATES.map(([state, sign, words]) =>
+    [state, h("button", { type: "button", class: `count state-${state}`, title: words, onclick: () => { this.table.toggle(state); this.show_counts(); } },
+      h("strong", {}), h("span", {}, `${sign} ${state.replaceAll("-", " ")}`))]));
   private rows = new Map<string, FleetRow>();
 
   /** `ask` knows the past of a valve; `beside` stands above the rows. */
   constructor(ask: (valve: string) => Promise<ValvePast>, beside: HTMLElement | null = null) {
     this.one = new ValvePage(ask, () => this.open(null));
     this.list = h("div", { class: "fleet" }, this.counts, this.summary, beside, this.table.element);
+    this.counts.append(...this.buttons.values());
     this.element = h("div", {}, this.list, this.one.element);
     addEventListener("hashchange", () => this.route());
   }
@@ -55,14 +60,15 @@ export class FleetView {
 
   private show_counts(): void {
     const { rows } = this;
-    const of = (state: string) => [...rows.values()].filter((row) => row.status === state).length;
-    fill(this.counts, ...STATES.map(([state, sign, words]) => {
-      const count = of(state);
+    const counts = new Map<string, number>();
+    for (const { status } of rows.values()) counts.set(status, (counts.get(status) ?? 0) + 1);
+    const of = (state: string) => counts.get(state) ?? 0;
+    for (const [state, button] of this.buttons) {
       const pressed = this.table.states.has(state);
-      return h("button", { type: "button", class: `count state-${state}`, "aria-pressed": String(pressed), disabled: count === 0 && !pressed, title: words,
-        onclick: () => { this.table.toggle(state); this.show_counts(); } },
-        h("strong", {}, count), h("span", {}, `${sign} ${state.replaceAll("-", " ")}`));
-    }));
+      button.setAttribute("aria-pressed", String(pressed));
+      button.disabled = of(state) === 0 && !pressed;
+      say(button.firstElementChild!, String(of(state)));
+    }
     const worst = this.table.worst();
     const urgent = of("eol-reached") + of("act-now");
     say(this.summary, rows.size === 0 ? "No row has come yet."

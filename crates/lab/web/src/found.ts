@@ -14,21 +14,28 @@ export interface Acts {
   put: (model: Model) => void;
   put_effects: (effects: string[], values: { effect: string; name: string; value: number | null }[]) => void;
   plan: (plan: PlannedRun) => void;
+  /** Shows the strokes of a run. */
+  run: (name: string) => void;
 }
 
 /** An answer; what can be put on sliders can be clicked on, where there are any. */
 export function found_view(answer: Found, acts: Acts | null): HTMLElement {
   const { document: found } = answer;
   const is_best = found.recommended.length > 0;
+  // The first note is then of the run that was left out.
+  const { left_out } = found;
+  const [slip, notes] = left_out ? [found.notes[0], found.notes.slice(1)] : [undefined, found.notes];
   return h("div", {},
     h("p", { class: "headline", "data-verdict": found.verdict }, answer.headline),
+    left_out && h("p", { class: "notice bad", "data-left-out": left_out.run }, slip, acts && " ",
+      acts && h("button", { type: "button", onclick: () => acts.run(left_out.run) }, "show this run")),
     found.parameters.length > 0 && parameter_list(found.parameters),
     is_best && acts && h("p", {}, h("button", { type: "button", class: "strong", id: "put-answer", onclick: () => acts.put(answer.model) }, "put the answer on the sliders")),
     step_table(found.steps),
     h("p", { class: "aside" }, "Errors here are of rows that follow the motion, as valve explain tells them, what instruments are off by taken out; the error beside the strokes counts every sample, as valve compare does."),
     found.nuisances.length > 0 && h("details", {}, h("summary", {}, "instruments and conditions were found to be off"),
       h("ul", {}, ...found.nuisances.map((one) => h("li", {}, `${one.what}${one.run ? ` (${one.run})` : ""}: ${one.unit === "" ? `${digits(100 * one.value, 3)} ± ${digits(100 * one.standard_error, 2)} %` : with_error(one.value, one.standard_error, one.unit)}${one.at_bound ? ", at its bound: something may be missing" : ""}`)))),
-    ...found.notes.map((note) => h("p", { class: "notice" }, note)),
+    ...notes.map((note) => h("p", { class: "notice" }, note)),
     h("h3", {}, "Candidates"),
     h("p", {}, `How likely each set of effects is, and the error that it leaves.${acts ? " Click on one to put it on the sliders." : ""}`),
     bars(found.candidates, acts),

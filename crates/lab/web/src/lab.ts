@@ -16,12 +16,15 @@ import { Tabs } from "./tabs";
 const sliders = new Sliders();
 const physics = new Physics(sliders);
 const scores = new Scores();
-const strokes = new Strokes(() => void lay_out());
+const strokes = new Strokes(() => void lay_out(), "strokes");
 const fit = new Fit(sliders, physics.fit);
 const explain = new Explain(sliders);
 const missing = new Missing(() => api.missing(sliders.model()));
 const adopt = new Adopt(sliders);
 const experiment = new Experiment(sliders, explain);
+
+explain.show_run = (name) => strokes.show_run(name);
+explain.listen(() => strokes.mark(explain.left_out(lab.version)));
 
 const line = h("p", { class: "notice bad", role: "alert", hidden: true });
 const told = h("p", { class: "notice", role: "status", hidden: true });
@@ -29,6 +32,10 @@ const speed = h("span", { class: "speed", "data-latency": "", "data-pictures": "
 const names = h("div", { class: "names" });
 
 let lab: Description;
+/** Whether all that the program said of the files has been taken in. */
+let is_begun = false;
+/** Which start of the program the page was told by. */
+let started_ms: number | null = null;
 /** The samples that are laid out; a model that was asked for others is not drawn. */
 let layout = 0;
 /** Whether the valve file's model, which all others are held against, is known for the samples that are laid out. */
@@ -113,6 +120,7 @@ function refused(error: unknown, say_so: (message: string) => void): void {
 
 /** Reads everything from the program, at first and when the files have changed. */
 async function begin(): Promise<void> {
+  is_begun = false;
   lab = await api.lab();
   document.title = `${lab.valve.name} – valve lab`;
   fill(names, h("h1", {}, lab.valve.name),
@@ -128,7 +136,18 @@ async function begin(): Promise<void> {
   const answers = await api.answers();
   fit.take(answers.fit, lab.version);
   explain.take(answers.explain, lab.version);
+  strokes.mark(explain.left_out(lab.version));
   await lay_out();
+  is_begun = true;
+}
+
+/** The same while the page stands: where the program is gone meanwhile, it is begun again when it is back. */
+async function begin_again(): Promise<void> {
+  try {
+    await begin();
+  } catch (error) {
+    if (!(error instanceof Refused && error.status === 0)) throw error;
+  }
 }
 
 const file_name = (path: string): string => path.split(/[/\\]/).pop() ?? path;
@@ -137,17 +156,24 @@ function happened(event: LabEvent): void {
   switch (event.event) {
     case "hello":
       told_trouble(event.trouble);
+      // The answers of a program that has ended say nothing of those of the next one.
+      if (started_ms !== null && started_ms !== event.started_ms) {
+        is_begun = false;
+        fit.forget();
+        explain.forget();
+      }
+      started_ms = event.started_ms;
       fit.running(event.job.running?.kind === "fit" ? event.job.running.seconds : null);
       explain.running(event.job.running?.kind === "explain" ? event.job.running.seconds : null);
       // The program was started anew, or the files changed while the line was broken.
-      if (lab && event.version !== lab.version) void begin();
-      else if (lab) void answers();
+      if (!is_begun || event.version !== lab.version) void begin_again();
+      else void answers();
       break;
     case "changed":
       told.hidden = false;
       say(told, "The files have changed on disk and were read again.");
       setTimeout(() => { told.hidden = true; }, 6000);
-      void begin();
+      void begin_again();
       break;
     case "trouble":
       told_trouble(event.message);

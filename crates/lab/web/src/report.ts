@@ -77,6 +77,7 @@ function strokes(frozen: FrozenCampaign): HTMLElement {
   const left = frozen.answer?.document.steps.at(-1)?.rmse_m;
   const allowing = left === undefined || left === null ? "" : ` With what they were found to be off by, ${fixed(1e3 * left, 3)} mm is left by the last step of the search below.`;
   view.begin(lab);
+  view.mark(frozen.answer?.document.left_out ?? null);
   scores.begin(lab, comparisons[0]!);
   missing.begin(view.has_traces);
   view.element.hidden = !view.has_traces;

@@ -1,9 +1,9 @@
 /** Strokes: measured and simulated, their difference, phases; one run or all, before and after. */
 
-import type { Description, MeasuredRun, Selection, SimulatedRun, StrokeInfo } from "./api";
+import type { Description, LeftOut, MeasuredRun, Selection, SimulatedRun, StrokeInfo } from "./api";
 import { Chart, type Column, type Line } from "./charts";
 import { fill, h } from "./dom";
-import { digits } from "./numbers";
+import { digits, fixed } from "./numbers";
 
 /** Points of a run: as many as there are pixels, or some for a small chart. */
 const POINTS = { one: 1800, all: 360 };
@@ -26,10 +26,19 @@ interface Shown {
   charts: { path: Chart; rest: Chart; before?: Chart };
 }
 
+/** What is shown of the strokes. */
+interface Kept {
+  mode: "one" | "all";
+  run: number;
+  condition: number | null;
+  channel: string;
+  sides: boolean;
+}
+
 export class Strokes {
   readonly element = h("section", { class: "strokes", "aria-labelledby": "strokes-title" });
   private lab!: Description;
-  private mode: "one" | "all" = "one";
+  private mode: Kept["mode"] = "one";
   private run = 0;
   private condition: number | null = null;
   private channel = "position";
@@ -38,12 +47,18 @@ export class Strokes {
   private shown: Shown[] = [];
   private last: SimulatedRun[] = [];
   private before = new Map<number, Column>();
+  /** A run that contradicts all others. */
+  private odd: LeftOut | null = null;
+  private readonly warning = h("p", { class: "notice bad odd-run", role: "status", hidden: true });
   private readonly body = h("div", { class: "stroke-charts" });
   private readonly bar = h("div", { class: "bar", role: "toolbar", "aria-label": "what is shown" });
 
-  /** `wants` is called when other samples are needed than those that are shown. */
-  constructor(private readonly wants: () => void) {
-    this.element.append(h("h2", { id: "strokes-title" }, "Strokes"), this.bar, this.body);
+  /** `wants` is called when other samples are needed than those that are shown. What is shown stays over a reload of the tab
+   *  under the name `kept`, where one is given. */
+  constructor(private readonly wants: () => void, private readonly kept: string | null = null) {
+    const before = kept === null ? null : sessionStorage.getItem(kept);
+    if (before !== null) ({ mode: this.mode, run: this.run, condition: this.condition, channel: this.channel, sides: this.sides } = JSON.parse(before) as Kept);
+    this.element.append(h("h2", { id: "strokes-title" }, "Strokes"), this.warning, this.bar, this.body);
     this.element.addEventListener("keydown", (event) => this.key(event));
   }
 
@@ -51,8 +66,46 @@ export class Strokes {
     this.lab = lab;
     const traces = lab.runs.filter((run) => run.is_trace).length;
     this.run = Math.min(this.run, Math.max(0, traces - 1));
+    if (lab.runs.every((run) => run.condition !== this.condition)) this.condition = null;
     if (!lab.channels.includes(this.channel)) this.channel = "position";
     this.controls();
+  }
+
+  /** Marks the run that a search has left out, and says which condition of it should be corrected. */
+  mark(odd: LeftOut | null): void {
+    if (JSON.stringify(odd) === JSON.stringify(this.odd)) return;
+    this.odd = odd;
+    this.warning.hidden = odd === null;
+    if (odd) {
+      fill(this.warning, h("strong", {}, `${odd.run} contradicts all other runs. `), `Correct its ${this.slip(odd)} `,
+        h("button", { type: "button", onclick: () => this.show_run(odd.run) }, "show this run"));
+    }
+    this.controls();
+    if (this.shown.length > 0) this.wants();
+  }
+
+  /** Shows a run alone. */
+  show_run(name: string): void {
+    const index = this.lab.runs.findIndex((run) => run.name === name);
+    if (index < 0) return;
+    this.mode = "one";
+    this.run = index;
+    this.window = null;
+    this.controls();
+    this.wants();
+    this.element.scrollIntoView();
+    this.bar.querySelector<HTMLElement>('[data-choose="run"]')?.focus({ preventScroll: true });
+  }
+
+  /** Which condition of a run is mistyped, what it says and what it should be about. */
+  private slip(odd: LeftOut): string {
+    const run = this.lab.runs.find((one) => one.name === odd.run);
+    const ambient_kpa = run ? run.supply_kpa - run.supply_kpa_gauge : 0;
+    const shown = (si: number) => odd.condition === "supply_pressure" ? `${fixed(1e-3 * si - ambient_kpa, 1)} kPa over ambient`
+      : odd.condition === "temperature" ? `${fixed(si, 1)} K`
+      : si === 0 ? "none" : `${fixed(1e6 * si, 3)} mm²`;
+    return `${odd.condition.replaceAll("_", " ")}: written down is ${shown(odd.stated)} (an error of ${fixed(1e3 * odd.stated_rmse_m, 3)} mm is left), `
+      + `about ${shown(odd.right)} explains it (to ${fixed(1e3 * odd.right_rmse_m, 3)} mm).`;
   }
 
   get has_traces(): boolean {
@@ -132,7 +185,7 @@ export class Strokes {
   }
 
   private kind(): string {
-    return `${this.mode} ${this.channel} ${this.sides}`;
+    return `${this.mode} ${this.channel} ${this.sides} ${this.odd?.run ?? ""}`;
   }
 
   private charts(run: number, strokes: () => StrokeInfo[]): Shown["charts"] {
@@ -165,7 +218,7 @@ export class Strokes {
         this.wants();
       };
       const name = h("button", { class: "plain", type: "button", onclick: open, title: "show this run alone" }, words);
-      return h("article", { class: "card" }, h("h3", {}, name), path.element, rest.element);
+      return h("article", { class: this.is_odd(shown.run) ? "card odd" : "card" }, h("h3", {}, name), path.element, rest.element);
     }
     const upper = before
       ? h("div", { class: "sides" },
@@ -175,6 +228,10 @@ export class Strokes {
     return h("div", {}, upper, rest.element);
   }
 
+  private is_odd(index: number): boolean {
+    return this.odd !== null && this.lab.runs[index]!.name === this.odd.run;
+  }
+
   /** A run in words: its conditions. */
   conditions(index: number): string {
     const run = this.lab.runs[index]!;
@@ -182,7 +239,7 @@ export class Strokes {
     if (this.lab.runs.some((other) => Math.abs(other.temperature_k - run.temperature_k) > 1)) parts.push(`${digits(run.temperature_k, 3)} K`);
     if (run.leak_to_atmosphere_mm2 > 0) parts.push(`leak to atmosphere ${digits(run.leak_to_atmosphere_mm2, 3)} mm²`);
     if (run.leak_from_supply_mm2 > 0) parts.push(`leak from supply ${digits(run.leak_from_supply_mm2, 3)} mm²`);
-    return `${index + 1}: ${parts.join(", ")}`;
+    return `${this.is_odd(index) ? "⚠ " : ""}${index + 1}: ${parts.join(", ")}${this.is_odd(index) ? " (contradicts all others)" : ""}`;
   }
 
   private controls(): void {
@@ -194,6 +251,10 @@ export class Strokes {
     const choose = <T extends string>(label: string, value: T, options: [T, string][], chosen: (value: T) => void) =>
       h("label", {}, `${label} `, h("select", { "data-choose": label, onchange: (event: Event) => { chosen((event.target as HTMLSelectElement).value as T); renew(); } },
         ...options.map(([option, name]) => h("option", { value: option, selected: option === value }, name))));
+    const { mode, run, condition, channel, sides } = this;
+    if (this.kept !== null) sessionStorage.setItem(this.kept, JSON.stringify({ mode, run, condition, channel, sides } satisfies Kept));
+    // The keyboard stays on the choice that it made.
+    const focused = (document.activeElement as HTMLElement | null)?.dataset["choose"];
     const conditions = [...new Set(traces.map(({ run }) => run.condition))];
     const first_of = (condition: number) => traces.find(({ run }) => run.condition === condition)!.index;
     fill(this.bar,
@@ -201,14 +262,15 @@ export class Strokes {
       this.mode === "one" && choose("run", String(this.run), traces.map(({ index }) => [String(index), this.conditions(index)]),
         (value) => { this.run = Number(value); this.window = null; }),
       this.mode === "all" && conditions.length > 1 && choose("condition", String(this.condition ?? "any"),
-        [["any", "any"], ...conditions.map((condition): [string, string] => [String(condition), this.conditions(first_of(condition)).replace(/^\d+: /, "")])],
+        [["any", "any"], ...conditions.map((condition): [string, string] => [String(condition), this.conditions(first_of(condition)).replace(/^(⚠ )?\d+: /, "")])],
         (value) => { this.condition = value === "any" ? null : Number(value); }),
       this.lab.channels.length > 1 && choose("channel", this.channel,
         this.lab.channels.map((channel): [string, string] => [channel, CHANNELS[channel]!.name]), (channel) => { this.channel = channel; }),
-      this.mode === "one" && h("label", {}, h("input", { type: "checkbox", checked: this.sides, onchange: () => { this.sides = !this.sides; renew(); } }), " before and after side by side"),
+      this.mode === "one" && h("label", {}, h("input", { type: "checkbox", "data-choose": "sides", checked: this.sides, onchange: () => { this.sides = !this.sides; renew(); } }), " before and after side by side"),
       this.mode === "one" && h("span", { class: "zoom", role: "group", "aria-label": "part of the time that is shown" },
         ...([["−", "show more", () => this.scale(1.6)], ["+", "show less", () => this.scale(0.6)], ["◀", "earlier", () => this.pan(-0.25)], ["▶", "later", () => this.pan(0.25)], ["all", "show all", () => this.zoom(null)]] as [string, string, () => void][])
           .map(([sign, name, act]) => h("button", { type: "button", title: name, "aria-label": name, onclick: act }, sign))));
+    if (focused !== undefined) this.bar.querySelector<HTMLElement>(`[data-choose="${focused}"]`)?.focus();
     this.bar.title = "Drag over a chart to zoom, shift and drag to move, ctrl and wheel to zoom, double-click for all";
   }
 

@@ -83,3 +83,36 @@ export async function nameless(page) {
     .filter((element) => !(element.getAttribute("aria-label") || element.textContent.trim() || element.labels?.length))
     .map((element) => element.outerHTML.slice(0, 120)));
 }
+
+/** Presses of the tab key that rows take which come into the page only as they are reached. */
+const VALVES_PASSED = 400;
+
+/** Controls that the tab key does not reach; of tabs and of a group of them the chosen one is enough. */
+export async function unreached(page) {
+  const wanted = await page.evaluate(() => {
+    const is_control = "button, input, select, summary, a[href], [role=tab]";
+    const all = [...document.querySelectorAll(is_control)].filter((one) => one.checkVisibility({ visibilityProperty: true }) && !one.disabled && one.getAttribute("aria-selected") !== "false");
+    all.forEach((one, index) => { one.dataset.reach = String(index); });
+    scrollTo(0, 0);
+    document.activeElement?.blur();
+    return all.length;
+  });
+  for (let press = 0; press < wanted + VALVES_PASSED; press += 1) {
+    await page.keyboard.press("Tab");
+    const rest = await page.evaluate(() => {
+      document.activeElement?.removeAttribute("data-reach");
+      return document.querySelectorAll("[data-reach]").length;
+    });
+    if (rest === 0) return [];
+  }
+  return page.evaluate(() => [...document.querySelectorAll("[data-reach]")].filter((one) => one.isConnected && one.checkVisibility()).map((one) => one.outerHTML.slice(0, 120)));
+}
+
+/** What moves although the person has asked for no motion. */
+export async function moving(page) {
+  await page.emulateMedia({ reducedMotion: "reduce" });
+  return page.evaluate(() => [...document.querySelectorAll("*")].filter((one) => {
+    const { transitionDuration, animationName, scrollBehavior } = getComputedStyle(one);
+    return transitionDuration.split(",").some((time) => parseFloat(time) > 0) || animationName !== "none" || scrollBehavior === "smooth";
+  }).map((one) => one.className));
+}

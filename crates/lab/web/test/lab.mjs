@@ -3,7 +3,7 @@
 
 import { writeFileSync } from "node:fs";
 import { join } from "node:path";
-import { check, faint, median, nameless, open, until, watch } from "./browser.mjs";
+import { check, faint, median, moving, nameless, open, unreached, until, watch } from "./browser.mjs";
 
 const [url, folder] = process.argv.slice(2);
 const { browser, context, page, complaints } = await open(url);
@@ -126,6 +126,9 @@ for (const colorScheme of ["light", "dark"]) {
 }
 const unnamed = await nameless(page);
 check(unnamed.length === 0, `without a name:\n${unnamed.join("\n")}`);
+const [far, moves] = [await unreached(page), await moving(page)];
+check(far.length === 0, `the tab key does not reach:\n${far.join("\n")}`);
+check(moves.length === 0, `moves although asked not to: ${moves.join()}`);
 await page.setViewportSize({ width: 400, height: 800 });
 const wide = await page.evaluate(() => document.documentElement.scrollWidth);
 check(wide <= 400, `400 px are enough, found ${wide}`);

@@ -2,7 +2,7 @@
 // fleet of 201 valves, one of them at its end (FV-101), and a campaign whose valve has dry friction that its file lacks.
 
 import { pathToFileURL } from "node:url";
-import { check, faint, nameless, open, until } from "./browser.mjs";
+import { check, faint, moving, nameless, open, unreached, until } from "./browser.mjs";
 
 const url = pathToFileURL(process.argv[2]).href;
 const { browser, context, page, complaints } = await open(url);
@@ -77,6 +77,9 @@ for (const colorScheme of ["light", "dark"]) {
   check(weak.length === 0, `contrast below 4.5 (${colorScheme}):\n${weak.join("\n")}`);
 }
 check((await nameless(page)).length === 0, `without a name:\n${(await nameless(page)).join("\n")}`);
+const [far, moves] = [await unreached(page), await moving(page)];
+check(far.length === 0, `the tab key does not reach:\n${far.join("\n")}`);
+check(moves.length === 0, `moves although asked not to: ${moves.join()}`);
 for (const width of [400, 3840]) {
   await page.setViewportSize({ width, height: 900 });
   const wide = await page.evaluate(() => document.documentElement.scrollWidth);

@@ -3,7 +3,7 @@
 
 import { appendFileSync, readFileSync } from "node:fs";
 import { join } from "node:path";
-import { check, faint, nameless, open, until } from "./browser.mjs";
+import { check, faint, moving, nameless, open, unreached, until } from "./browser.mjs";
 
 const [url, folder] = process.argv.slice(2);
 const { browser, page, complaints } = await open(url);
@@ -63,5 +63,8 @@ for (const colorScheme of ["light", "dark"]) {
   check(weak.length === 0, `contrast below 4.5 (${colorScheme}, all):\n${weak.join("\n")}`);
 }
 check((await nameless(page)).length === 0, `without a name:\n${(await nameless(page)).join("\n")}`);
+const [far, moves] = [await unreached(page), await moving(page)];
+check(far.length === 0, `the tab key does not reach:\n${far.join("\n")}`);
+check(moves.length === 0, `moves although asked not to: ${moves.join()}`);
 check(complaints.length === 0, `the console complains:\n${complaints.join("\n")}`);
 await browser.close();
