@@ -6,7 +6,7 @@ use campaign::{Campaign, Run as RecordedRun, TimingRow, ValveFacts, estimate_pos
 use valve_model::prescribed::Prescribed;
 use valve_model::{CommandEdge, Conditions, Run, Schedule, Start, Valve};
 
-use crate::driving::thinned;
+use crate::driving::{Driving, smoothed};
 
 /// Relative noise of a stroke time whose noise is not stated, at least, s.
 const LEAST_TIMING_NOISE_S: f64 = 1e-4;
@@ -40,6 +40,8 @@ pub struct RunData {
     pub name: String,
     /// How to simulate it.
     pub run: Run,
+    /// The measured pressures that drive it, if any do.
+    pub driving: Option<Driving>,
     /// Times of the samples, s.
     pub times_s: Vec<f64>,
     /// Its channels, position first.
@@ -165,12 +167,12 @@ fn conditions(from: &campaign::RunConditions) -> Conditions {
 
 fn run_data(recorded: &RecordedRun, campaign: &Campaign, position_noise: f64) -> RunData {
     let trace = &recorded.trace;
-    let prescribed = prescribed(recorded, campaign);
+    let driving = driving(recorded, campaign);
     let run = Run {
         conditions: conditions(&recorded.conditions),
         commands: recorded.commands.iter().map(|edge| CommandEdge::new(edge.time_s, edge.close)).collect(),
         end_s: trace.time_s.last().copied().unwrap_or(0.0),
-        prescribed: prescribed.map(Arc::new),
+        prescribed: driving.as_ref().map(|driving| Arc::clone(&driving.smooth)),
         start: Start::Rest,
     };
     let mut channels = vec![channel(Channel::Position, &trace.position_m, position_noise)];
@@ -185,11 +187,11 @@ fn run_data(recorded: &RecordedRun, campaign: &Campaign, position_noise: f64) ->
             channels.push(channel(kind, samples, noise));
         }
     }
-    RunData { name: recorded.file.clone(), run, times_s: trace.time_s.clone(), channels }
+    RunData { name: recorded.file.clone(), run, driving, times_s: trace.time_s.clone(), channels }
 }
 
 /// The measured pressures that drive the model, with gaps bridged: those that are declared, and the supply's.
-fn prescribed(recorded: &RecordedRun, campaign: &Campaign) -> Option<Prescribed> {
+fn driving(recorded: &RecordedRun, campaign: &Campaign) -> Option<Driving> {
     let inputs = campaign.inputs;
     let trace = &recorded.trace;
     let bridged = |samples: &Option<Vec<f64>>, wanted: bool| {
@@ -208,7 +210,7 @@ fn prescribed(recorded: &RecordedRun, campaign: &Campaign) -> Option<Prescribed>
         let noise = campaign.sensors.pressure_noise_pa.unwrap_or_else(|| difference_noise(samples));
         with_rounding(noise, samples)
     };
-    drives.then(|| thinned(prescribed, noise_pa))
+    drives.then(|| smoothed(prescribed, noise_pa))
 }
 
 /// Fills gaps by straight lines, the ends by the nearest value.

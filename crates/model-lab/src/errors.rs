@@ -124,10 +124,48 @@ const LARGE_DEVIATIONS: f64 = 3.0;
 pub fn is_large(model: &Model<ValveProblem<'_>>, largest_discrepancy: f64) -> bool {
     let (setup, noise) = (model.problem.setup(), &model.fit.noise.groups);
     if setup.noise_m.is_some() {
-        noise[0].discrepancy > largest_discrepancy
+        noise[0].discrepancy > largest_discrepancy.hypot(by_driving(model).map_or(0.0, |error| error.share))
     } else {
         noise[2].multiplier > 1.0 + LARGE_DEVIATIONS * setup.groups[2].multiplier_sigma
     }
+}
+
+/// An error of positions that the noise of measured pressures makes which drive a model.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ByDriving {
+    /// Root mean square, m.
+    pub rmse_m: f64,
+    /// As a model error: a share of the stroke at full speed.
+    pub share: f64,
+}
+
+/// How far the pressures that drive a fitted model take it with another draw of their noise; nothing where none does. A piston
+/// that a small difference of pressures moves adds that noise up on its way.
+pub fn by_driving(model: &Model<ValveProblem<'_>>) -> Option<ByDriving> {
+    let (problem, u) = (&model.problem, std::slice::from_ref(&model.fit.u));
+    if !problem.setup().is_prescribed {
+        return None;
+    }
+    let mut redrawn = problem.setup().clone();
+    for recording in &mut redrawn.recordings {
+        if let Some(pressures) = recording.redrawn.take() {
+            recording.run.prescribed = Some(pressures);
+        }
+    }
+    let other = problem.on(&redrawn);
+    let [as_recorded, other] = [problem, &other].map(|problem| predict_all(problem, u).pop().flatten());
+    let (mut moved, mut activity, mut rows) = (0.0, 0.0, 0.0);
+    for (record, (as_recorded, other)) in problem.records().iter().zip(as_recorded?.iter().zip(&other?)) {
+        let groups = record.series.iter().flat_map(|series| series.rows.iter().map(|row| (series.group, row)));
+        for ((group, row), (as_recorded, other)) in groups.zip(as_recorded.iter().zip(other)) {
+            if group == 0 {
+                moved += (other - as_recorded).powi(2);
+                activity += row.activity * row.activity;
+                rows += 1.0;
+            }
+        }
+    }
+    (activity > 0.0).then(|| ByDriving { rmse_m: f64::sqrt(moved / rows), share: f64::sqrt(moved / activity) })
 }
 
 /// The errors at a point that nothing was fitted to.

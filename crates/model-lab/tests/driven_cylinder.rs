@@ -7,6 +7,7 @@ use std::sync::Arc;
 use identify::Stop;
 use identify::select::Level;
 use model_lab::Space;
+use model_lab::diagnosis::{DiagnoseOptions, Verdict, explain};
 use model_lab::identification::{Nuisance, NuisanceSizes, Subject};
 use recorded::{NOISE_M, Noise, campaign};
 use valve_file::ValveFile;
@@ -250,4 +251,26 @@ fn a_friction_with_all_its_shapes_far_out_stands_in_for_something() {
     assert!(!space.has_strange_shape(&space.start(), EffectKind::DRY_FRICTION));
     assert!(!space.has_strange_shape(&shapes(1.7), EffectKind::DRY_FRICTION));
     assert!(space.has_strange_shape(&shapes(1.8), EffectKind::DRY_FRICTION));
+}
+
+#[test]
+#[cfg_attr(debug_assertions, ignore = "slow: runs with --release")]
+fn the_noise_of_a_pressure_that_drives_is_no_missing_physics_and_takes_nothing_from_a_port() {
+    // So light that a kilopascal moves it: the noise of the sensor is as large as what drives the flow.
+    const PRESSURE_NOISE_PA: f64 = 700.0;
+    let light = CYLINDER.replace("moving_mass = \"2 kg\"", "moving_mass = \"0.1 kg\"");
+    let file = ValveFile::parse(&light, "cylinder.toml").expect("a valid valve");
+    let mut noise = Noise(3);
+    let mut runs = [0.03, 0.04, 0.05].map(|position_m| recorded_run(file.valve(), position_m, 0.0, &mut noise));
+    for pressure in runs.iter_mut().flat_map(|run| run.trace.pipe_pressure_pa.iter_mut().flatten()) {
+        *pressure += PRESSURE_NOISE_PA * noise.normal();
+    }
+    let mut campaign = campaign(runs.into());
+    campaign.inputs.pipe_pressure = true;
+    let found = explain(&file, &campaign, &DiagnoseOptions::default(), &|_| (), Stop::never()).expect("it moves");
+    assert_eq!(found.verdict, Verdict::Adequate, "{:?} {:?}", found.recommended, found.notes);
+    let said = |note: &String| note.contains("noise of the recorded pressures that drive the model");
+    assert!(found.notes.iter().any(said), "{:?}", found.notes);
+    let port = found.valve.parameters().port_orifice_area_m2 / file.valve().parameters().port_orifice_area_m2;
+    assert!((port - 1.0).abs() < 0.03, "{port} of what it is");
 }

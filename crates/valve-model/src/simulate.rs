@@ -205,7 +205,9 @@ pub fn simulate_with<P: Borrow<Prepared>>(
             waiting.into_iter().partition(|index| runs[*index].borrow().fits_beside(first));
         let batch: Vec<LaneRun<'_>> = mates.iter().map(|index| runs[*index].borrow().lane_run()).collect();
         let mut take = |mate: usize, nodes: &Trajectory, state: &State<f64>| consume(mates[mate], nodes, state);
-        recorders.iter_mut().for_each(|recorder| recorder.clear(pressures));
+        for recorder in &mut recorders {
+            recorder.clear(pressures);
+        }
         integrate_with(set, &batch, &mut recorders, &mut take);
         waiting = others;
     }

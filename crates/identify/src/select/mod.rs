@@ -287,7 +287,9 @@ impl<F: Family> Search<'_, F> {
         let of_origin = self.evidence(origin, Level::Low);
         let is_near =
             |fit: &Fit| of_origin.is_none_or(|of| fit.log_evidence + fit.predicted_gain > of - self.options.margin);
-        let near = begun.iter().filter(|(set, _, fit)| is_near(fit) || self.has_late_shapes(set));
+        // What all gains are counted from is worth a fit that ends: where it is stuck, anything that is not looks like an effect.
+        let is_worth = |set: &[usize]| set.is_empty() || self.has_late_shapes(set);
+        let near = begun.iter().filter(|(set, _, fit)| is_near(fit) || is_worth(set));
         let near: Vec<Set> = near.map(|(set, ..)| set.clone()).collect();
         for (set, problem, fit) in begun {
             self.keep(set, Level::Low, problem, fit);

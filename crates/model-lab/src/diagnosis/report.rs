@@ -52,17 +52,16 @@ pub(super) fn assemble<'a>(
         options.good_enough_m.is_some_and(|enough| held_out().is_some_and(|rmse| rmse < enough))
     };
     let mut notes = notes(catalogue);
-    let accepted = without_unsure(catalogue, found, &mut notes);
-    let mut best = accepted;
-    let mut recommended = in_order(catalogue, found, &accepted.set);
+    let mut best = named(catalogue, found, &mut notes);
+    let mut recommended = in_order(catalogue, found, &best.set);
     let mut left = remainder(best, &fit_options);
     let is_large = |model: &Fitted<'_>| errors::is_large(model, options.select.large);
     let mut is_unnamed = false;
-    if let (Some(share), Some(calibrated)) = (share_left(found, accepted), found.model(&[]))
+    if let (Some(share), Some(calibrated)) = (share_left(found, best), found.model(&[]))
         && share > NAMED_SHARE
-        && is_large(accepted)
+        && is_large(best)
         && left.nats > options.select.accept
-        && !is_good_enough(accepted)
+        && !is_good_enough(best)
     {
         // What does less than half of what is large stands in for something else more often than not.
         let ids: Vec<&str> = recommended.iter().map(|kind| kind.id()).collect();
@@ -90,19 +89,7 @@ pub(super) fn assemble<'a>(
     let group = indistinguishable.iter().map(|group| 1 + group.with.len()).max().unwrap_or(1);
     let strange: Vec<EffectKind> =
         recommended.iter().copied().filter(|kind| best.problem.space.has_strange_shape(&best.fit.u, *kind)).collect();
-    notes.extend(strange.iter().map(|kind| {
-        format!(
-            "{} fits with shapes that it hardly ever has: it may stand in for something that no effect here describes",
-            kind.id()
-        )
-    }));
-    if !recommended.is_empty() && best.problem.setup().noise_m.is_none() {
-        notes.push(
-            "two times a stroke show how much is lost, hardly to what: something that no effect here describes can look \
-             like this; the position recorded over one closing and opening would tell"
-                .to_owned(),
-        );
-    }
+    notes.extend(doubts(best, &recommended, &strange));
     let verdict = match (recommended.is_empty(), something_is_left || !strange.is_empty()) {
         (true, _) if interrupted => Verdict::NotEnoughData,
         (true, true) => Verdict::OutsideCatalogue,
@@ -121,7 +108,7 @@ pub(super) fn assemble<'a>(
         nuisances: nuisance_reports(best, &certainty),
         moved: pulled,
         indistinguishable,
-        candidates: candidates(catalogue, found, &accepted.set, options),
+        candidates: candidates(catalogue, found, &best.set, options),
         steps: steps(catalogue, found, &best.set, &recommended),
         inclusion: inclusion(catalogue, found),
         remainder,
@@ -135,6 +122,13 @@ pub(super) fn assemble<'a>(
         notes,
         interrupted,
     }
+}
+
+/// Whether the noise of the pressures that drive a model makes as large a model error as it leaves; one draw of that noise tells
+/// the variance within a factor of two.
+fn is_noise_of_driving(model: &Fitted<'_>) -> bool {
+    let left = model.fit.noise.groups[0].discrepancy;
+    errors::by_driving(model).is_some_and(|driven| left * left < 2.0 * driven.share * driven.share)
 }
 
 /// A fitted model with what the data leave open about it.
@@ -151,6 +145,52 @@ fn share_left(found: &Selection<ValveProblem<'_>>, best: &Fitted<'_>) -> Option<
         Some(excess(normalised_rms(&model.problem, &best.fit.noise, &held.own)))
     };
     Some(error(best)? / error(base)?.max(f64::MIN_POSITIVE))
+}
+
+/// The model whose effects are named: the accepted one, but for effects that the evidence has for reasons that it does not
+/// know of.
+fn named<'f, 'a>(
+    catalogue: &Catalogue<'a>,
+    found: &'f Selection<ValveProblem<'a>>,
+    notes: &mut Vec<String>,
+) -> &'f Fitted<'a> {
+    let sure = without_unsure(catalogue, found, notes);
+    let Some(base) = found.model(&[]).filter(|base| !sure.set.is_empty() && is_noise_of_driving(base)) else {
+        return sure;
+    };
+    let ids: Vec<&str> = catalogue.kinds_of(&sure.set).into_iter().map(EffectKind::id).collect();
+    notes.push(format!(
+        "{} would fit better, but the noise of the recorded pressures that drive the model leaves as much without it: it is not \
+         named",
+        ids.join(" with ")
+    ));
+    base
+}
+
+/// What makes an answer doubtful though it fits, in words.
+fn doubts(best: &Fitted<'_>, recommended: &[EffectKind], strange: &[EffectKind]) -> Vec<String> {
+    let mut doubts = Vec::new();
+    doubts.extend(strange.iter().map(|kind| {
+        format!(
+            "{} fits with shapes that it hardly ever has: it may stand in for something that no effect here describes",
+            kind.id()
+        )
+    }));
+    if !recommended.is_empty() && best.problem.setup().noise_m.is_none() {
+        doubts.push(
+            "two times a stroke show how much is lost, hardly to what: something that no effect here describes can look \
+             like this; the position recorded over one closing and opening would tell"
+                .to_owned(),
+        );
+    }
+    if let Some(driven) = errors::by_driving(best).filter(|_| is_noise_of_driving(best)) {
+        doubts.push(format!(
+            "the noise of the recorded pressures that drive the model makes an error of about {:.3} mm by itself: less noise, \
+             or the pressures simulated, would tell more",
+            1e3 * driven.rmse_m
+        ));
+    }
+    doubts
 }
 
 /// The accepted model without effects whose size cannot be told from none: what records disagree by can be more than the
@@ -392,8 +432,8 @@ fn candidates(
                 None
             } else if model.level == Level::Screen {
                 Some("fell behind in a first look at a few records".to_owned())
-            } else if model.set == found.accepted() {
-                Some("has a size that cannot be told from none".to_owned())
+            } else if accepted.is_empty() && model.set == found.accepted() {
+                Some("is the likeliest, and not named all the same (see the notes)".to_owned())
             } else if accepted.is_empty() {
                 Some(if gain > options.select.accept {
                     "does not lower the error on what was held out".to_owned()

@@ -4,6 +4,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use campaign::Run as RecordedRun;
+use valve_model::prescribed::Prescribed;
 use valve_model::{CommandEdge, Run, Start};
 
 use super::start::{Beginning, beginning, window_s};
@@ -73,13 +74,17 @@ impl Part {
             run.start = Start::ClosedRest;
             run.commands.retain(|edge| !edge.closes() || edge.time_s > -self.origin_s);
         }
-        if let Some(prescribed) = &run.prescribed
-            && (self.origin_s != 0.0 || self.until_s < data.run.end_s)
-        {
-            // A recorder's clock may see what comes a little later.
-            run.prescribed = Some(Arc::new(prescribed.between(self.origin_s, self.until_s + LEAD_S)));
-        }
+        run.prescribed = run.prescribed.map(|whole| self.driving(data, &whole));
         run
+    }
+
+    /// What drives it of what drives the whole record, in its own time.
+    pub fn driving(&self, data: &RunData, whole: &Arc<Prescribed>) -> Arc<Prescribed> {
+        if self.origin_s == 0.0 && self.until_s >= data.run.end_s {
+            return Arc::clone(whole);
+        }
+        // A recorder's clock may see what comes a little later.
+        Arc::new(whole.between(self.origin_s, self.until_s + LEAD_S))
     }
 }
 
@@ -155,7 +160,7 @@ impl<'a> Recorded<'a> {
 /// command that was read off a pressure comes when that has risen halfway, and a pressure that stands still may do so because
 /// the piston gives way. A piston that does not rest begins where the pressures were steady, or else with the command.
 fn steady_before(data: &RunData, closing_s: f64, window_s: f64, travel_s: f64) -> f64 {
-    let Some(prescribed) = data.run.prescribed.as_deref() else { return closing_s };
+    let Some(prescribed) = data.driving.as_ref().map(|driving| &*driving.recorded) else { return closing_s };
     let measured = [&prescribed.pipe_pressure_pa, &prescribed.chamber_pressure_pa].into_iter().flatten();
     let pressures: Vec<Recorded<'_>> = measured.map(|samples| Recorded::new(&prescribed.time_s, samples)).collect();
     let position = Recorded::new(&data.times_s, &data.channels[0].samples);

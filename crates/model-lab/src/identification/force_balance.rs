@@ -73,6 +73,7 @@ fn motion(recording: &Recording, data: &Dataset, stroke_m: f64) -> Option<Free> 
     let run = RunData {
         name: recording.name.clone(),
         run: Run { start, ..recording.run.clone() },
+        driving: None,
         times_s: of_file.times_s[first..end].iter().map(|time| time - recording.origin_s).collect(),
         channels: of_file.channels.iter().filter(|channel| channel.channel == Channel::Position).map(cut).collect(),
     };

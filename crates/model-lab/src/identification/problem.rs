@@ -85,6 +85,14 @@ impl<'a> ValveProblem<'a> {
         self.space.start().into_iter().chain(self.nuisances.iter().map(word)).collect()
     }
 
+    /// The same problem on a campaign that was made ready in another way.
+    pub fn on<'b>(&self, setup: &'b Setup) -> ValveProblem<'b>
+    where
+        'a: 'b,
+    {
+        ValveProblem { setup, ..self.clone() }
+    }
+
     /// The same with one coordinate held at a value, in its own unit of prior deviations.
     #[must_use]
     pub fn held_at(&self, index: usize, u: f64) -> Self {

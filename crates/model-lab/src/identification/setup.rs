@@ -67,6 +67,8 @@ pub struct Recording {
     pub name: String,
     /// The run to simulate; its time 0 is [`Recording::origin_s`] of the record.
     pub run: Run,
+    /// The measured pressures that drive it with another draw of their noise.
+    pub redrawn: Option<Arc<Prescribed>>,
     /// When the simulation begins, in the time of the record, s.
     pub origin_s: f64,
     /// How the simulation begins.
@@ -200,9 +202,9 @@ impl Setup {
         for edge in &mut recording.run.commands {
             edge.time_s -= by;
         }
-        if let Some(prescribed) = &recording.run.prescribed {
-            let time_s = prescribed.time_s.iter().map(|time| time - by).collect();
-            recording.run.prescribed = Some(Arc::new(Prescribed { time_s, ..Prescribed::clone(prescribed) }));
+        for driving in [&mut recording.run.prescribed, &mut recording.redrawn].into_iter().flatten() {
+            let time_s = driving.time_s.iter().map(|time| time - by).collect();
+            *driving = Arc::new(Prescribed { time_s, ..Prescribed::clone(driving) });
         }
     }
 
@@ -367,6 +369,7 @@ fn trace_recording(
     let recording = Recording {
         name,
         run: part.run(data),
+        redrawn: data.driving.as_ref().map(|driving| part.driving(data, &driving.redrawn)),
         origin_s: part.origin_s,
         unseen_s: part.unseen_s(data),
         beginning: part.beginning,
@@ -401,6 +404,7 @@ fn times_recording(data: &Dataset, group: &TimingGroup) -> (Recording, Record) {
     let recording = Recording {
         name: "stroke times".into(),
         run,
+        redrawn: None,
         origin_s: 0.0,
         beginning: Beginning::Open,
         unseen_s: [0.0; 2],
