@@ -51,11 +51,17 @@ pub(super) fn assemble<'a>(
         let held_out = || errors::held_out(model).and_then(|errors| errors.rmse_m);
         options.good_enough_m.is_some_and(|enough| held_out().is_some_and(|rmse| rmse < enough))
     };
+    let is_large = |model: &Fitted<'_>| errors::is_large(model, options.select.large);
+    let leaves_something = |model: &Fitted<'_>| {
+        let is_half_way = share_left(found, model).is_some_and(|share| share > LARGEST_SHARE);
+        (is_large(model) || is_half_way)
+            && remainder(model, &fit_options).nats > options.select.accept
+            && !is_good_enough(model)
+    };
     let mut notes = notes(catalogue);
-    let mut best = named(catalogue, found, &mut notes);
+    let mut best = named(catalogue, found, &leaves_something, &mut notes);
     let mut recommended = in_order(catalogue, found, &best.set);
     let mut left = remainder(best, &fit_options);
-    let is_large = |model: &Fitted<'_>| errors::is_large(model, options.select.large);
     let mut is_unnamed = false;
     if let (Some(share), Some(calibrated)) = (share_left(found, best), found.model(&[]))
         && share > NAMED_SHARE
@@ -73,13 +79,11 @@ pub(super) fn assemble<'a>(
         (best, recommended, is_unnamed) = (calibrated, Vec::new(), true);
         left = remainder(best, &fit_options);
     }
-    let (remainder, is_good_enough) = (left, is_good_enough(best));
+    let remainder = left;
     let certainty = Certainty::new(&best.problem, &best.fit);
     tell(Progress::Doing("what cannot be told apart"));
     let indistinguishable = indistinguishable(catalogue, found, best, &recommended, &certainty, options);
-    let is_half_way = share_left(found, best).is_some_and(|share| share > LARGEST_SHARE);
-    let something_is_left =
-        is_unnamed || (is_large(best) || is_half_way) && remainder.nats > options.select.accept && !is_good_enough;
+    let something_is_left = is_unnamed || leaves_something(best);
     let mut discrepancy = None;
     if something_is_left && !stop.is_asked() {
         tell(Progress::Doing("forces and flows without a law"));
@@ -152,9 +156,24 @@ fn share_left(found: &Selection<ValveProblem<'_>>, best: &Fitted<'_>) -> Option<
 fn named<'f, 'a>(
     catalogue: &Catalogue<'a>,
     found: &'f Selection<ValveProblem<'a>>,
+    leaves_something: &dyn Fn(&Fitted<'_>) -> bool,
     notes: &mut Vec<String>,
 ) -> &'f Fitted<'a> {
-    let sure = without_unsure(catalogue, found, notes);
+    let mut sure = without_unsure(catalogue, found, notes);
+    // Two effects that leave something each take what suits them of a third: in 14 of 17 drawn campaigns one was wrong.
+    if sure.set.len() > 1 && leaves_something(sure) {
+        let alone = sure.set.iter().filter_map(|one| found.model(&[*one]).filter(|alone| alone.level == Level::High));
+        if let Some(alone) = alone.max_by(|a, b| a.fit.log_evidence.total_cmp(&b.fit.log_evidence)) {
+            let others = sure.set.iter().filter(|one| !alone.set.contains(one)).copied().collect::<Vec<_>>();
+            let ids: Vec<&str> = catalogue.kinds_of(&others).into_iter().map(EffectKind::id).collect();
+            notes.push(format!(
+                "{} beside it would take more, and leave something as well: it is not named, since two effects that do so are \
+                 seldom both there",
+                ids.join(" with ")
+            ));
+            sure = alone;
+        }
+    }
     let Some(base) = found.model(&[]).filter(|base| !sure.set.is_empty() && is_noise_of_driving(base)) else {
         return sure;
     };
