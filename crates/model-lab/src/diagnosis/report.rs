@@ -451,7 +451,7 @@ fn candidates(
                 None
             } else if model.level == Level::Screen {
                 Some("fell behind in a first look at a few records".to_owned())
-            } else if accepted.is_empty() && model.set == found.accepted() {
+            } else if model.set == found.accepted() {
                 Some("is the likeliest, and not named all the same (see the notes)".to_owned())
             } else if accepted.is_empty() {
                 Some(if gain > options.select.accept {
