@@ -13,6 +13,7 @@ use model_lab::residual_force::ResidualForce;
 use quantity::Dimension;
 use report::Figure;
 use report::html::{Block, Point, Section, View};
+use serde_json::json;
 
 use super::Part;
 use crate::cli::{LogColumnArgs, ReportArgs};
@@ -50,7 +51,7 @@ pub fn part(input: &CampaignInput, args: &ReportArgs) -> anyhow::Result<Part> {
     Ok(Part {
         short: short(args, &answer, lives.as_ref()),
         sections,
-        data: frozen.map(|data| ("campaign", data.to_string())).into_iter().collect(),
+        data: frozen.map(|data| ("campaign", json!(data).to_string())).into_iter().collect(),
     })
 }
 
