@@ -38,7 +38,8 @@ pub fn part(input: &CampaignInput, args: &ReportArgs) -> anyhow::Result<Part> {
     sections.extend(calibration.as_ref().map(|calibration| calibrated(input, calibration)));
     sections.push(explained(input, &answer));
     if let Some(lives) = &lives {
-        let blocks = vec![Block::Callout(lives.words()), Block::Table(lives.rows().into())];
+        let mut blocks = vec![Block::Callout(lives.words()), Block::Table(lives.rows().into())];
+        blocks.extend(lives.reasons().map(Block::Text));
         sections.push(Section { title: "What it does to the remaining life".to_owned(), blocks });
     }
     let mut models = vec![NamedModel { name: "valve file".to_owned(), valve: input.file.valve().clone() }];
