@@ -1,7 +1,6 @@
 //! What each of a sequence of models says of a log: the end of life with the model as it was, as it was
 //! calibrated, and with the effects added.
 
-use std::fmt::Write as _;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -89,12 +88,15 @@ impl Lives {
     pub fn table(&self) -> String {
         let mut text =
             format!("end of life of {} by {} (cycle, 5 to 95 %)\n{}", self.valve, self.log, self.rows().render());
-        for model in &self.models {
-            if let Err(why) = &model.told {
-                let _ = write!(text, "\n{}: no tables, {why}\n", model.name);
-            }
-        }
+        text.extend(self.reasons().map(|reason| format!("\n{reason}\n")));
         text
+    }
+
+    /// Why models have no tables, and what to do about it.
+    pub fn reasons(&self) -> impl Iterator<Item = String> {
+        self.models
+            .iter()
+            .filter_map(|model| model.told.as_ref().err().map(|why| format!("{}: no tables, since {why}", model.name)))
     }
 
     /// A row for each share of the log, a column for each model.
@@ -116,7 +118,7 @@ impl Lives {
     pub fn words(&self) -> String {
         let told = |model: &Model| match &model.told {
             Ok(told) => told.last().map_or_else(String::new, |told| format!("{}: {}", model.name, told.text())),
-            Err(_) => format!("{}: no tables", model.name),
+            Err(_) => format!("{}: not known (no tables; the section on the life says why)", model.name),
         };
         let all: Vec<String> = self.models.iter().map(told).collect();
         format!("{} ends at cycle (5 to 95 %): {}", self.valve, all.join("; "))

@@ -9,7 +9,7 @@ use identify::Stop;
 use model_lab::diagnosis::discrepancy::ModelDiscrepancy;
 use model_lab::diagnosis::experiment::DECISIVE;
 use model_lab::diagnosis::{
-    DiagnoseOptions, Explanation, Indistinguishable, LeftOut, NuisanceReport, Progress, Verdict, explain,
+    DiagnoseOptions, Explanation, Indistinguishable, NuisanceReport, Progress, Verdict, explain,
 };
 use model_lab::errors::Errors;
 use quantity::Dimension;
@@ -206,10 +206,10 @@ pub fn next(valve: &Path, campaign: &Path, answer: &Explanation) -> (String, Vec
         call(why, &words)
     };
     let again = ["explain", file.as_str(), strokes.as_str()];
-    if let Some(LeftOut { run, .. }) = &answer.left_out {
+    if let Some(left_out) = &answer.left_out {
         let why = format!(
-            "correct what {strokes} says of {run} (the note tells what it should be about), or take its [[run]] out, and explain \
-             again"
+            "in {strokes}, correct {}; or take its [[run]] out; then explain again",
+            explanation::correction(left_out)
         );
         return call(&why, &again);
     }

@@ -164,6 +164,27 @@ fn tables_that_cannot_be_built_leave_nothing() {
 }
 
 #[test]
+#[cfg_attr(debug_assertions, ignore = "slow: runs with --release")]
+fn a_valve_that_sticks_and_slips_gets_tables() {
+    // Times that wander for ever at a leak, those that are finished in some cycles only, and those that turn on their way.
+    for (coulomb, steady, velocity, stiffness, opening) in [
+        (95.32, 137.75, 0.01559, 819_739, 1.292),
+        (45.39, 56.55, 0.00149, 558_541, 0.999),
+        (115.16, 154.87, 0.00461, 531_130, 1.224),
+    ] {
+        let sandbox = Sandbox::new();
+        let rubs = format!(
+            "\n[[effect]]\nkind = \"dry-friction\"\ncoulomb_force = \"{coulomb} N\"\nstatic_force = \"{steady} N\"\n\
+             stribeck_velocity = \"{velocity} m/s\"\nbristle_stiffness = \"{stiffness} N/m\"\nopening_factor = {opening}\n"
+        );
+        sandbox.write("sticks.toml", &(sandbox.read("valve.toml") + &rubs));
+        let output = sandbox.valve(&["build-tables", "sticks.toml", "--out", "made", "--wear", "leaks"]);
+        assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
+        assert!(shown(&output).contains("stick"), "how far they wander is told: {}", shown(&output));
+    }
+}
+
+#[test]
 fn a_reader_that_goes_away_is_no_error() {
     let sandbox = Sandbox::with_tables();
     let mut child = sandbox

@@ -44,6 +44,19 @@ fn a_right_model_leaves_the_noise() {
 }
 
 #[test]
+fn strokes_that_only_the_model_finishes_are_told_of_once() {
+    let sandbox = Sandbox::new();
+    let jammed = "kind = \"dry-friction\"\ncoulomb_force = \"900 N\"\nstatic_force = \"900 N\"";
+    Recording::default().write(&sandbox, &with_effect(jammed));
+    let answer = compared(&sandbox, &[]);
+    let words = answer["words"].as_array().unwrap();
+    let count = |part: &str| words.iter().filter(|word| word.as_str().unwrap().contains(part)).count();
+    assert_eq!(count("closing: the model gets there, the valve does not, in 2 of 3 strokes (run-1.csv, run-2.csv)"), 1);
+    assert_eq!(count("opening: the model gets there, the valve does not, in 2 of 3 strokes (run-2.csv, run-3.csv)"), 1);
+    assert_eq!(count("gets there"), 2, "{words:?}");
+}
+
+#[test]
 fn a_late_solenoid_is_found_in_the_dead_time() {
     let sandbox = Sandbox::new();
     let lag = "kind = \"solenoid-lag\"\nenergise_delay = \"5 ms\"\ndeenergise_delay = \"49 ms\"";

@@ -215,7 +215,7 @@ fn a_pressure_with_its_digits_exchanged_is_what_is_told_to_be_mended() {
     for part in [
         "traces/run-4.csv contradicts all other runs and was left out; of these: missing: dry-friction",
         "note: traces/run-4.csv: under the supply pressure that was written down (60.9 psig,",
-        "next: correct what campaign.toml says of traces/run-4.csv",
+        "next: in campaign.toml, correct traces/run-4.csv: supply_pressure 60.9 psig should be about",
     ] {
         assert!(told.contains(part), "{part}: {told}");
     }

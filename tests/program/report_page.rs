@@ -84,3 +84,16 @@ fn a_valve_that_no_tables_can_be_built_for_has_its_campaign_told_all_the_same() 
     let with_log = sandbox.valve(&["report", "valve.toml", "--log", "log.csv", "--out", "other.html"]);
     assert_ne!(with_log.status.code(), Some(0), "a log needs them");
 }
+
+#[test]
+fn the_life_is_told_with_the_physics_that_was_found() {
+    let sandbox = Sandbox::new();
+    Recording::default().write(&sandbox, &format!("{VALVE}{FRICTION}"));
+    let call = ["report", "valve.toml", "--log", "log.csv", "--campaign", "campaign.toml", "--out", "report.html"];
+    let output = sandbox.valve(&call);
+    assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
+    let page = sandbox.read("report.html");
+    let (_, life) = page.split_once("ends at cycle (5 to 95 %)").expect("the life");
+    let life: String = life.chars().take(200).collect();
+    assert!(life.contains("dry-friction: ") && !life.contains("no tables"), "{life}");
+}

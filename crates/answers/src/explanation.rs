@@ -58,17 +58,30 @@ pub fn notes(answer: &Explanation) -> Vec<String> {
     answer.left_out.iter().map(slip).chain(answer.notes.iter().cloned()).collect()
 }
 
-/// What is wrong with a run, in the units of people and in those of programs.
-fn slip(one: &LeftOut) -> String {
-    let psig = |pressure_pa: f64| {
-        let unit = Unit::parse("psig").unwrap_or_else(|_| unreachable!("a unit of the program's own"));
-        unit.from_si(pressure_pa - one.ambient_pa)
-    };
-    let shown = |value: f64| match one.condition {
-        Condition::SupplyPressure => format!("{:.1} psig, {:.1} kPa absolute", psig(value), 1e-3 * value),
+/// What is to be mended of a run that was left out: "run.csv: supply_pressure 58.0 psig should be about 84.9 psig".
+pub fn correction(one: &LeftOut) -> String {
+    let [stated, right] = [one.stated, one.right].map(|value| condition_text(one, value));
+    format!("{}: {} {stated} should be about {right}", one.run, condition_id(one.condition))
+}
+
+/// The value of the condition that was written down wrongly, in the units of people.
+fn condition_text(one: &LeftOut, value: f64) -> String {
+    match one.condition {
+        Condition::SupplyPressure => {
+            let unit = Unit::parse("psig").unwrap_or_else(|_| unreachable!("a unit of the program's own"));
+            format!("{:.1} psig", unit.from_si(value - one.ambient_pa))
+        }
         Condition::Temperature => format!("{value:.1} K"),
         _ if value == 0.0 => "none".to_owned(),
         Condition::LeakToAtmosphere | Condition::LeakFromSupply => format!("{:.3} mm2", mm2_from_m2(value)),
+    }
+}
+
+/// What is wrong with a run, in the units of people and in those of programs.
+fn slip(one: &LeftOut) -> String {
+    let shown = |value: f64| match one.condition {
+        Condition::SupplyPressure => format!("{}, {:.1} kPa absolute", condition_text(one, value), 1e-3 * value),
+        _ => condition_text(one, value),
     };
     format!(
         "{}: under the {} that was written down ({}) an error of {:.3} mm is left, where the other runs leave {:.3} mm; \

@@ -6,7 +6,8 @@ use std::time::Duration;
 use axum::response::Sse;
 use axum::response::sse::{Event, KeepAlive};
 use futures_util::stream::{self, Stream};
-use serde_json::{Value, json};
+use serde::Serialize;
+use serde_json::json;
 use tokio::sync::broadcast;
 use tokio::sync::broadcast::error::RecvError;
 
@@ -24,13 +25,13 @@ impl Events {
     }
 
     /// Tells all pages.
-    pub fn tell(&self, event: &Value) {
+    pub fn tell(&self, event: &impl Serialize) {
         // It is no failure that no page is open.
-        let _ = self.0.send(event.to_string());
+        let _ = self.0.send(json!(event).to_string());
     }
 
     /// What one page receives, its first event given.
-    pub fn stream(&self, hello: &Value) -> Sse<impl Stream<Item = Result<Event, Infallible>> + use<>> {
+    pub fn stream<T: Serialize>(&self, hello: &T) -> Sse<impl Stream<Item = Result<Event, Infallible>> + use<T>> {
         let receiver = self.0.subscribe();
         let next = |(hello, mut receiver): (Option<String>, broadcast::Receiver<String>)| async move {
             let text = match hello {
@@ -43,7 +44,7 @@ impl Events {
             };
             Some((Ok(Event::default().data(text)), (None, receiver)))
         };
-        Sse::new(stream::unfold((Some(hello.to_string()), receiver), next))
+        Sse::new(stream::unfold((Some(json!(hello).to_string()), receiver), next))
             .keep_alive(KeepAlive::new().interval(Duration::from_secs(5)))
     }
 }

@@ -6,7 +6,7 @@ use leak_table::{Degradation, Limits, SeverityPoint, Stroke};
 use rayon::prelude::*;
 use valve_model::cycle::{CycleTimes, cycles};
 use valve_model::simulate::ABREAST;
-use valve_model::{Conditions, Fidelity, Valve};
+use valve_model::{Conditions, EffectKind, Fidelity, Valve};
 
 use crate::error::BuildError;
 use crate::levelled::evened;
@@ -20,6 +20,10 @@ const WANDERING_S: f64 = 5e-3;
 /// Friction that sticks and slips moves a time by up to this share of itself, both ways, from cycle to cycle and from one
 /// severity to the next: two thousandths were seen of strokes of two seconds.
 pub(crate) const UNEVEN: f64 = 0.005;
+
+/// Times that wander for ever without going anywhere do so by up to this share of themselves, both ways: a piston that stops
+/// on its way now at one place and now at another was seen to move a time of 1.5 s by 0.6 %.
+const ASTRAY: f64 = 0.02;
 
 /// Cycles over which times that wander are averaged.
 const WANDERING_CYCLES: usize = 10;
@@ -53,7 +57,7 @@ impl<'a> Simulation<'a> {
 
     /// Times of rising severities, evened out where they turn by no more than friction lets them; what turns by more stays.
     pub(crate) fn evened(&self, times_s: Vec<f64>) -> Vec<f64> {
-        match evened(&times_s, UNEVEN) {
+        match evened(&times_s, self.uneven()) {
             Some((even, 0.0)) => even,
             Some((even, most_s)) => {
                 // A turn goes as far back as it comes on again.
@@ -62,6 +66,13 @@ impl<'a> Simulation<'a> {
             }
             None => times_s,
         }
+    }
+
+    /// The share of itself by which a time may turn: a valve that is known to stick and slip may turn as far as it goes astray
+    /// from cycle to cycle.
+    fn uneven(&self) -> f64 {
+        let sticks = self.model.valve.effects().iter().any(|effect| effect.kind() == EffectKind::DRY_FRICTION);
+        if sticks { ASTRAY } else { UNEVEN }
     }
 
     /// The id of what wears.
@@ -120,32 +131,18 @@ impl<'a> Simulation<'a> {
         wanted.iter().zip(simulated).map(|((_, ticks), times)| self.periodic(*ticks, &times)).collect()
     }
 
-    /// The last of the cycles, which must be like those before it. Sticking and slipping at the stops
-    /// can keep the times of a valve with dry friction wandering by a millisecond or so for
-    /// ever; their mean over the last cycles is then taken.
+    /// The last of the cycles, which must be like those before it. Sticking and slipping can keep the times of a valve with
+    /// dry friction wandering for ever; their mean over the last cycles is then taken, over twice as many where they wander
+    /// far. A stroke that is not finished in every one of them is none that can be relied on: it counts as not finished.
     fn periodic(&self, ticks: Ticks, times: &[CycleTimes]) -> Result<SeverityPoint, BuildError> {
         let mut last = times[times.len() - 1];
         if times.len() == self.options.most_cycles {
-            let tail = &times[times.len().saturating_sub(WANDERING_CYCLES)..];
-            let settle = |of: fn(&CycleTimes) -> Option<f64>| {
-                let reached: Vec<f64> = tail.iter().filter_map(of).collect();
-                let lowest = reached.iter().copied().fold(f64::INFINITY, f64::min);
-                let highest = reached.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-                let mean = reached.iter().sum::<f64>() / reached.len().max(1) as f64;
-                if highest > lowest {
-                    self.wanders(highest - lowest);
-                }
-                let most_s = WANDERING_S.max(2.0 * UNEVEN * mean);
-                let settled = reached.is_empty() || (reached.len() == tail.len() && highest - lowest <= most_s);
-                (settled, (!reached.is_empty()).then_some(mean))
+            let settled =
+                |of: fn(&CycleTimes) -> Option<f64>| self.settled(ticks, &times.iter().map(of).collect::<Vec<_>>());
+            last = CycleTimes {
+                close_time_s: settled(|cycle| cycle.close_time_s)?,
+                open_time_s: settled(|cycle| cycle.open_time_s)?,
             };
-            let (close_settled, close_time_s) = settle(|cycle| cycle.close_time_s);
-            let (open_settled, open_time_s) = settle(|cycle| cycle.open_time_s);
-            if !(close_settled && open_settled) {
-                let cycles = times.len();
-                return Err(BuildError::NotPeriodic { fault: self.id(), at: self.named(ticks), cycles });
-            }
-            last = CycleTimes { close_time_s, open_time_s };
         }
         let point = SeverityPoint {
             severity: self.si(ticks),
@@ -161,6 +158,40 @@ impl<'a> Simulation<'a> {
         }
         Ok(point)
     }
+
+    /// What the times of a stroke, one for each cycle, have come to; an error where they still go somewhere.
+    fn settled(&self, ticks: Ticks, times_s: &[Option<f64>]) -> Result<Option<f64>, BuildError> {
+        let last = |many: usize| -> Option<Vec<f64>> {
+            times_s[times_s.len().saturating_sub(many)..].iter().copied().collect()
+        };
+        let Some(tail) = last(WANDERING_CYCLES) else { return Ok(None) };
+        let (mut settled_s, range_s) = (mean(&tail), range(&tail));
+        if range_s > WANDERING_S.max(2.0 * UNEVEN * settled_s) {
+            let both = last(2 * WANDERING_CYCLES).unwrap_or_default();
+            let before_s = mean(&both[..both.len().saturating_sub(tail.len())]);
+            settled_s = mean(&both);
+            let stays = (before_s - mean(&tail)).abs() <= UNEVEN * settled_s;
+            if both.is_empty() || !stays || range(&both) > 2.0 * ASTRAY * settled_s {
+                let cycles = times_s.len();
+                return Err(BuildError::NotPeriodic { fault: self.id(), at: self.named(ticks), cycles });
+            }
+        }
+        if range_s > 0.0 {
+            self.wanders(range_s);
+        }
+        Ok(Some(settled_s))
+    }
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len().max(1) as f64
+}
+
+/// From the least to the largest.
+fn range(values: &[f64]) -> f64 {
+    let ends = |(low, high): (f64, f64), value: &f64| (low.min(*value), high.max(*value));
+    let (low, high) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), ends);
+    high - low
 }
 
 /// A severity (SI) in words.

@@ -13,6 +13,7 @@ use model_lab::residual_force::ResidualForce;
 use quantity::Dimension;
 use report::Figure;
 use report::html::{Block, Point, Section, View};
+use serde_json::json;
 
 use super::Part;
 use crate::cli::{LogColumnArgs, ReportArgs};
@@ -37,7 +38,8 @@ pub fn part(input: &CampaignInput, args: &ReportArgs) -> anyhow::Result<Part> {
     sections.extend(calibration.as_ref().map(|calibration| calibrated(input, calibration)));
     sections.push(explained(input, &answer));
     if let Some(lives) = &lives {
-        let blocks = vec![Block::Callout(lives.words()), Block::Table(lives.rows().into())];
+        let mut blocks = vec![Block::Callout(lives.words()), Block::Table(lives.rows().into())];
+        blocks.extend(lives.reasons().map(Block::Text));
         sections.push(Section { title: "What it does to the remaining life".to_owned(), blocks });
     }
     let mut models = vec![NamedModel { name: "valve file".to_owned(), valve: input.file.valve().clone() }];
@@ -50,7 +52,7 @@ pub fn part(input: &CampaignInput, args: &ReportArgs) -> anyhow::Result<Part> {
     Ok(Part {
         short: short(args, &answer, lives.as_ref()),
         sections,
-        data: frozen.map(|data| ("campaign", data.to_string())).into_iter().collect(),
+        data: frozen.map(|data| ("campaign", json!(data).to_string())).into_iter().collect(),
     })
 }
 

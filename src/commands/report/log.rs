@@ -7,6 +7,7 @@ use lab::frozen::FrozenFleet;
 use leak_table::TableBundle;
 use prognoser::{Method, Prognoser, Prognosis, Status};
 use report::html::{Block, Point, Section, Table, View};
+use serde_json::json;
 
 use super::Part;
 use crate::cli::LogColumnArgs;
@@ -65,7 +66,7 @@ pub fn part(path: &Path, columns: &LogColumnArgs, tables: &Arc<TableBundle>) -> 
         short: short(&ends),
         sections: vec![Section { title: "Timing log".to_owned(), blocks }],
         // A page goes to others: the log's name, not where it is kept.
-        data: vec![("log", fleet.whole(output::short_name(&path.display().to_string())).to_string())],
+        data: vec![("log", json!(fleet.whole(output::short_name(&path.display().to_string()))).to_string())],
     })
 }
 

@@ -1,5 +1,7 @@
 //! Recorded strokes, the models beside them and what a search has found.
 
+use std::collections::BTreeMap;
+
 use answers::CampaignInput;
 use answers::comparison::{ComparisonDocument, ForceDocument};
 use model_lab::compare::Comparison;
@@ -7,10 +9,11 @@ use model_lab::data::{Channel, RunData};
 use model_lab::diagnosis::Explanation;
 use model_lab::forward::channel_of;
 use model_lab::residual_force::ResidualForce;
-use serde_json::{Map, Value, json};
+use serde::Serialize;
+use serde_json::{Value, json};
 use valve_model::Valve;
 
-use crate::lab::answer::answer;
+use crate::lab::answer::{Found, answer};
 use crate::lab::describe;
 use crate::lab::simulate::{MeasuredRun, SimulatedRun, rounded, shown_per_si, strokes};
 use crate::lab::subject::Subject;
@@ -34,9 +37,33 @@ pub struct NamedModel {
     pub valve: Valve,
 }
 
+/// What the page shows of a campaign.
+#[derive(Debug, Serialize)]
+pub struct FrozenCampaign {
+    lab: describe::Description,
+    models: Vec<String>,
+    comparisons: Vec<Value>,
+    channels: BTreeMap<&'static str, Traces>,
+    missing: Vec<Missing>,
+    answer: Option<Found>,
+}
+
+/// One channel of all runs: as measured, and as each model has it.
+#[derive(Debug, Serialize)]
+struct Traces {
+    measured: Vec<MeasuredRun>,
+    simulated: Vec<Vec<SimulatedRun>>,
+}
+
+/// The force that a model lacks; nothing where it cannot be told.
+#[derive(Debug, Serialize)]
+struct Missing {
+    force: Option<ForceDocument>,
+}
+
 /// What the page shows of a campaign: every run as measured and as each model has it, their errors, the force that each
 /// lacks, and the answer of a search. The first model is the valve file. Nothing where the strokes of a model cannot be simulated.
-pub fn campaign(input: &CampaignInput, models: &[NamedModel], found: Option<&Explanation>) -> Option<Value> {
+pub fn campaign(input: &CampaignInput, models: &[NamedModel], found: Option<&Explanation>) -> Option<FrozenCampaign> {
     let subject = Subject::of(input.clone());
     let compared: Option<Vec<Comparison>> =
         models.iter().map(|model| Comparison::new(&subject.identified, &model.valve, &input.data)).collect();
@@ -45,22 +72,20 @@ pub fn campaign(input: &CampaignInput, models: &[NamedModel], found: Option<&Exp
     let channels = describe::channels(&subject);
     let count = POINTS / (input.data.runs.len() * channels.len()).max(1);
     let count = count.clamp(POINTS_OF_RUN[0], POINTS_OF_RUN[1]);
-    let shown: Map<String, Value> = channels
-        .iter()
-        .map(|(channel, name)| ((*name).to_owned(), traces(&input.data.runs, *channel, &compared, count)))
-        .collect();
+    let shown =
+        channels.iter().map(|(channel, name)| (*name, traces(&input.data.runs, *channel, &compared, count))).collect();
     let missing = |model: &NamedModel| {
         let force = ResidualForce::new(&input.data, &model.valve, input.file.tolerances());
-        json!({ "force": force.as_ref().map(ForceDocument::from) })
+        Missing { force: force.as_ref().map(ForceDocument::from) }
     };
-    Some(json!({
-        "lab": lab,
-        "models": models.iter().map(|model| &model.name).collect::<Vec<_>>(),
-        "comparisons": compared.iter().map(|one| scores(&ComparisonDocument::new(input, one))).collect::<Vec<_>>(),
-        "channels": shown,
-        "missing": models.iter().map(missing).collect::<Vec<_>>(),
-        "answer": found.map(|found| answer(found, &input.campaign.name)),
-    }))
+    Some(FrozenCampaign {
+        lab,
+        models: models.iter().map(|model| model.name.clone()).collect(),
+        comparisons: compared.iter().map(|one| scores(&ComparisonDocument::new(input, one))).collect(),
+        channels: shown,
+        missing: models.iter().map(missing).collect(),
+        answer: found.map(|found| answer(found, &input.campaign.name)),
+    })
 }
 
 /// A comparison without what the page does not show: every level of every stroke.
@@ -76,7 +101,7 @@ fn scores(document: &ComparisonDocument<'_>) -> Value {
 }
 
 /// One channel of all runs, measured and simulated at the same times: those that keep the corners of all.
-fn traces(runs: &[RunData], channel: Channel, compared: &[Comparison], count: usize) -> Value {
+fn traces(runs: &[RunData], channel: Channel, compared: &[Comparison], count: usize) -> Traces {
     let factor = shown_per_si(channel);
     let mut measured = Vec::with_capacity(runs.len());
     let mut simulated: Vec<Vec<SimulatedRun>> = compared.iter().map(|_| Vec::with_capacity(runs.len())).collect();
@@ -94,7 +119,7 @@ fn traces(runs: &[RunData], channel: Channel, compared: &[Comparison], count: us
             model.push(SimulatedRun { run: index, simulated: at(values), strokes: strokes(run, &one.runs[index]) });
         }
     }
-    json!({ "measured": measured, "simulated": simulated })
+    Traces { measured, simulated }
 }
 
 fn shown(value: Option<f64>, factor: f64) -> Option<f64> {

@@ -4,9 +4,8 @@ use std::sync::Arc;
 
 use leak_table::TableBundle;
 use prognoser::{LogRow, Method, Prognosis};
-use serde_json::Value;
 
-use crate::watch::fleet::Fleet;
+use crate::watch::fleet::{Fleet, WholeFleet};
 
 /// Points of the pasts of all valves together, so that a page of many valves stays small.
 const POINTS: usize = 28_000;
@@ -29,7 +28,7 @@ impl FrozenFleet {
     }
 
     /// What the page shows: all valves, and the past of each.
-    pub fn whole(&self, log: &str) -> Value {
+    pub fn whole(&self, log: &str) -> WholeFleet {
         let count = POINTS / self.0.len().max(1);
         self.0.whole(log, count.clamp(POINTS_OF_VALVE[0], POINTS_OF_VALVE[1]))
     }

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use model_lab::compare::Comparison;
-use serde::Deserialize;
-use serde_json::{Value, json};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
 use similar::{ChangeTag, TextDiff};
 use valve_file::{HistoryEntry, ValveFile};
 
@@ -30,12 +30,32 @@ fn adopted(subject: &Subject, model: &Model) -> Result<ValveFile, Refusal> {
     new.with_history(entry).map_err(Refusal::new)
 }
 
+/// What would be written.
+#[derive(Debug, Clone, Serialize)]
+pub struct Preview {
+    version: u64,
+    changes: bool,
+    /// Every line after its sign: "-" of the file on disk, "+" of the new one, " " of both.
+    diff: Vec<(&'static str, String)>,
+    path: String,
+}
+
+/// What became of a file that was to be written.
+#[derive(Debug, Clone, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Written {
+    /// It is written.
+    Written(String),
+    /// It is there already, and the user has not agreed to replace it.
+    Exists(String),
+}
+
 /// What would be written: the text, how it differs from the file on disk, and where it could go.
-pub fn preview(subject: &Subject, model: &Model) -> Result<Value, Refusal> {
+pub fn preview(subject: &Subject, model: &Model) -> Result<Preview, Refusal> {
     let new = adopted(subject, model)?;
     let old = subject.input.file.text();
     let difference = TextDiff::from_lines(old, new.text());
-    let lines: Vec<Value> = difference
+    let diff = difference
         .iter_all_changes()
         .map(|change| {
             let sign = match change.tag() {
@@ -43,15 +63,15 @@ pub fn preview(subject: &Subject, model: &Model) -> Result<Value, Refusal> {
                 ChangeTag::Insert => "+",
                 ChangeTag::Equal => " ",
             };
-            json!([sign, change.value().trim_end_matches('\n')])
+            (sign, change.value().trim_end_matches('\n').to_owned())
         })
         .collect();
-    Ok(json!({
-        "version": subject.version,
-        "changes": new.text() != old,
-        "diff": lines,
-        "path": free_path(Path::new(subject.input.file.file_name())).display().to_string(),
-    }))
+    Ok(Preview {
+        version: subject.version,
+        changes: new.text() != old,
+        diff,
+        path: free_path(Path::new(subject.input.file.file_name())).display().to_string(),
+    })
 }
 
 /// The end of life that a log tells, with the valve file's model and with that of the sliders.
@@ -87,18 +107,18 @@ pub struct Request {
 
 /// Writes the valve file by `writer`. What exists is replaced only if the user has agreed to that (else the answer says that it
 /// exists), the valve file that was read included; of the other files that were read none is ever replaced.
-pub fn write(subject: &Subject, request: &Request, writer: &Writer) -> Result<Value, Refusal> {
+pub fn write(subject: &Subject, request: &Request, writer: &Writer) -> Result<Written, Refusal> {
     let path = Path::new(request.path.trim());
     if path.extension().is_none_or(|extension| extension != "toml") {
         return Err(Refusal::new(format!("{}: expected a name that ends in .toml", path.display())));
     }
     if path.exists() && !request.replace {
-        return Ok(json!({ "exists": path.display().to_string() }));
+        return Ok(Written::Exists(path.display().to_string()));
     }
     let valve = Path::new(subject.input.file.file_name());
     let keep: Vec<PathBuf> = subject.input.files().into_iter().filter(|file| file != valve).collect();
     let text = adopted(subject, &request.model)?;
     writer(&Output { path, bytes: text.text().as_bytes(), replace: request.replace, keep: &keep })
         .map_err(Refusal::new)?;
-    Ok(json!({ "written": path.display().to_string() }))
+    Ok(Written::Written(path.display().to_string()))
 }

@@ -11,13 +11,14 @@ use model_lab::diagnosis::adopt::sequence;
 use model_lab::diagnosis::{DiagnoseOptions, Progress, explain};
 use model_lab::errors::StepReport;
 use model_lab::space::Target;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 use valve_model::EffectKind;
 
-use super::answer::{answer, sliders};
+use super::answer::{Found, answer, sliders};
 use super::model::Model;
 use super::subject::Subject;
+use super::told::Told;
 use crate::events::Events;
 use crate::site::Refusal;
 
@@ -32,6 +33,70 @@ pub enum Wanted {
     },
     /// Searches for what the valve file's model lacks.
     Explain,
+}
+
+/// What runs, for the pages.
+#[derive(Debug, Clone, Serialize)]
+pub struct Status {
+    number: u64,
+    running: Option<Running>,
+}
+
+#[derive(Debug, Clone, Serialize)]
+struct Running {
+    kind: &'static str,
+    seconds: f64,
+}
+
+/// A job that has begun.
+#[derive(Debug, Clone, Serialize)]
+pub struct Started {
+    job: u64,
+    kind: &'static str,
+}
+
+/// How a job has ended.
+#[derive(Debug, Serialize)]
+struct Answer {
+    job: u64,
+    seconds: Option<f64>,
+    #[serde(flatten)]
+    outcome: Outcome,
+}
+
+#[derive(Debug, Serialize)]
+#[serde(untagged)]
+enum Outcome {
+    Done {
+        version: u64,
+        #[serde(flatten)]
+        result: JobResult,
+    },
+    Failed {
+        error: String,
+    },
+}
+
+#[derive(Debug, Serialize)]
+#[serde(untagged)]
+enum JobResult {
+    Fitted(Box<Fitted>),
+    Explained(Box<Found>),
+}
+
+/// What a fit has found.
+#[derive(Debug, Serialize)]
+struct Fitted {
+    how: &'static str,
+    headline: String,
+    model: Model,
+    steps: Vec<steps::StepDocument>,
+    /// Of a fit with effects: their values.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    parameters: Option<Vec<explanation::EffectParameterDocument>>,
+    /// Of a fit without: what `valve calibrate` tells programs.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    calibration: Option<Value>,
 }
 
 /// A job as the pages know it.
@@ -61,13 +126,13 @@ impl Jobs {
     }
 
     /// What runs, if anything does.
-    pub fn status(&self) -> Value {
+    pub fn status(&self) -> Status {
         let state = self.state();
         let running = state.running.as_ref();
-        json!({
-            "number": state.number,
-            "running": running.map(|(kind, since, _)| json!({ "kind": kind, "seconds": since.elapsed().as_secs_f64() })),
-        })
+        Status {
+            number: state.number,
+            running: running.map(|(kind, since, _)| Running { kind, seconds: since.elapsed().as_secs_f64() }),
+        }
     }
 
     /// The last answers, each by the kind of its job.
@@ -82,7 +147,7 @@ impl Jobs {
     }
 
     /// Starts a job; refused while another runs.
-    pub fn start(&self, subject: Arc<Subject>, wanted: Wanted) -> Result<Value, Refusal> {
+    pub fn start(&self, subject: Arc<Subject>, wanted: Wanted) -> Result<Started, Refusal> {
         let kind = match wanted {
             Wanted::Fit { .. } => "fit",
             Wanted::Explain => "explain",
@@ -97,7 +162,7 @@ impl Jobs {
             state.running = Some((kind, Instant::now(), Arc::clone(&stop)));
             state.number
         };
-        self.events.tell(&json!({ "event": "started", "job": number, "kind": kind }));
+        self.events.tell(&Told::Started { job: number, kind });
         let jobs = self.clone();
         thread::spawn(move || {
             // A job that panics is over as well.
@@ -105,48 +170,42 @@ impl Jobs {
                 Wanted::Fit { model } => fitted(&subject, &model, &stop),
                 Wanted::Explain => jobs.explained(&subject, &stop),
             }));
-            let answer = match done {
-                Ok(Ok(mut answer)) => {
-                    answer["version"] = json!(subject.version);
-                    answer
-                }
-                Ok(Err(_)) if stop.is_asked() => json!({ "error": "stopped before there was anything to show" }),
-                Ok(Err(refusal)) => json!({ "error": refusal }),
-                Err(_) => json!({ "error": "the work broke off; what it said is in the terminal" }),
+            let failed = |error: &str| Outcome::Failed { error: error.to_owned() };
+            let outcome = match done {
+                Ok(Ok(result)) => Outcome::Done { version: subject.version, result },
+                Ok(Err(_)) if stop.is_asked() => failed("stopped before there was anything to show"),
+                Ok(Err(refusal)) => failed(&refusal),
+                Err(_) => failed("the work broke off; what it said is in the terminal"),
             };
-            jobs.finish(kind, number, answer);
+            jobs.finish(kind, number, outcome);
         });
-        Ok(json!({ "job": number, "kind": kind }))
+        Ok(Started { job: number, kind })
     }
 
-    fn finish(&self, kind: &'static str, number: u64, mut answer: Value) {
+    fn finish(&self, kind: &'static str, number: u64, outcome: Outcome) {
         {
             let mut state = self.state();
             let seconds = state.running.take().map(|(_, since, _)| since.elapsed().as_secs_f64());
-            answer["job"] = json!(number);
-            answer["seconds"] = json!(seconds);
-            state.answers.insert(kind.to_owned(), answer);
+            state.answers.insert(kind.to_owned(), json!(Answer { job: number, seconds, outcome }));
         }
-        self.events.tell(&json!({ "event": "finished", "job": number, "kind": kind }));
+        self.events.tell(&Told::Finished { job: number, kind });
     }
 
-    fn explained(&self, subject: &Subject, stop: &Stop) -> Result<Value, String> {
+    fn explained(&self, subject: &Subject, stop: &Stop) -> Result<JobResult, String> {
         let ids = |kinds: &[EffectKind]| kinds.iter().map(|kind| kind.id()).collect::<Vec<_>>();
         let tell = |progress: Progress| {
             self.events.tell(&match progress {
-                Progress::Tried { kinds, log_evidence, error, of } => json!({
-                    "event": "tried", "effects": ids(&kinds), "log_evidence": log_evidence, "error": error, "of": of,
-                }),
-                Progress::Reached { kinds, gain } => {
-                    json!({ "event": "reached", "effects": ids(&kinds), "gain": gain })
+                Progress::Tried { kinds, log_evidence, error, of } => {
+                    Told::Tried { effects: ids(&kinds), log_evidence, error, of }
                 }
-                Progress::Doing(what) => json!({ "event": "doing", "what": what }),
+                Progress::Reached { kinds, gain } => Told::Reached { effects: ids(&kinds), gain },
+                Progress::Doing(what) => Told::Doing { what },
             });
         };
         let input = &subject.input;
         let found = explain(&input.file, &input.campaign, &DiagnoseOptions::default(), &tell, stop)
             .ok_or_else(|| cannot_be_simulated(input))?;
-        Ok(answer(&found, &input.campaign.name))
+        Ok(JobResult::Explained(Box::new(answer(&found, &input.campaign.name))))
     }
 }
 
@@ -155,7 +214,7 @@ fn cannot_be_simulated(input: &CampaignInput) -> String {
 }
 
 /// A fit: of the tolerated parameters alone as `valve calibrate` does it, with effects as `valve adopt` does it.
-fn fitted(subject: &Subject, model: &Model, stop: &Stop) -> Result<Value, String> {
+fn fitted(subject: &Subject, model: &Model, stop: &Stop) -> Result<JobResult, String> {
     let input = &subject.input;
     let words = |refusal: Refusal| refusal.message();
     let file = model.without_the_rest(&input.file).map_err(words)?;
@@ -168,13 +227,14 @@ fn fitted(subject: &Subject, model: &Model, stop: &Stop) -> Result<Value, String
         );
         let plain = CampaignInput { file, ..input.clone() };
         let document = calibration::document(&plain, &calibration);
-        return Ok(json!({
-            "how": "as `valve calibrate` does it",
-            "headline": calibration::verdict_words(&calibration),
-            "model": fitted,
-            "steps": steps::documents(&calibration.steps),
-            "calibration": document,
-        }));
+        return Ok(JobResult::Fitted(Box::new(Fitted {
+            how: "as `valve calibrate` does it",
+            headline: calibration::verdict_words(&calibration).to_owned(),
+            model: fitted,
+            steps: steps::documents(&calibration.steps),
+            parameters: None,
+            calibration: Some(document),
+        })));
     }
     let mut base = file;
     for effect in &model.custom {
@@ -189,11 +249,12 @@ fn fitted(subject: &Subject, model: &Model, stop: &Stop) -> Result<Value, String
     });
     let reports: Vec<StepReport> = sequence.rungs.iter().map(|rung| rung.step.clone()).collect();
     let names: Vec<&str> = additions.iter().map(model_lab::diagnosis::adopt::Addition::name).collect();
-    Ok(json!({
-        "how": "as `valve adopt` does it",
-        "headline": format!("everything refitted with {}", names.join(" and ")),
-        "model": sliders(&valve, moved),
-        "steps": steps::documents(&reports),
-        "parameters": explanation::parameters(&sequence.parameters),
-    }))
+    Ok(JobResult::Fitted(Box::new(Fitted {
+        how: "as `valve adopt` does it",
+        headline: format!("everything refitted with {}", names.join(" and ")),
+        model: sliders(&valve, moved),
+        steps: steps::documents(&reports),
+        parameters: Some(explanation::parameters(&sequence.parameters)),
+        calibration: None,
+    })))
 }

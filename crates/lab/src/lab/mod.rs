@@ -7,6 +7,7 @@ mod jobs;
 pub mod model;
 pub mod simulate;
 pub mod subject;
+mod told;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -16,7 +17,7 @@ use axum::extract::{DefaultBodyLimit, State};
 use axum::routing::{get, post};
 use axum::{Json, Router};
 use rayon::ThreadPool;
-use serde_json::{Value, json};
+use serde_json::Value;
 use valve_file::ValveFile;
 
 use crate::assets;
@@ -26,6 +27,7 @@ use answers::InputError;
 
 use self::jobs::Jobs;
 use self::subject::{Current, Subject};
+use self::told::Told;
 
 /// A request is a few numbers; nothing larger is read.
 const LARGEST_REQUEST: usize = 1 << 20;
@@ -148,10 +150,12 @@ impl Lab {
 }
 
 async fn events(State(lab): Shared) -> impl axum::response::IntoResponse {
-    let (version, trouble) = (lab.current.get().version, lab.current.trouble());
-    let hello = json!({ "event": "hello", "started_ms": lab.started_ms, "version": version, "trouble": trouble,
-        "job": lab.jobs.status() });
-    lab.events.stream(&hello)
+    lab.events.stream(&Told::Hello {
+        started_ms: lab.started_ms,
+        version: lab.current.get().version,
+        trouble: lab.current.trouble(),
+        job: lab.jobs.status(),
+    })
 }
 
 async fn description(State(lab): Shared) -> Result<Json<describe::Description>, Refusal> {
@@ -174,7 +178,7 @@ async fn simulated(State(lab): Shared, Json(request): Json<simulate::Request>) -
     answered(move || lab.by_hand(|| simulate::simulated(&lab.current.get(), &request))).await
 }
 
-async fn missing(State(lab): Shared, Json(model): Json<model::Model>) -> Result<Json<Value>, Refusal> {
+async fn missing(State(lab): Shared, Json(model): Json<model::Model>) -> Result<Json<simulate::Missing>, Refusal> {
     answered(move || lab.by_hand(|| simulate::missing(&lab.current.get(), &model))).await
 }
 
@@ -189,7 +193,7 @@ async fn last_job(State(lab): Shared) -> Json<Value> {
     Json(lab.jobs.last())
 }
 
-async fn start_job(State(lab): Shared, Json(wanted): Json<jobs::Wanted>) -> Result<Json<Value>, Refusal> {
+async fn start_job(State(lab): Shared, Json(wanted): Json<jobs::Wanted>) -> Result<Json<jobs::Started>, Refusal> {
     lab.jobs.start(lab.current.get(), wanted).map(Json)
 }
 
@@ -206,10 +210,10 @@ async fn lives(State(lab): Shared, Json(model): Json<model::Model>) -> Result<Js
     .await
 }
 
-async fn preview(State(lab): Shared, Json(model): Json<model::Model>) -> Result<Json<Value>, Refusal> {
+async fn preview(State(lab): Shared, Json(model): Json<model::Model>) -> Result<Json<adopt::Preview>, Refusal> {
     answered(move || adopt::preview(&lab.current.get(), &model)).await
 }
 
-async fn write(State(lab): Shared, Json(request): Json<adopt::Request>) -> Result<Json<Value>, Refusal> {
+async fn write(State(lab): Shared, Json(request): Json<adopt::Request>) -> Result<Json<adopt::Written>, Refusal> {
     answered(move || adopt::write(&lab.current.get(), &request, &*lab.writer)).await
 }

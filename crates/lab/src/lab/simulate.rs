@@ -186,12 +186,19 @@ pub fn strokes(run: &RunData, compared: &RunComparison) -> Vec<StrokeInfo> {
         .collect()
 }
 
+/// The force that a model lacks along the recorded motion; nothing where it cannot be told.
+#[derive(Debug, Clone, Serialize)]
+pub struct Missing {
+    version: u64,
+    force: Option<ForceDocument>,
+}
+
 /// The force that a model lacks along the recorded motion.
-pub fn missing(subject: &Subject, model: &Model) -> Result<Value, Refusal> {
+pub fn missing(subject: &Subject, model: &Model) -> Result<Missing, Refusal> {
     let input = &subject.input;
     let valve = model.valve(&input.file)?;
     let force = ResidualForce::new(&input.data, &valve, input.file.tolerances());
-    Ok(json!({ "version": subject.version, "force": force.as_ref().map(ForceDocument::from) }))
+    Ok(Missing { version: subject.version, force: force.as_ref().map(ForceDocument::from) })
 }
 
 /// A command of a planned run.

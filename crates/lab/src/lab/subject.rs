@@ -7,9 +7,9 @@ use std::time::{Duration, SystemTime};
 
 use answers::{CampaignInput, InputError};
 use model_lab::identification::{NuisanceSizes, Subject as Identified};
-use serde_json::json;
 
 use super::Lab;
+use super::told::Told;
 
 /// How often the files are looked at.
 const POLL: Duration = Duration::from_millis(500);
@@ -112,8 +112,8 @@ pub fn watch(lab: Weak<Lab>) {
                     known = Some(marks_now(current));
                     current.set_trouble(renewed.as_ref().err().map(ToString::to_string));
                     lab.events.tell(&match renewed {
-                        Ok(version) => json!({ "event": "changed", "version": version }),
-                        Err(error) => json!({ "event": "trouble", "message": error.to_string() }),
+                        Ok(version) => Told::Changed { version },
+                        Err(error) => Told::Trouble { message: error.to_string() },
                     });
                 }
                 Some(_) => {}

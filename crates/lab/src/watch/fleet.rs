@@ -5,7 +5,8 @@ use std::ops::Bound;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use leak_table::{Stroke, TableBundle};
-use prognoser::{LogRow, Method, Prognoser, Prognosis};
+use prognoser::{FaultCall, LogRow, Method, Prognoser, Prognosis};
+use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::leak_limit_mm2;
@@ -80,6 +81,72 @@ const COLUMNS: [fn(&Point) -> f32; 6] = [
     |point| point.times_s[0],
     |point| point.times_s[1],
 ];
+
+/// How a valve stands, without its past: few words, since there may be thousands.
+#[derive(Debug, Clone, Serialize)]
+struct Standing {
+    valve: String,
+    status: &'static str,
+    fault: &'static str,
+    cycle: u64,
+    rows: u64,
+    time: Option<String>,
+    severity: Option<f64>,
+    leak_mm2: Option<f64>,
+    leak_limit_mm2: Option<f64>,
+    /// Cycles left, 5, 50 and 95 %.
+    rul: [Option<f64>; 3],
+    replace_by_cycle: Option<u64>,
+    replace_by: Option<String>,
+    caveat: Option<String>,
+}
+
+/// A row of the fleet's page.
+#[derive(Debug, Clone, Serialize)]
+pub struct FleetRow {
+    #[serde(flatten)]
+    standing: Standing,
+    /// Cycles, and the wear at each.
+    small: (Vec<u64>, Vec<Option<f64>>),
+}
+
+/// The columns of a past: the cycle, and what is drawn of it in the order of [`COLUMNS`].
+#[derive(Debug, Clone, Serialize)]
+struct Past(Vec<u64>, Column, Column, Column, Column, Column, Column);
+
+type Column = Vec<Option<f64>>;
+
+/// Remarks, each with its cycle, the newest first.
+type Remarks = Vec<(u64, String)>;
+
+/// All that is known of a valve.
+#[derive(Debug, Clone, Serialize)]
+pub struct ValvePast {
+    now: Prognosis,
+    row: FleetRow,
+    past: Past,
+    remarks: Remarks,
+}
+
+/// What a page without a server shows of a valve beside its row.
+#[derive(Debug, Clone, Serialize)]
+struct Now {
+    /// Faults that are probable enough to be drawn.
+    fault_probability: Option<BTreeMap<&'static str, f64>>,
+    eol_cycle: Option<f64>,
+    eol_time: Option<String>,
+}
+
+/// All valves of a page without a server, a column each, since there may be thousands.
+#[derive(Debug, Clone, Serialize)]
+pub struct WholeFleet {
+    limits_s: [f64; 2],
+    logs: [String; 1],
+    /// What [`Standing`] tells, by its names, a value for each valve.
+    rows: BTreeMap<String, Vec<Value>>,
+    /// Now, past and remarks of each valve, numbers as short as they are seen.
+    valves: Vec<(Value, Value, Remarks)>,
+}
 
 /// All that changes while logs grow.
 struct Inside {
@@ -184,7 +251,7 @@ impl Fleet {
 
     /// How the valves stand that have changed since they were told of last, and what went wrong since. Where very many have
     /// changed it is some of them, the others when this is asked again, each in its turn.
-    pub fn changed(&self) -> (Vec<Value>, Vec<String>) {
+    pub fn changed(&self) -> (Vec<FleetRow>, Vec<String>) {
         let mut inside = self.inside();
         let all = inside.counts.0;
         let told = std::mem::replace(&mut inside.counts.1, all);
@@ -204,7 +271,7 @@ impl Fleet {
     }
 
     /// How every valve stands.
-    pub fn rows(&self) -> Vec<Value> {
+    pub fn rows(&self) -> Vec<FleetRow> {
         self.inside().valves.values().map(|known| self.row(known)).collect()
     }
 
@@ -213,47 +280,43 @@ impl Fleet {
         self.inside().troubles.iter().map(|(_, words)| words.clone()).collect()
     }
 
-    /// A row of the fleet's page: few words, since there may be thousands.
-    fn row(&self, known: &Known) -> Value {
-        let mut row = self.standing(known);
+    /// A row of the fleet's page.
+    fn row(&self, known: &Known) -> FleetRow {
         let small = known.thinned(SMALL);
-        row["small"] = json!([
-            small.iter().map(|point| point.cycle).collect::<Vec<_>>(),
-            small.iter().map(|point| rounded(point.severity)).collect::<Vec<_>>(),
-        ]);
-        row
+        let small = small.iter().map(|point| (point.cycle, rounded(point.severity))).unzip();
+        FleetRow { standing: self.standing(known), small }
     }
 
     /// How a valve stands, without its past.
-    fn standing(&self, known: &Known) -> Value {
+    fn standing(&self, known: &Known) -> Standing {
         let last = &known.last;
-        json!({
-            "valve": last.valve,
-            "status": last.status.name(),
-            "fault": last.fault.name(),
-            "cycle": last.cycle,
-            "rows": known.rows,
-            "time": last.time,
-            "severity": last.severity,
-            "leak_mm2": last.leak_area_mm2,
-            "leak_limit_mm2": leak_limit_mm2(&self.tables, last.fault),
-            "rul": [last.rul_p05, last.rul_p50, last.rul_p95],
-            "replace_by_cycle": last.replace_by_cycle,
-            "replace_by": last.replace_by,
-            "caveat": last.caveat,
-        })
+        Standing {
+            valve: last.valve.clone(),
+            status: last.status.name(),
+            fault: last.fault.name(),
+            cycle: last.cycle,
+            rows: known.rows,
+            time: last.time.clone(),
+            severity: last.severity,
+            leak_mm2: last.leak_area_mm2,
+            leak_limit_mm2: leak_limit_mm2(&self.tables, last.fault),
+            rul: [last.rul_p05, last.rul_p50, last.rul_p95],
+            replace_by_cycle: last.replace_by_cycle,
+            replace_by: last.replace_by.clone(),
+            caveat: last.caveat.clone(),
+        }
     }
 
     /// All that is known of a valve.
-    pub fn valve(&self, name: &str) -> Option<Value> {
+    pub fn valve(&self, name: &str) -> Option<ValvePast> {
         let inside = self.inside();
         let known = inside.valves.get(name)?;
-        Some(json!({
-            "now": known.last,
-            "row": self.row(known),
-            "past": past(&known.past),
-            "remarks": known.remarks.iter().rev().map(|(cycle, text)| json!([cycle, text])).collect::<Vec<_>>(),
-        }))
+        Some(ValvePast {
+            now: known.last.clone(),
+            row: self.row(known),
+            past: past(&known.past),
+            remarks: known.remarks.iter().rev().cloned().collect(),
+        })
     }
 
     /// Number of valves.
@@ -263,42 +326,44 @@ impl Fleet {
 
     /// Everything that is known, `points` of each valve's past at most: what [`Fleet::rows`] and [`Fleet::valve`] tell, a
     /// column each, since there may be thousands of valves.
-    pub fn whole(&self, log: &str, points: usize) -> Value {
+    pub fn whole(&self, log: &str, points: usize) -> WholeFleet {
         let inside = self.inside();
         let mut known: Vec<&Known> = inside.valves.values().collect();
         known.sort_by(|a, b| a.last.valve.cmp(&b.last.valve));
         let mut rows: BTreeMap<String, Vec<Value>> = BTreeMap::new();
         for one in &known {
-            if let Value::Object(row) = self.standing(one) {
+            if let Value::Object(row) = json!(self.standing(one)) {
                 row.into_iter().for_each(|(key, value)| rows.entry(key).or_default().push(short(value)));
             }
         }
         let now = |one: &Known| {
             let last = &one.last;
-            let mut probable = json!(last.fault_probability);
-            if let Some(all) = probable.as_object_mut() {
-                all.retain(|_, share| share.as_f64().is_some_and(|share| share >= LEAST_SHARE));
-            }
-            json!({ "fault_probability": probable, "eol_cycle": last.eol_cycle, "eol_time": last.eol_time })
+            let probable = last.fault_probability.map(|all| {
+                let wears = all.wears().iter().map(|(id, _)| FaultCall::Wears(*id));
+                let faults = [FaultCall::None, FaultCall::BothLeaks, FaultCall::Other].into_iter().chain(wears);
+                let shares = faults.map(|fault| (fault.name(), all.of(fault)));
+                shares.filter(|(_, share)| *share >= LEAST_SHARE).collect()
+            });
+            Now { fault_probability: probable, eol_cycle: last.eol_cycle, eol_time: last.eol_time.clone() }
         };
         let of_valve = |one: &Known| {
-            let remarks: Vec<_> = one.remarks.iter().rev().take(points.min(REMARKS)).collect();
-            json!([short(now(one)), short(past(&one.thinned(points))), remarks])
+            let remarks = one.remarks.iter().rev().take(points.min(REMARKS)).cloned().collect();
+            (short(json!(now(one))), short(json!(past(&one.thinned(points)))), remarks)
         };
-        json!({
-            "limits_s": limits_s(&self.tables),
-            "logs": [log],
-            "rows": rows,
-            "valves": known.iter().map(|one| of_valve(one)).collect::<Vec<_>>(),
-        })
+        WholeFleet {
+            limits_s: limits_s(&self.tables),
+            logs: [log.to_owned()],
+            rows,
+            valves: known.iter().map(|one| of_valve(one)).collect(),
+        }
     }
 }
 
 /// The columns of a past, the cycle first.
-fn past(points: &[Point]) -> Value {
-    let cycles: Vec<Value> = points.iter().map(|point| json!(point.cycle)).collect();
-    let columns = COLUMNS.iter().map(|of| points.iter().map(|point| rounded(of(point))).collect());
-    json!(std::iter::once(cycles).chain(columns).collect::<Vec<Vec<Value>>>())
+fn past(points: &[Point]) -> Past {
+    let [wear, least, middle, most, close, open] =
+        COLUMNS.map(|of| points.iter().map(|point| rounded(of(point))).collect());
+    Past(points.iter().map(|point| point.cycle).collect(), wear, least, middle, most, close, open)
 }
 
 /// The same with numbers of five digits at most, as many as are seen.
@@ -321,8 +386,8 @@ pub fn limits_s(tables: &TableBundle) -> [f64; 2] {
 }
 
 /// Five decimals, and nothing for NaN.
-fn rounded(value: f32) -> Value {
-    if value.is_finite() { json!((f64::from(value) * 1e5).round() / 1e5) } else { Value::Null }
+fn rounded(value: f32) -> Option<f64> {
+    value.is_finite().then(|| (f64::from(value) * 1e5).round() / 1e5)
 }
 
 #[cfg(test)]
@@ -341,9 +406,7 @@ mod tests {
                 fleet.push(&LogRow { valve: &valve, reading, time: None, line: 1 });
             }
         };
-        let told = || -> Vec<String> {
-            fleet.changed().0.iter().map(|row| row["valve"].as_str().unwrap_or_default().to_owned()).collect()
-        };
+        let told = || -> Vec<String> { fleet.changed().0.iter().map(|row| row.standing.valve.clone()).collect() };
         push(0);
         let first = told();
         assert_eq!(first.len(), AT_ONCE);

@@ -11,16 +11,15 @@ use std::time::Duration;
 use axum::extract::{DefaultBodyLimit, State};
 use axum::routing::{get, post};
 use axum::{Json, Router};
-use leak_table::{TableBundle, TableError, mm2_from_m2};
+use leak_table::{BundleEntry, TableBundle, TableError, mm2_from_m2};
 use prognoser::Method;
-use serde::Deserialize;
-use serde_json::{Value, json};
+use serde::{Deserialize, Serialize};
 
 use crate::assets;
 use crate::events::Events;
 use crate::site::{Address, Refusal, ServeError, Site, announce, answered};
 
-use self::fleet::{Fleet, limits_s};
+use self::fleet::{Fleet, FleetRow, ValvePast, limits_s};
 use self::reader::follow_all;
 
 /// How often pages are told of what has changed.
@@ -73,6 +72,33 @@ struct Watch {
 
 type Shared = State<Arc<Watch>>;
 
+/// What the pages are told without asking.
+#[derive(Debug, Clone, Serialize)]
+#[serde(tag = "event", rename_all = "kebab-case")]
+enum Told {
+    /// The first thing that a page hears.
+    Hello,
+    /// Valves have changed, or something went wrong.
+    Rows { rows: Vec<FleetRow>, troubles: Vec<String> },
+}
+
+/// All that a page shows before a valve is looked at.
+#[derive(Debug, Clone, Serialize)]
+struct Standing {
+    tables: Vec<TableEntry>,
+    limits_s: [f64; 2],
+    logs: Vec<String>,
+    rows: Vec<FleetRow>,
+    troubles: Vec<String>,
+}
+
+/// A kind of wear that there is a table for, and its limit.
+#[derive(Debug, Clone, Serialize)]
+struct TableEntry {
+    id: &'static str,
+    limit: f64,
+}
+
 /// Follows the logs and serves the page until the process ends.
 pub fn watch(options: WatchOptions) -> Result<(), WatchError> {
     for path in &options.logs {
@@ -107,7 +133,7 @@ fn tell(watch: Arc<Watch>) {
             thread::sleep(TELL);
             let (rows, troubles) = watch.fleet.changed();
             if !(rows.is_empty() && troubles.is_empty()) {
-                watch.events.tell(&json!({ "event": "rows", "rows": rows, "troubles": troubles }));
+                watch.events.tell(&Told::Rows { rows, troubles });
             }
         }
     });
@@ -125,23 +151,20 @@ fn routes(site: &Site, watch: Arc<Watch>) -> Router {
 }
 
 async fn events(State(watch): Shared) -> impl axum::response::IntoResponse {
-    watch.events.stream(&json!({ "event": "hello" }))
+    watch.events.stream(&Told::Hello)
 }
 
-async fn all(State(watch): Shared) -> Result<Json<Value>, Refusal> {
+async fn all(State(watch): Shared) -> Result<Json<Standing>, Refusal> {
     answered(move || {
-        let entries: Vec<Value> = watch
-            .tables
-            .entries()
-            .map(|entry| json!({ "id": entry.degradation.id, "limit": entry.limit_severity }))
-            .collect();
-        Ok(json!({
-            "tables": entries,
-            "limits_s": limits_s(&watch.tables),
-            "logs": watch.logs,
-            "rows": watch.fleet.rows(),
-            "troubles": watch.fleet.troubles(),
-        }))
+        let entry =
+            |entry: BundleEntry<'_>| TableEntry { id: entry.degradation.id.name(), limit: entry.limit_severity };
+        Ok(Standing {
+            tables: watch.tables.entries().map(entry).collect(),
+            limits_s: limits_s(&watch.tables),
+            logs: watch.logs.clone(),
+            rows: watch.fleet.rows(),
+            troubles: watch.fleet.troubles(),
+        })
     })
     .await
 }
@@ -153,7 +176,7 @@ struct Wanted {
     valve: String,
 }
 
-async fn one(State(watch): Shared, Json(wanted): Json<Wanted>) -> Result<Json<Value>, Refusal> {
+async fn one(State(watch): Shared, Json(wanted): Json<Wanted>) -> Result<Json<ValvePast>, Refusal> {
     let known = watch.fleet.valve(&wanted.valve);
     known.map(Json).ok_or_else(|| Refusal::new(format!("no row of a valve {:?} has come", wanted.valve)))
 }

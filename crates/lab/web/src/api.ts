@@ -200,6 +200,12 @@ export interface Twins {
   } | null;
 }
 
+/** A job that has begun. */
+export interface Started {
+  job: number;
+  kind: string;
+}
+
 export interface Answered {
   version: number;
   job: number;
@@ -319,9 +325,9 @@ export const api = {
   predict: (models: Model[], spread: Model[][], plan: PlannedRun) =>
     asked<Prediction>("api/predict", { models, spread, ...plan }),
   answers: () => asked<{ fit?: FitAnswer; explain?: ExplainAnswer }>("api/job"),
-  fit: (model: Model) => asked<{ job: number }>("api/job", { job: "fit", model }),
-  explain: () => asked<{ job: number }>("api/job", { job: "explain" }),
-  stop: () => asked<unknown>("api/stop", {}),
+  fit: (model: Model) => asked<Started>("api/job", { job: "fit", model }),
+  explain: () => asked<Started>("api/job", { job: "explain" }),
+  stop: () => asked<{ asked: boolean }>("api/stop", {}),
   lives: (model: Model) => asked<Lives>("api/lives", model),
   preview: (model: Model) => asked<Preview>("api/preview", model),
   write: (model: Model, path: string, replace: boolean) =>

@@ -34,6 +34,16 @@ export class Explain {
     this.button.addEventListener("click", () => void this.act());
   }
 
+  get is_idle(): boolean {
+    return !this.runs && this.answer === null;
+  }
+
+  /** Starts the search, as the button does. */
+  go(): void {
+    if (!this.runs) void this.act();
+    this.element.scrollIntoView({ block: "nearest" });
+  }
+
   listen(listener: () => void): void {
     this.listeners.push(listener);
   }

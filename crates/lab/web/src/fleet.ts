@@ -68,7 +68,10 @@ export class FleetTable {
   private backwards = false;
   private words = "";
   private readonly heads = h("div", { class: "fleet-row fleet-heads", role: "row" });
-  private readonly body = h("div", { class: "fleet-body", role: "rowgroup" });
+  private readonly body = h("div", { class: "fleet-body", role: "rowgroup", onkeydown: (event: KeyboardEvent) => this.key(event) });
+  /** The valve whose row the tab key leads to; the arrow keys lead to the others. */
+  private stop: string | null = null;
+  private readonly table = h("div", { class: "fleet-table", role: "grid", "aria-label": "valves; the arrow keys move among them" });
   private readonly found = h("span", { role: "status" });
   private drawing = false;
 
@@ -77,8 +80,13 @@ export class FleetTable {
       this.words = search.value.trim().toLowerCase();
       this.sort();
     } });
-    this.element = h("div", {}, h("div", { class: "bar" }, search, this.found),
-      h("div", { class: "fleet-table", role: "table", "aria-label": "valves, worst first" }, this.heads, this.body));
+    this.table.append(this.heads, this.body);
+    this.body.addEventListener("focusin", (event) => {
+      const valve = (event.target as HTMLElement).dataset["valve"];
+      if (valve !== undefined) this.lead_to(valve);
+    });
+    this.element = h("div", {}, h("div", { class: "bar" }, search, this.found, h("span", { class: "keys" }, "arrow keys move among the valves")),
+      this.table);
     addEventListener("scroll", () => this.later(), { passive: true });
     addEventListener("resize", () => this.later());
     addEventListener("beforeprint", () => this.draw(true));
@@ -112,10 +120,46 @@ export class FleetTable {
   focus(valve: string): void {
     const place = this.sorted.findIndex((row) => row.valve === valve);
     if (place < 0) return;
-    const top = scrollY + this.body.getBoundingClientRect().top + place * ROW;
-    if (top < scrollY || top > scrollY + innerHeight - ROW) scrollTo(0, top - innerHeight / 3);
+    const top = this.top(place);
+    this.focus_at(place, top < scrollY || top > scrollY + innerHeight - ROW ? top - innerHeight / 3 : null);
+  }
+
+  /** Where a row is in the page. */
+  private top(place: number): number {
+    return scrollY + this.body.getBoundingClientRect().top + place * ROW;
+  }
+
+  private focus_at(place: number, scroll: number | null): void {
+    const { valve } = this.sorted[place]!;
+    if (scroll !== null) scrollTo(0, scroll);
+    this.stop = valve;
     this.draw();
     this.button(valve)?.focus({ preventScroll: true });
+  }
+
+  /** Moves by the arrow keys, a screen at a time, or to an end. */
+  private key(event: KeyboardEvent): void {
+    const valve = (event.target as HTMLElement).dataset["valve"];
+    const from = this.sorted.findIndex((row) => row.valve === valve);
+    if (from < 0 || event.ctrlKey || event.metaKey || event.altKey) return;
+    const [last, screen] = [this.sorted.length - 1, Math.max(1, Math.floor(innerHeight / ROW) - 2)];
+    const places: Record<string, number> = {
+      ArrowDown: from + 1, ArrowUp: from - 1, PageDown: from + screen, PageUp: from - screen, Home: 0, End: last,
+    };
+    const wanted = places[event.key];
+    if (wanted === undefined) return;
+    event.preventDefault();
+    const place = Math.min(Math.max(wanted, 0), last);
+    const top = this.top(place);
+    this.focus_at(place, top < scrollY ? top : top > scrollY + innerHeight - ROW ? top - innerHeight + 1.5 * ROW : null);
+  }
+
+  /** Lets the tab key lead to this valve alone. */
+  private lead_to(valve: string): void {
+    this.stop = valve;
+    for (const [name, { element }] of this.drawn) {
+      element.querySelector("button")!.tabIndex = name === valve ? 0 : -1;
+    }
   }
 
   private button(valve: string): HTMLElement | null {
@@ -180,6 +224,13 @@ export class FleetTable {
     const focused = (document.activeElement as HTMLElement | null)?.dataset["valve"];
     this.body.style.height = `${this.sorted.length * ROW}px`;
     this.put(seen.map((row, index) => this.element_of(row, first + index)));
+    this.table.setAttribute("aria-rowcount", String(this.sorted.length + 1));
+    // Where the row that the tab key leads to is far away, it leads to the first that is seen, but not for good.
+    const { stop } = this;
+    const on_screen = seen[Math.min(seen.length - 1, Math.max(0, Math.ceil(-top / ROW) - first))];
+    const near = stop !== null && this.drawn.has(stop) ? stop : on_screen?.valve;
+    if (near !== undefined) this.lead_to(near);
+    this.stop = stop;
     if (focused !== undefined && document.activeElement === document.body) this.button(focused)?.focus({ preventScroll: true });
   }
 
@@ -206,7 +257,7 @@ export class FleetTable {
 
   private row(row: FleetRow): HTMLElement {
     const [, sign] = STATES[place(row.status)] ?? ["", "?"];
-    const cell = (...children: (Node | string | null)[]) => h("span", { role: "cell" }, ...children);
+    const cell = (...children: (Node | string | null)[]) => h("span", { role: "gridcell" }, ...children);
     const [low, middle, high] = row.rul;
     const left = middle === null ? "–" : `${cycles(middle)} (${cycles(low)} to ${cycles(high)})`;
     const replace_by = row.status === "eol-reached" ? "now" : row.replace_by?.slice(0, 10) ?? (row.replace_by_cycle === null ? "–" : `cycle ${row.replace_by_cycle}`);
@@ -215,7 +266,7 @@ export class FleetTable {
     return h("div", { class: "fleet-row", role: "row" },
       cell(h("span", { class: `state state-${row.status}` }, `${sign} ${row.status.replaceAll("-", " ")}`)), cell(button),
       cell(row.fault === "none" ? "–" : row.fault), cell(String(row.cycle)), cell(leak), cell(spark(row)), cell(left), cell(fan(row)), cell(replace_by),
-      h("span", { role: "cell", class: "why", title: row.caveat ?? "" }, row.caveat ?? ""));
+      h("span", { role: "gridcell", class: "why", title: row.caveat ?? "" }, row.caveat ?? ""));
   }
 }
 

@@ -3,6 +3,7 @@
 import { api, follow, Refused, type Description, type LabEvent, type Model, type SimulatedRun } from "./api";
 import { Adopt } from "./adopt";
 import { fill, h, say } from "./dom";
+import { digits } from "./numbers";
 import { Explain } from "./explain";
 import { Experiment } from "./experiment";
 import { Fit } from "./fit";
@@ -24,12 +25,29 @@ const adopt = new Adopt(sliders);
 const experiment = new Experiment(sliders, explain);
 
 explain.show_run = (name) => strokes.show_run(name);
-explain.listen(() => strokes.mark(explain.left_out(lab.version)));
+explain.listen(() => {
+  strokes.mark(explain.left_out(lab.version));
+  next_step.hidden ||= !explain.is_idle;
+});
 
 const line = h("p", { class: "notice bad", role: "alert", hidden: true });
 const told = h("p", { class: "notice", role: "status", hidden: true });
 const speed = h("span", { class: "speed", "data-latency": "", "data-pictures": "0" });
 const names = h("div", { class: "names" });
+/** What to do first, until a search has been started. */
+const next_step = h("p", { class: "next-step", hidden: true });
+const next_words = h("span", {});
+
+/** Errors up to this many times the noise need no search. */
+const SOUND = 1.2;
+
+function show_next_step(normalised_rms: number): void {
+  next_step.hidden = !explain.is_idle;
+  const is_sound = normalised_rms < SOUND;
+  say(next_words, is_sound ? "The valve file's model agrees with the record to within its noise: nothing is missing so far."
+    : `The valve file's model (thin line) is off the record (broad line) by ${digits(normalised_rms, 3)} times the noise. Let the program search, or switch effects on and drag their sizes until the lines meet.`);
+  next_step.querySelector("button")!.hidden = is_sound;
+}
 
 let lab: Description;
 /** Whether all that the program said of the files has been taken in. */
@@ -43,6 +61,11 @@ let is_laid_out = false;
 let busy = false;
 let waiting: { since: number } | null = null;
 let since: number | null = null;
+/** A slider moves: only what is on the screen is drawn, and what is close by once it rests. */
+let hand_moves = false;
+let rests = 0;
+/** A slider that has not moved for this long rests, ms. */
+const REST_MS = 200;
 /** Models drawn so far. */
 let pictures = 0;
 
@@ -57,22 +80,23 @@ async function simulate(): Promise<void> {
   }
   busy = true;
   const wanted = layout;
-  try {
-    const answer = await api.simulate(sliders.model(), strokes.selection());
-    if (wanted === layout && answer.version === lab.version) {
-      strokes.show(answer.runs);
-      scores.show(answer.comparison);
-      physics.refuse(null);
-      const drawn = await next_picture();
-      say(speed, `${lab.runs.length} runs simulated and drawn in ${Math.round(drawn - asked.since)} ms`);
-      speed.dataset["latency"] = (drawn - asked.since).toFixed(1);
-      speed.dataset["pictures"] = String(++pictures);
-    }
-  } catch (error) {
-    refused(error, (message) => physics.refuse(message));
-  } finally {
-    busy = false;
-  }
+  // The program works on the next model while this one is drawn.
+  const answer = await api.simulate(sliders.model(), strokes.near(hand_moves))
+    .catch((error: unknown) => refused(error, (message) => physics.refuse(message)))
+    .finally(next);
+  if (!answer || wanted !== layout || answer.version !== lab.version) return;
+  strokes.show(answer.runs);
+  scores.show(answer.comparison);
+  physics.refuse(null);
+  const drawn = await next_picture();
+  say(speed, `${lab.runs.length} runs simulated and drawn in ${Math.round(drawn - asked.since)} ms`);
+  speed.dataset["latency"] = (drawn - asked.since).toFixed(1);
+  speed.dataset["pictures"] = String(++pictures);
+}
+
+/** Asks for the model that has been waited with. */
+function next(): void {
+  busy = false;
   if (waiting) {
     since = waiting.since;
     waiting = null;
@@ -106,6 +130,7 @@ async function lay_out(): Promise<void> {
 async function before_at(show: ReturnType<Strokes["selection"]>): Promise<SimulatedRun[]> {
   const answer = await api.simulate(lab.model as Model, show);
   scores.begin(lab, answer.comparison);
+  show_next_step(answer.comparison.overall.normalised_rms);
   return answer.runs;
 }
 
@@ -165,6 +190,7 @@ function happened(event: LabEvent): void {
       started_ms = event.started_ms;
       fit.running(event.job.running?.kind === "fit" ? event.job.running.seconds : null);
       explain.running(event.job.running?.kind === "explain" ? event.job.running.seconds : null);
+      next_step.hidden ||= !explain.is_idle;
       // The program was started anew, or the files changed while the line was broken.
       if (!is_begun || event.version !== lab.version) void begin_again();
       else void answers();
@@ -181,6 +207,7 @@ function happened(event: LabEvent): void {
     case "started":
       if (event.kind === "fit") fit.running(0);
       else explain.running(0);
+      next_step.hidden ||= !explain.is_idle;
       break;
     case "finished":
       if (event.kind === "fit") fit.running(null);
@@ -218,15 +245,26 @@ const tabs = new Tabs([
   experiment.seen(name === "experiment");
 });
 
+next_step.append(next_words, h("button", { type: "button", class: "strong", onclick: () => {
+  tabs.open("explain");
+  explain.go();
+} }, "look for what is missing"));
+
 const page = document.getElementById("page")!;
 fill(page,
   h("header", { class: "head" }, names, scores.head, speed),
-  line, told,
+  line, told, next_step,
   h("main", {}, h("div", { class: "left" }, strokes.element, tabs.element), h("aside", { "aria-label": "model" }, physics.element, fit.element)));
 
 sliders.listen(() => {
   if (!lab) return;
   since ??= performance.now();
+  hand_moves = true;
+  clearTimeout(rests);
+  rests = setTimeout(() => {
+    hand_moves = false;
+    void simulate();
+  }, REST_MS) as unknown as number;
   void simulate();
   missing.changed();
   adopt.changed();

@@ -126,6 +126,14 @@ export class Strokes {
     };
   }
 
+  /** The same of what is on the screen, and close by unless a hand moves: no more is drawn, and so no more is asked for. */
+  near(hand_moves: boolean): Selection {
+    const near = this.shown.filter(({ charts }) => is_near(charts.rest.element, hand_moves ? 0 : AHEAD)
+      || is_near(charts.path.element, hand_moves ? 0 : AHEAD)).map(({ run }) => run);
+    const all = this.selection();
+    return { ...all, runs: all.runs.filter((run) => near.includes(run)) };
+  }
+
   /** Lays out the charts for what was recorded. `before` is the valve file's model at the same samples. */
   lay_out(measured: MeasuredRun[], before: SimulatedRun[]): void {
     this.before = new Map(before.map((run) => [run.run, run.simulated]));
@@ -162,7 +170,7 @@ export class Strokes {
     this.last = simulated;
     for (const shown of this.shown) {
       const run = simulated.find((one) => one.run === shown.run);
-      if (!run || run.simulated.length !== shown.time.length || !is_near(shown.charts.path.element)) continue;
+      if (!run || run.simulated.length !== shown.time.length || !(is_near(shown.charts.path.element, AHEAD) || is_near(shown.charts.rest.element, AHEAD))) continue;
       shown.strokes = run.strokes;
       const before = this.before.get(shown.run) ?? shown.time.map(() => null);
       const rest = difference(shown.measured, run.simulated);
@@ -317,10 +325,13 @@ export class Strokes {
   }
 }
 
-/** Whether an element is on the screen or close by; what is far away is drawn when it comes. */
-function is_near(element: Element): boolean {
+/** Drawn before it comes to the screen, px. */
+const AHEAD = 300;
+
+/** Whether an element is on the screen or this close to it; what is far away is drawn when it comes. */
+function is_near(element: Element, px: number): boolean {
   const box = element.getBoundingClientRect();
-  return box.bottom > -300 && box.top < innerHeight + 300;
+  return box.bottom > -px && box.top < innerHeight + px;
 }
 
 function difference(measured: Column, model: Column): Column {

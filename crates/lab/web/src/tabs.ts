@@ -16,6 +16,11 @@ export class Tabs {
     this.choose(Math.max(0, kept));
   }
 
+  /** Shows a panel. */
+  open(name: string): void {
+    this.choose(Math.max(0, this.panels.findIndex(([one]) => one === name)));
+  }
+
   private choose(chosen: number): void {
     this.buttons.forEach((button, index) => {
       const is_chosen = index === chosen;

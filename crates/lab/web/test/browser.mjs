@@ -84,20 +84,22 @@ export async function nameless(page) {
     .map((element) => element.outerHTML.slice(0, 120)));
 }
 
-/** Presses of the tab key that rows take which come into the page only as they are reached. */
-const VALVES_PASSED = 400;
+/** Presses of the tab key that may go elsewhere: scrolled boxes, the browser's own. */
+const SPARE = 40;
 
 /** Controls that the tab key does not reach; of tabs and of a group of them the chosen one is enough. */
 export async function unreached(page) {
   const wanted = await page.evaluate(() => {
     const is_control = "button, input, select, summary, a[href], [role=tab]";
-    const all = [...document.querySelectorAll(is_control)].filter((one) => one.checkVisibility({ visibilityProperty: true }) && !one.disabled && one.getAttribute("aria-selected") !== "false");
+    const all = [...document.querySelectorAll(is_control)].filter((one) => one.checkVisibility({ visibilityProperty: true }) && !one.disabled && one.getAttribute("aria-selected") !== "false"
+      // In a grid the tab key leads to one row, and the arrow keys to the others.
+      && !(one.tabIndex < 0 && one.closest("[role=grid]")));
     all.forEach((one, index) => { one.dataset.reach = String(index); });
     scrollTo(0, 0);
     document.activeElement?.blur();
     return all.length;
   });
-  for (let press = 0; press < wanted + VALVES_PASSED; press += 1) {
+  for (let press = 0; press < wanted + SPARE; press += 1) {
     await page.keyboard.press("Tab");
     const rest = await page.evaluate(() => {
       document.activeElement?.removeAttribute("data-reach");

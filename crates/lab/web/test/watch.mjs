@@ -37,7 +37,30 @@ await page.getByRole("columnheader", { name: /valve/ }).getByRole("button").clic
 await until("by name", async () => (await first()).includes(valve) || (await first()).includes("V-000"));
 await page.getByRole("columnheader", { name: /state/ }).getByRole("button").click();
 await until("worst first again", async () => (await first()).includes(valve));
-await page.locator(`[data-valve="${valve}"]`).focus();
+
+// Two hundred valves are one stop of the tab key; the arrow keys lead from one to the next, however far away.
+const stops = () => page.locator(".fleet-body button").evaluateAll((all) => all.filter((one) => one.tabIndex === 0).length);
+const focused = () => page.evaluate(() => document.activeElement.dataset.valve ?? "");
+const screen = async () => page.evaluate(() => document.activeElement.getBoundingClientRect()).then((box) => box.top >= 0 && box.bottom <= 1000);
+check((await stops()) === 1, `one stop of the tab key, found ${await stops()}`);
+await page.getByRole("columnheader", { name: /replace by/ }).getByRole("button").focus();
+await page.keyboard.press("Tab");
+check((await focused()) === valve, `the tab key leads to the first row, found ${await focused()}`);
+await page.keyboard.press("ArrowDown");
+const second = await focused();
+check(second !== valve && second !== "", `an arrow key leads on, found ${second}`);
+await page.keyboard.press("End");
+const end = await focused();
+check(end !== second && (await screen()), `the last row is reached and seen, found ${end}`);
+await page.keyboard.press("ArrowUp");
+check((await focused()) !== end && (await screen()), "and the one before it");
+check((await stops()) === 1, `still one stop, found ${await stops()}`);
+await page.keyboard.press("Tab");
+check((await focused()) === "", "the tab key leads out of the rows");
+await page.keyboard.press("Shift+Tab");
+check((await focused()) !== "" && (await focused()) !== end, "and back to where it was");
+await page.keyboard.press("Home");
+check((await focused()) === valve && (await screen()), "the first row again");
 await page.keyboard.press("Enter");
 await until("the valve's page", async () => (await page.locator(".valve-page .uplot").count()) === 3);
 check((await page.locator(".facts").textContent()).includes("replace by"), "it says by when to replace");

@@ -273,18 +273,11 @@ fn farthest(comparison: &Comparison) -> Option<(&str, &'static str, f64)> {
 
 /// The findings as sentences.
 pub(super) fn words(comparison: &Comparison) -> Vec<String> {
-    let mut words = Vec::new();
-    for run in &comparison.runs {
-        for stroke in &run.strokes {
-            let Some(limit) = stroke.levels.last() else { continue };
-            let what = match (limit.measured_s, limit.simulated_s) {
-                (Some(_), None) => "the valve gets there, the model does not",
-                (None, Some(_)) => "the model gets there, the valve does not",
-                _ => continue,
-            };
-            words.push(format!("{}, {}: {what}", run.file, stroke.window.direction.name()));
-        }
-    }
+    let mut words: Vec<String> = Direction::ALL
+        .into_iter()
+        .flat_map(|direction| [true, false].map(|valve| not_both(&comparison.runs, direction, valve)))
+        .flatten()
+        .collect();
     words.extend(comparison.findings.iter().map(|finding| finding.words.clone()));
     if words.is_empty() {
         let size = comparison.overall.errors.normalised_rms;
@@ -303,4 +296,40 @@ pub(super) fn words(comparison: &Comparison) -> Vec<String> {
         });
     }
     words
+}
+
+/// Runs that a sentence names.
+const NAMED_RUNS: usize = 3;
+
+/// In how many strokes of a direction only the valve gets to the limit, or only the model does, and in which runs; nothing where
+/// there is none.
+fn not_both(runs: &[RunComparison], direction: Direction, valve: bool) -> Option<String> {
+    let of_run = |run: &RunComparison| {
+        let strokes = run.strokes.iter().filter(|stroke| stroke.window.direction == direction);
+        let is_so = |stroke: &&StrokeComparison| {
+            let reached = stroke.levels.last().map(|limit| [limit.measured_s.is_some(), limit.simulated_s.is_some()]);
+            reached == Some([valve, !valve])
+        };
+        [strokes.clone().filter(is_so).count(), strokes.count()]
+    };
+    let counted: Vec<(&str, [usize; 2])> = runs.iter().map(|run| (run.file.as_str(), of_run(run))).collect();
+    let [found, all] = counted.iter().fold([0, 0], |[found, all], (_, [some, of])| [found + some, all + of]);
+    if found == 0 {
+        return None;
+    }
+    let what =
+        if valve { "the valve gets there, the model does not" } else { "the model gets there, the valve does not" };
+    let names: Vec<&str> = counted.iter().filter(|(_, [some, _])| *some > 0).map(|(file, _)| *file).collect();
+    let named = names[..names.len().min(NAMED_RUNS)].join(", ");
+    let more = match names.len().saturating_sub(NAMED_RUNS) {
+        0 => String::new(),
+        1 => " and 1 more run".to_owned(),
+        more => format!(" and {more} more runs"),
+    };
+    let strokes = match (found, all) {
+        (1, 1) => "the only stroke".to_owned(),
+        _ if found == all => format!("all {all} strokes"),
+        _ => format!("{found} of {all} strokes"),
+    };
+    Some(format!("{}: {what}, in {strokes} ({named}{more})", direction.name()))
 }

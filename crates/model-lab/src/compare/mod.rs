@@ -13,7 +13,8 @@ pub mod trend;
 use identify::Stop;
 use identify::problem::{predict_all, residuals};
 use identify::select::Level;
-use valve_model::simulate::DEFAULT_STEP_S;
+use rayon::prelude::*;
+use valve_model::simulate::{ABREAST, DEFAULT_STEP_S};
 use valve_model::{Prepared, Valve, simulate};
 
 pub use findings::{Finding, PhaseError};
@@ -55,10 +56,15 @@ impl Comparison {
         let problem = subject.problem(Space::new(valve, &[]), Level::High, Stop::never());
         let predicted = predict_all(&problem, &[problem.at_their_word()]).pop()??;
         let (problem, residual) = (&problem, &residuals(&problem, &predicted)[..]);
+        let records = simulated_records(data, valve);
+        let compared: Vec<(RunComparison, PhaseSquares)> = (data.runs.par_iter().zip(records).enumerate())
+            .map(|(source, (run, predicted))| runs::compare_run(valve, (source, run), predicted, (problem, residual)))
+            .collect();
         let mut runs = Vec::with_capacity(data.runs.len() + data.timing_groups.len());
         let mut squares = PhaseSquares::default();
-        for (source, (run, predicted)) in data.runs.iter().zip(simulated_records(data, valve)).enumerate() {
-            runs.push(runs::compare_run(valve, (source, run), predicted, (problem, residual), &mut squares));
+        for (run, of_run) in compared {
+            squares.add_all(&of_run);
+            runs.push(run);
         }
         runs.extend(timings::compare_times(data, valve, (problem, residual)));
         let strokes: Vec<StrokeComparison> = runs.iter().flat_map(|run| run.strokes.iter().cloned()).collect();
@@ -85,9 +91,13 @@ impl Comparison {
 pub fn simulated_records(data: &Dataset, valve: &Valve) -> Vec<Predicted> {
     let prepared: Vec<Prepared> = data.runs.iter().map(|run| Prepared::new(valve, &run.run, DEFAULT_STEP_S)).collect();
     let pressures = data.runs.iter().any(|run| run.channels.len() > 1);
-    let mut records = vec![Predicted::default(); data.runs.len()];
-    simulate(&prepared, pressures, |index, nodes, _| {
-        record(valve, nodes, &data.runs[index].times_s, &mut records[index]);
-    });
-    records
+    let few = prepared.par_chunks(ABREAST).zip(data.runs.par_chunks(ABREAST));
+    few.flat_map(|(prepared, runs)| {
+        let mut records = vec![Predicted::default(); runs.len()];
+        simulate(prepared, pressures, |index, nodes, _| {
+            record(valve, nodes, &runs[index].times_s, &mut records[index]);
+        });
+        records
+    })
+    .collect()
 }

@@ -69,8 +69,7 @@ pub(super) fn compare_run(
     (source, data): (usize, &RunData),
     predicted: Predicted,
     (problem, residual): (&ValveProblem<'_>, &[Vec<f64>]),
-    all: &mut PhaseSquares,
-) -> RunComparison {
+) -> (RunComparison, PhaseSquares) {
     let position = data.channels.iter().find(|channel| channel.channel == Channel::Position);
     let (samples, noise_m) = position.map_or((&[] as &[f64], 1.0), |channel| (&channel.samples[..], channel.noise));
     let measured = Smoothed::new(&data.times_s, samples, samples);
@@ -113,10 +112,9 @@ pub(super) fn compare_run(
             }
         }
     }
-    all.add_all(&squares);
     let noise = |which: Channel| data.channels.iter().find(|one| one.channel == which).map_or(0.0, |one| one.noise);
     let errors = Errors::of_recordings(problem, residual, |recording| recording.source == source);
-    RunComparison {
+    let compared = RunComparison {
         file: data.name.clone(),
         conditions: data.run.conditions,
         score: Score::new(errors, Some(&squares), &strokes),
@@ -131,5 +129,6 @@ pub(super) fn compare_run(
             .collect(),
         strokes,
         predicted,
-    }
+    };
+    (compared, squares)
 }
