@@ -3,7 +3,13 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -16,8 +22,16 @@ import valve_prognosis as vp
 ROOT = Path(__file__).resolve().parents[2]
 #: Noise of a time, s.
 NOISE_S = 0.02
+#: Clock ticks in a second, in which the operating system counts.
+TICKS = os.sysconf("SC_CLK_TCK")
+#: How often the seconds of processes are looked up: what one uses after the last look before its end is missed.
+LOOK_S = 0.25
 #: Share of rows in which a time was not measured.
 MISSING = 0.01
+
+
+def names(valves: int) -> list[str]:
+    return [f"V-{index:06}" for index in range(valves)]
 
 
 def log(tables: vp.Tables, valves: int, cycles: int, seed: int = 1) -> pa.Table:
@@ -35,11 +49,10 @@ def log(tables: vp.Tables, valves: int, cycles: int, seed: int = 1) -> pa.Table:
     for time_s in tables.stroke_times("atmosphere", cycle * pace_m2[valve]):
         noisy = np.round(time_s + random.normal(0.0, NOISE_S, len(cycle)), 4)
         times.append(pa.array(noisy, mask=random.random(len(cycle)) < MISSING))
-    names = pa.array([f"V-{index:06}" for index in range(valves)])
     return pa.table(
         {
             "line": pa.array(np.arange(len(cycle))),
-            "valve": names.take(pa.array(valve)),
+            "valve": pa.array(names(valves)).take(pa.array(valve)),
             "cycle": pa.array(cycle),
             "close_time_s": times[0],
             "open_time_s": times[1],
@@ -74,3 +87,70 @@ def assert_same(told: list[dict[str, Any]], lines: list[dict[str, Any]]) -> None
                 assert row[name] == value, (name, row, line)
         assert json.loads(row["notices"] or "[]") == line["notices"]
         assert row["error"] is None
+
+
+def processes() -> dict[int, float]:
+    """Of this process and all that it started that still run: their own seconds of cores."""
+    seconds, parents = {}, {}
+    for process in Path("/proc").iterdir():
+        if process.name.isdigit():
+            try:
+                words = (process / "stat").read_text().rpartition(")")[2].split()
+            except OSError:
+                continue  # It has ended.
+            parents[int(process.name)] = int(words[1])
+            seconds[int(process.name)] = (int(words[11]) + int(words[12])) / TICKS
+    own = {os.getpid()}
+    while found := {one for one, parent in parents.items() if parent in own} - own:
+        own |= found
+    return {one: seconds[one] for one in own if one in seconds}
+
+
+@contextmanager
+def measured(what: str, rows: int) -> Iterator[None]:
+    """Prints seconds of cores, of this process and all that it started, and of the wall.
+
+    They are looked up again and again, since the time of a process that ends is not always handed to its parent.
+    """
+    before, wall = processes(), time.perf_counter()
+    last = dict(before)
+    ended = threading.Event()
+
+    def look() -> None:
+        while not ended.wait(LOOK_S):
+            last.update(processes())
+
+    thread = threading.Thread(target=look, daemon=True)
+    thread.start()
+    yield
+    ended.set()
+    thread.join()
+    last.update(processes())
+    cores, wall = sum(last.values()) - sum(before.values()), time.perf_counter() - wall
+    print(f"{what}: {rows / cores:.0f} rows a core second ({cores:.1f} core s, {wall:.1f} s)", flush=True)
+
+
+def executors(application: str) -> list[int]:
+    """The processes of the executors of a Spark application, which their command lines name."""
+    found = []
+    for one in processes():
+        try:
+            words = Path(f"/proc/{one}/cmdline").read_bytes().decode(errors="replace").split("\0")
+        except OSError:
+            continue  # It has ended.
+        if application in words and any(word.endswith("ExecutorBackend") for word in words):
+            found.append(one)
+    return sorted(found)
+
+
+def ray_workers() -> list[int]:
+    """The processes of Ray's workers that run a task of a shuffle's second half just now, which their titles name."""
+    found = []
+    for one in processes():
+        try:
+            title = Path(f"/proc/{one}/cmdline").read_bytes().decode(errors="replace")
+        except OSError:
+            continue  # It has ended.
+        if title.startswith("ray::") and "reduce" in title.lower():
+            found.append(one)
+    return sorted(found)

@@ -10,12 +10,7 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
-import sys
 import tempfile
-import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import pyarrow as pa
@@ -25,35 +20,6 @@ from pyspark.sql import SparkSession
 import fleet
 import valve_prognosis as vp
 from valve_prognosis.spark import prognose, prognose_stream
-
-TICKS = os.sysconf("SC_CLK_TCK")
-
-
-def core_seconds() -> float:
-    """Of this process and all that it started."""
-    seconds, parents = {}, {}
-    for process in Path("/proc").iterdir():
-        if process.name.isdigit():
-            try:
-                words = (process / "stat").read_text().rpartition(")")[2].split()
-            except OSError:
-                continue
-            parents[int(process.name)] = int(words[1])
-            # Its own time, and that of its children that have ended.
-            seconds[int(process.name)] = sum(int(word) for word in words[11:15]) / TICKS
-    own = {os.getpid()}
-    while found := {one for one, parent in parents.items() if parent in own} - own:
-        own |= found
-    return sum(seconds.get(one, 0.0) for one in own)
-
-
-@contextmanager
-def measured(what: str, rows: int) -> Iterator[None]:
-    cores, wall = core_seconds(), time.perf_counter()
-    yield
-    cores, wall = core_seconds() - cores, time.perf_counter() - wall
-    print(f"{what}: {rows / cores:.0f} rows a core second ({cores:.1f} core s, {wall:.1f} s)", flush=True)
-
 
 def main() -> None:
     arguments = argparse.ArgumentParser()
@@ -69,24 +35,15 @@ def main() -> None:
     print(f"{options.valves} valves, {len(rows)} rows; tables of {len(tables.to_bytes()) / 1e3:.0f} kB", flush=True)
 
     prognoser = vp.Prognoser(tables, threads=1)
-    with measured("one process, one thread", len(rows)):
+    with fleet.measured("one process, one thread", len(rows)):
         prognoser.push_frame(rows)
-    with measured("states of all valves to bytes", options.valves):
+    with fleet.measured("states of all valves to bytes", options.valves):
         states = prognoser.to_bytes()
     sizes = [len(prognoser.state(valve) or b"") for valve in prognoser.valves[:: max(1, options.valves // 1000)]]
     print(f"state of a valve: {len(states) / options.valves:.0f} bytes, largest of {len(sizes)}: {max(sizes)}", flush=True)
     del prognoser, states
 
-    os.environ["PYSPARK_PYTHON"] = os.environ["PYSPARK_DRIVER_PYTHON"] = sys.executable
-    spark = (
-        SparkSession.builder.master(f"local-cluster[{options.executors},1,2048]")
-        .config("spark.ui.enabled", "false")
-        .config("spark.driver.host", "localhost")
-        .config("spark.executor.memory", "2g")
-        .config("spark.sql.shuffle.partitions", "8")
-        .getOrCreate()
-    )
-    spark.sparkContext.setLogLevel("ERROR")
+    spark = fleet.spark(options.executors)
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
         (folder / "rows").mkdir()
@@ -96,10 +53,10 @@ def main() -> None:
         read = spark.read.parquet(str(folder / "rows"))
         # Once to start Python on every executor.
         prognose(read.limit(100), tables, order_by=["line"]).write.format("noop").mode("overwrite").save()
-        with measured("Spark, shuffle and sort alone", len(rows)):
+        with fleet.measured("Spark, shuffle and sort alone", len(rows)):
             shuffled = read.repartition(8, "valve").sortWithinPartitions("valve", "line")
             shuffled.write.format("noop").mode("overwrite").save()
-        with measured("Spark, prognosis", len(rows)):
+        with fleet.measured("Spark, prognosis", len(rows)):
             prognose(read, tables, order_by=["line"], partitions=8).write.format("noop").mode("overwrite").save()
         if options.stream_valves:
             for groups in options.stream_groups:
@@ -115,7 +72,7 @@ def stream(spark: SparkSession, tables: vp.Tables, valves: int, batches: int, gr
     for batch in range(batches):
         pyarrow.parquet.write_table(rows.slice(batch * valves, valves), source / f"{batch}.parquet")
         frame = spark.readStream.schema(spark.read.parquet(str(source)).schema).parquet(str(source))
-        with measured(f"Spark, stream, {groups or valves} states, micro-batch {batch + 1}", valves):
+        with fleet.measured(f"Spark, stream, {groups or valves} states, micro-batch {batch + 1}", valves):
             query = (
                 prognose_stream(frame, tables, order_by=["line"], groups=groups or None)
                 .writeStream.outputMode("append")

@@ -67,21 +67,6 @@ def parquet(rows: pa.Table, tmp_path_factory: pytest.TempPathFactory) -> str:
     return str(folder)
 
 
-def executors(spark: SparkSession) -> list[int]:
-    """The processes of this application's executors; their command lines name it."""
-    application = spark.sparkContext.applicationId
-    found = []
-    for process in Path("/proc").iterdir():
-        if process.name.isdigit():
-            try:
-                words = (process / "cmdline").read_bytes().decode(errors="replace").split("\0")
-            except OSError:
-                continue  # It has ended.
-            if application in words and any(word.endswith("ExecutorBackend") for word in words):
-                found.append(int(process.name))
-    return sorted(found)
-
-
 def in_order(frame: Any) -> list[dict[str, Any]]:
     told: list[dict[str, Any]] = pa.Table.from_batches(frame.toArrow().to_batches()).sort_by("line").to_pylist()
     return told
@@ -99,7 +84,8 @@ def test_any_partitioning_gives_the_programs_rows(
 def test_an_executor_that_is_killed_changes_nothing(
     spark: SparkSession, tables: vp.Tables, parquet: str, lines: list[dict[str, Any]]
 ) -> None:
-    before = executors(spark)
+    application = spark.sparkContext.applicationId
+    before = fleet.executors(application)
     assert len(before) == 2, before
     killed = []
 
@@ -120,7 +106,7 @@ def test_an_executor_that_is_killed_changes_nothing(
     fleet.assert_same(in_order(told), lines)
     thread.join(timeout=1)
     assert killed == before[:1], "no executor was killed while tasks ran"
-    assert before[0] not in executors(spark)
+    assert before[0] not in fleet.executors(application)
 
 
 @pytest.mark.parametrize("groups", [None, 5])

@@ -10,12 +10,12 @@ the ``valve`` program.
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import pyarrow as pa
 
+from valve_prognosis._fleet import digest, tables_at_hand, valve_by_valve
 from valve_prognosis._native import Prognoser, Rows, Tables
 
 if TYPE_CHECKING:
@@ -23,9 +23,6 @@ if TYPE_CHECKING:
     from pyspark.sql import DataFrame
 
 __all__ = ["prognose", "prognose_stream", "schema"]
-
-#: Tables of this worker, by their digest: read once, however many tasks it runs.
-_AT_HAND: dict[str, Tables] = {}
 
 #: Spark's names of types.
 _TYPES = {"string": "string", "double": "double", "long": "bigint"}
@@ -41,14 +38,12 @@ class _Shipped:
 
     def __init__(self, frame: DataFrame, tables: Tables) -> None:
         content = tables.to_bytes()
-        self._digest = hashlib.sha256(content).hexdigest()
+        self._known_by = digest(content)
         self._content = frame.sparkSession.sparkContext.broadcast(content)
 
     def tables(self) -> Tables:
         """The tables, on an executor."""
-        if self._digest not in _AT_HAND:
-            _AT_HAND[self._digest] = Tables.from_bytes(self._content.value)
-        return _AT_HAND[self._digest]
+        return tables_at_hand(self._known_by, lambda: bytes(self._content.value))
 
 
 def prognose(
@@ -96,19 +91,7 @@ def _batches(
     shipped: _Shipped, keep: list[str], settings: dict[str, Any]
 ) -> Callable[[Iterable[pa.RecordBatch]], Iterator[pa.RecordBatch]]:
     def work(batches: Iterable[pa.RecordBatch]) -> Iterator[pa.RecordBatch]:
-        prognoser = Prognoser(shipped.tables(), threads=1, **settings)
-        for batch in batches:
-            if batch.num_rows == 0:
-                continue
-            out = pa.table(prognoser.push_frame(batch, on_error="keep"))
-            for name in keep:
-                out = out.append_column(name, batch.column(name))
-            yield from out.to_batches()
-            # Valves come one after the other: only the last one of a batch may go on in the next.
-            last = batch.column("valve")[-1].as_py()
-            for valve in prognoser.valves:
-                if valve != last:
-                    prognoser.forget(valve)
+        yield from valve_by_valve(Prognoser(shipped.tables(), threads=1, **settings), batches, keep)
 
     return work
 
