@@ -211,8 +211,12 @@ struct Search<'a, F: Family> {
 
 impl<F: Family> Search<'_, F> {
     fn keep(&mut self, set: Set, level: Level, problem: F::Member, fit: Fit) {
-        let better =
-            self.models.get(&(set.clone(), level)).is_none_or(|known| known.fit.log_evidence < fit.log_evidence);
+        // The empty set is told as every other verb fits it, unless that was stuck.
+        let least_gain = if set.is_empty() { self.options.accept } else { 0.0 };
+        let better = self
+            .models
+            .get(&(set.clone(), level))
+            .is_none_or(|known| known.fit.log_evidence + least_gain < fit.log_evidence);
         if better {
             let is_wanted = level == Level::High;
             let held_out = is_wanted.then(|| held_out(&problem, &fit, &folds(&problem))).flatten();
