@@ -11,13 +11,16 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.csv
 
 import valve_prognosis as vp
+
+if TYPE_CHECKING:
+    from pyspark.sql import SparkSession
 
 ROOT = Path(__file__).resolve().parents[2]
 #: Noise of a time, s.
@@ -128,6 +131,26 @@ def measured(what: str, rows: int) -> Iterator[None]:
     last.update(processes())
     cores, wall = sum(last.values()) - sum(before.values()), time.perf_counter() - wall
     print(f"{what}: {rows / cores:.0f} rows a core second ({cores:.1f} core s, {wall:.1f} s)", flush=True)
+
+
+def spark(executors: int, memory: str = "1g") -> SparkSession:
+    """A local cluster of executors of one core, each a process of its own."""
+    from pyspark.sql import SparkSession
+
+    os.environ["PYSPARK_PYTHON"] = os.environ["PYSPARK_DRIVER_PYTHON"] = sys.executable
+    builder = SparkSession.builder.master(f"local-cluster[{executors},1,1024]").appName("fleet")
+    settings = {
+        "spark.ui.enabled": "false",
+        "spark.driver.host": "localhost",
+        "spark.sql.shuffle.partitions": "4",
+        "spark.executor.memory": memory,
+        "spark.task.maxFailures": "8",
+    }
+    for name, value in settings.items():
+        builder = builder.config(name, value)
+    session = builder.getOrCreate()
+    session.sparkContext.setLogLevel("ERROR")
+    return session
 
 
 def executors(application: str) -> list[int]:

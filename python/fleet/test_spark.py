@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import signal
-import sys
 import threading
 import time
 from collections.abc import Iterator
@@ -22,23 +21,11 @@ from valve_prognosis.spark import prognose, prognose_stream
 
 VALVES = int(os.environ.get("FLEET_VALVES", "500"))
 CYCLES = int(os.environ.get("FLEET_CYCLES", "30"))
-SETTINGS = {
-    "spark.ui.enabled": "false",
-    "spark.driver.host": "localhost",
-    "spark.sql.shuffle.partitions": "4",
-    "spark.executor.memory": "1g",
-    "spark.task.maxFailures": "8",
-}
 
 
 @pytest.fixture(scope="module")
 def spark() -> Iterator[SparkSession]:
-    os.environ["PYSPARK_PYTHON"] = os.environ["PYSPARK_DRIVER_PYTHON"] = sys.executable
-    builder = SparkSession.builder.master("local-cluster[2,1,1024]").appName("fleet")
-    for name, value in SETTINGS.items():
-        builder = builder.config(name, value)
-    session = builder.getOrCreate()
-    session.sparkContext.setLogLevel("ERROR")
+    session = fleet.spark(executors=2)
     yield session
     session.stop()
 
