@@ -7,7 +7,8 @@ use answers::simulation::{document, times_s};
 use answers::strokes::{Cycles, instants};
 use anyhow::Context;
 use valve_file::ValveFile;
-use valve_model::Conditions;
+use valve_model::cycle::outcome;
+use valve_model::{Conditions, Outcome};
 
 use super::valve_input;
 use crate::cli::{Format, SimulateArgs};
@@ -23,6 +24,14 @@ const TRACE_CYCLES: u32 = 100;
 pub fn run(args: &SimulateArgs) -> anyhow::Result<Answer> {
     let file = valve_input::read(&args.valve)?;
     let conditions = conditions(args, &file)?;
+    if let Outcome::Diverged { time_s, what } = outcome(file.valve(), conditions, &file.schedule(), args.step) {
+        return Err(Hinted::error(
+            format!(
+                "{what} is no number any more {time_s:.3} s after the start: no stroke time is known under these conditions"
+            ),
+            "the formula of an effect of one's own must be a number wherever the valve goes",
+        ));
+    }
     let wants_path = args.trace.is_some() || args.plot.is_some();
     if wants_path && args.cycles > TRACE_CYCLES {
         return Err(Hinted::error(

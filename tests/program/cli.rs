@@ -107,3 +107,24 @@ fn completions_and_manual_come_from_the_same_definition() {
     assert_eq!(sandbox.valve(&["man", "pages"]).status.code(), Some(0));
     assert!(sandbox.read("pages/valve-simulate.1").contains("leak"));
 }
+
+#[test]
+fn a_formula_that_is_no_number_gives_no_times() {
+    let sandbox = Sandbox::new();
+    let effect = |formula: &str| {
+        format!("\n[[effect]]\nkind = \"custom\"\nname = \"odd\"\nacts_on = \"force\"\nformula = \"{formula}\"\n")
+    };
+    let valve = sandbox.read("valve.toml");
+    sandbox.write("always.toml", &format!("{valve}{}", effect("sqrt(x - 10)")));
+    let refused = sandbox.valve(&["simulate", "always.toml"]);
+    assert_eq!((refused.status.code(), refused.stdout.len()), (Some(2), 0), "{}", shown(&refused));
+    assert!(shown(&refused).contains("formula of \"odd\" is no number"), "{}", shown(&refused));
+    // A number at the valve's own supply, and none at another: neither a stroke time nor "not reached" is known there.
+    sandbox.write("seldom.toml", &format!("{valve}{}", effect("0 * sqrt(p_s - 5e5)")));
+    let fine = sandbox.valve(&["simulate", "seldom.toml"]);
+    assert_eq!(fine.status.code(), Some(0), "{}", shown(&fine));
+    let refused = sandbox.valve(&["simulate", "seldom.toml", "--supply-pressure", "50 psig", "--trace", "t.csv"]);
+    assert_eq!((refused.status.code(), refused.stdout.len()), (Some(2), 0), "{}", shown(&refused));
+    assert!(shown(&refused).contains("no stroke time is known under these conditions"), "{}", shown(&refused));
+    assert!(!sandbox.path("t.csv").exists());
+}

@@ -60,6 +60,18 @@ fn refusals_are_told_in_words() {
     );
 }
 
+#[test]
+fn all_outputs_are_looked_at_before_any_is_begun() {
+    let sandbox = Sandbox::with_tables();
+    sandbox.write("there.svg", "mine");
+    // What is refused leaves none of the others behind, whichever comes first.
+    for (trace, plot) in [("new.csv", "there.svg"), ("there.svg", "new.svg")] {
+        let refused = refusal(&sandbox, &["simulate", "valve.toml", "--trace", trace, "--plot", plot]);
+        assert!(refused.starts_with("error: there.svg: exists already\n"), "{refused}");
+    }
+    assert_eq!(sandbox.read("there.svg"), "mine");
+}
+
 #[cfg(unix)]
 #[test]
 fn devices_and_read_only_files_stay() {

@@ -5,7 +5,7 @@
 //! agree with each other and it lies far from them, so that fast motion, corners at the stops, ringing and
 //! the recorder's own steps are left alone.
 
-use crate::noise::{estimate_resolution, quantile};
+use crate::noise::{estimate_resolution, quantile, range};
 
 /// Neighbours on each side that are asked.
 const NEIGHBOURS: usize = 4;
@@ -33,6 +33,50 @@ const TOO_SHORT_S: f64 = 0.05;
 const SHORT_STROKE_S: f64 = 1.0;
 /// A record with a larger share of outliers has no outliers but another kind of noise.
 const LARGEST_SHARE: f64 = 0.05;
+
+/// Chance, over all of a record, that a sensor in order shows the same reading so often in a row.
+const CHANCE: f64 = 1e-6;
+/// How much slower or faster than before a sensor got stuck the motion may have been meanwhile.
+const PACES: f64 = 4.0;
+
+/// Rows in a row in which a sensor was stuck: they repeat the reading before them, as noise lets it do nowhere else in the record,
+/// and end in a jump to where motion at about the pace of before has come to. A valve that rests jumps nowhere, and one that
+/// sticks has stopped before.
+pub(crate) fn stuck(time_s: &[f64], values: &[f64]) -> Vec<std::ops::Range<usize>> {
+    let runs: Vec<_> = equal_runs(values).collect();
+    let pairs = values.len().saturating_sub(1) as f64;
+    let equal: f64 = runs.iter().map(|run| (run.len() - 1) as f64).sum();
+    let Some((lowest, highest)) = range(values) else { return Vec::new() };
+    let step = estimate_resolution(values).unwrap_or(0.0);
+    let least = (SIGMAS * quiet_sigma(values)).max(STEPS * step).max(SHARE_OF_SPAN * (highest - lowest));
+    let is_stuck = |run: &std::ops::Range<usize>| {
+        // Whether a reading repeats the one before it, in all the rest of the record.
+        let again = (run.len() - 1) as f64;
+        let share = (equal - again + 1.0) / (pairs - again + 2.0);
+        let chance = pairs * share.powf(again);
+        let span = run.len().max(NEIGHBOURS);
+        if chance > CHANCE || run.start < span || run.end >= values.len() {
+            return false;
+        }
+        let (before, value) = (run.start - span, values[run.start]);
+        let pace = (value - values[before]) / (time_s[run.start] - time_s[before]);
+        let jump = values[run.end] - value;
+        let expected = pace * (time_s[run.end] - time_s[run.start]);
+        jump.abs() > least && (1.0 / PACES..PACES).contains(&(jump / expected))
+    };
+    // The first reading of each is the last one that was true.
+    runs.iter().filter(|run| is_stuck(run)).map(|run| run.start + 1..run.end).collect()
+}
+
+/// Ranges of two and more equal readings.
+fn equal_runs(values: &[f64]) -> impl Iterator<Item = std::ops::Range<usize>> {
+    let mut start = 0;
+    values.chunk_by(|a, b| a == b).filter_map(move |chunk| {
+        let run = start..start + chunk.len();
+        start = run.end;
+        (run.len() > 1).then_some(run)
+    })
+}
 
 /// What was found in one channel.
 #[derive(Debug, Default, PartialEq)]

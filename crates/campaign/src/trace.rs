@@ -260,6 +260,16 @@ fn take_outliers(trace: &mut Trace, lines: &[usize]) -> Vec<(usize, Doubt)> {
     let mut doubts = Vec::new();
     for (channel, unit, scale, values) in channels {
         let Some(values) = values else { continue };
+        for rows in outliers::stuck(time_s, values) {
+            let first = rows.start;
+            let value = format!("{:.4} {unit}", values[first] / scale);
+            let doubt = Doubt::Stuck { channel, value, rows: rows.len(), from_s: time_s[first] };
+            doubts.push((lines[first], doubt));
+            for row in rows {
+                outliers.push(Outlier { channel, row, line: lines[row], time_s: time_s[row], value: values[row] });
+                values[row] = f64::NAN;
+            }
+        }
         let found = outliers::find(time_s, values, &edges_s);
         if found.too_many > 0 {
             doubts.push((lines[0], Doubt::Jumpy { channel, count: found.too_many, of: values.len() }));

@@ -110,6 +110,21 @@ pub enum Doubt {
         /// The first ones, with value, time and line.
         named: String,
     },
+    /// Readings of a sensor that was stuck while the valve moved.
+    #[error(
+        "the {channel} stays at {value} for {rows} rows, from {from_s:.4} s on, and then jumps to where the motion has come: \
+         was the sensor or the recorder stuck? They were left out"
+    )]
+    Stuck {
+        /// The channel.
+        channel: &'static str,
+        /// The reading, with its unit.
+        value: String,
+        /// How many rows repeat it.
+        rows: usize,
+        /// When that begins, s.
+        from_s: f64,
+    },
     /// So many jumps that they are no outliers.
     #[error(
         "{count} of {of} readings of the {channel} jump far from those around them: too many to leave out; \

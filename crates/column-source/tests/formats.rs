@@ -102,6 +102,15 @@ mod mat {
         assert_eq!(rows(source.as_mut()), [[0.0, 5.0], [0.1, 6.0], [0.2, 7.0]]);
         let wide = file(&[matrix("ans", [2, 3], &[0.2, 5.0, 0.1, 6.0, 0.0, 7.0])]);
         assert_eq!(opened(&wide).expect("a MATLAB file").headings().len(), 3);
+        // Sizes and lengths that cannot be are refused in words, whatever they multiply or add up to.
+        for sizes in [[0x5a00_0001, 0x0074_6965], [i32::MAX, i32::MAX], [-1, -3], [-3, 1]] {
+            let words = opened(&file(&[matrix("time_s", sizes, &[0.0, 0.1, 0.2])])).map(|_| ()).expect_err("no sizes");
+            assert!(words.to_string().contains("the sizes of an array are more than there can be"), "{words}");
+        }
+        let mut long = bytes.clone();
+        long[132..136].fill(0xff);
+        let words = opened(&long).map(|_| ()).expect_err("longer than the file").to_string();
+        assert!(words.contains("a part is longer than the file"), "{words}");
         for length in 0..bytes.len() {
             // Any cut is an error or a shorter table.
             let _ = opened(&bytes[..length]);

@@ -114,6 +114,18 @@ pub enum BuildError {
         /// The time found, s.
         found_s: f64,
     },
+    /// The user's own formula is no number on the way.
+    #[error(
+        "fault \"{fault}\": at {at} the formula of a custom effect is no number {time_s:.3} s after the start of the cycle, expected one wherever the worn valve goes"
+    )]
+    NoNumber {
+        /// The id of what wears.
+        fault: String,
+        /// The severity, in words.
+        at: String,
+        /// When the simulation stopped, s.
+        time_s: f64,
+    },
     /// A severity makes the valve an impossible one.
     #[error("fault \"{fault}\": at {at} the valve is impossible: {source}")]
     Worn {

@@ -4,9 +4,9 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use leak_table::{Degradation, Limits, SeverityPoint, Stroke};
 use rayon::prelude::*;
-use valve_model::cycle::{CycleTimes, cycles};
+use valve_model::cycle::{CycleTimes, cycles, outcome};
 use valve_model::simulate::ABREAST;
-use valve_model::{Conditions, EffectKind, Fidelity, Valve};
+use valve_model::{Conditions, EffectKind, Fidelity, Outcome, Valve};
 
 use crate::error::BuildError;
 use crate::levelled::evened;
@@ -127,6 +127,15 @@ impl<'a> Simulation<'a> {
         };
         let worn: Vec<(Valve, Conditions)> = wanted.iter().map(worn).collect::<Result<_, _>>()?;
         let runs: Vec<_> = worn.iter().map(|(valve, conditions)| (valve, *conditions)).collect();
+        // A formula of the user's may be no number where the valve is worn; a stroke that is not known is none that stalls.
+        for ((_, ticks), (valve, conditions)) in wanted.iter().zip(&runs) {
+            if !valve.custom().is_empty()
+                && let Outcome::Diverged { time_s, .. } =
+                    outcome(valve, *conditions, &self.model.schedule, self.fidelity)
+            {
+                return Err(BuildError::NoNumber { fault: self.id(), at: self.named(*ticks), time_s });
+            }
+        }
         let simulated = cycles(&runs, &self.model.schedule, self.options.most_cycles, self.fidelity);
         wanted.iter().zip(simulated).map(|((_, ticks), times)| self.periodic(*ticks, &times)).collect()
     }

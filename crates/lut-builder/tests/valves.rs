@@ -166,6 +166,17 @@ fn a_stroke_time_that_jumps_is_refused() {
 }
 
 #[test]
+fn a_formula_that_is_no_number_for_a_worn_valve_is_refused_with_the_severity() {
+    // A number while the pipe of the closed valve is at the supply's pressure, which a leak keeps it from.
+    let effect = "[[effect]]\nkind = \"custom\"\nname = \"odd\"\nacts_on = \"force\"\n\
+                  formula = \"0 * sqrt(max(max(p_p / p_s - 0.98, 3.5 - t_since_command), 0.5 - p_p / p_s))\"\n\
+                  [tolerance]";
+    let error = tables(&changed(&[("[tolerance]", effect)])).expect_err("no time is known with a leak");
+    assert!(matches!(error, BuildError::NoNumber { .. }), "{error}");
+    assert!(error.to_string().starts_with("fault \"atmosphere\": at "), "{error}");
+}
+
+#[test]
 fn friction_that_sticks_and_slips_leaves_tables_through_the_middle_of_times_that_wander() {
     let friction = "\n[[effect]]\nkind = \"dry-friction\"\ncoulomb_force = \"35 N\"\nstatic_force = \"70 N\"\n\
                     stribeck_velocity = \"0.01 m/s\"\nbristle_stiffness = \"200 kN/m\"\n";

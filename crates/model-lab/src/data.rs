@@ -156,7 +156,7 @@ impl Dataset {
     }
 }
 
-fn conditions(from: &campaign::RunConditions) -> Conditions {
+pub(crate) fn conditions(from: &campaign::RunConditions) -> Conditions {
     Conditions {
         supply_pressure_pa: from.supply_pressure_pa,
         temperature_k: from.temperature_k,

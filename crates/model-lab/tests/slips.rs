@@ -64,6 +64,29 @@ fn a_leak_that_nobody_wrote_down_is_named() {
 
 #[test]
 #[cfg_attr(debug_assertions, ignore = "slow: runs with --release")]
+fn of_three_runs_under_one_condition_the_mistyped_one_is_named() {
+    let file = testbed();
+    let friction = Effect::new(EffectKind::DRY_FRICTION, &[Some(40.0), Some(60.0), Some(0.01)]).expect("possible");
+    let (parameters, switches) = (file.valve().parameters().clone(), file.valve().switches());
+    let valve = Valve::new(parameters, switches, vec![friction], Vec::new()).expect("possible");
+    let mut noise = Noise(5);
+    let mut of = |psig: f64| stroke(&valve, AMBIENT_PA + psig * PSI_PA, &Off::default(), &mut noise);
+    let mistyped = |campaign: &Campaign| {
+        let mut mistyped = campaign.clone();
+        mistyped.runs[1].conditions.supply_pressure_pa = AMBIENT_PA + 57.0 * PSI_PA;
+        mistyped.runs[1].file = "second.csv".into();
+        explained(&file, &mistyped).left_out
+    };
+    let alike = campaign(vec![of(75.0), of(75.0), of(75.0)]);
+    let left_out = mistyped(&alike).expect("the two others say what it is");
+    assert_eq!((left_out.run.as_str(), left_out.condition), ("second.csv", Condition::SupplyPressure));
+    assert!((left_out.right / (AMBIENT_PA + 75.0 * PSI_PA) - 1.0).abs() < 0.03, "{left_out:?}");
+    // Of three that differ nobody can say which one is wrong.
+    assert_eq!(mistyped(&campaign(vec![of(65.0), of(75.0), of(90.0)])), None);
+}
+
+#[test]
+#[cfg_attr(debug_assertions, ignore = "slow: runs with --release")]
 fn a_sound_campaign_loses_no_run() {
     let found = explained(&testbed(), &sticking());
     assert_eq!((found.verdict, found.recommended), (Verdict::EffectFound, vec![EffectKind::DRY_FRICTION]));

@@ -63,7 +63,8 @@ impl Default for Method {
 pub struct Prognoser {
     tables: Arc<TableBundle>,
     method: Method,
-    valves: HashMap<String, Valve>,
+    /// Each in a place of its own: a map of large values has room for as many again.
+    valves: HashMap<String, Box<Valve>>,
     workspace: Workspace,
 }
 
@@ -166,7 +167,7 @@ impl Prognoser {
         let estimator = Estimator::Bayes(Box::new(BayesEstimator::resume(config, state.record)));
         let last = state.last.map(|last| last.of_valve(valve));
         let resumed = Valve { estimator, rows: state.rows, late: state.late, last };
-        self.valves.insert(valve.to_owned(), resumed);
+        self.valves.insert(valve.to_owned(), Box::new(resumed));
         true
     }
 
@@ -191,7 +192,11 @@ impl Prognoser {
         let means = &mut Means { tables: &self.tables, method: &self.method, workspace: &mut self.workspace };
         let mut prognosis = match self.valves.get_mut(row.valve) {
             Some(valve) => valve.push(means, row),
-            None => self.valves.entry(row.valve.to_owned()).or_insert(Valve::new(means.method)).push(means, row),
+            None => self
+                .valves
+                .entry(row.valve.to_owned())
+                .or_insert_with(|| Box::new(Valve::new(means.method)))
+                .push(means, row),
         };
         prognosis.time = row.time.map(str::to_owned);
         prognosis

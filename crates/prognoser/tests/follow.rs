@@ -240,6 +240,29 @@ fn a_place_whose_file_is_gone_is_said() {
     );
 }
 
+#[test]
+fn a_clock_that_jumps_loses_and_doubles_nothing() {
+    let day = Duration::from_hours(24);
+    for rotate in [Writer::rotate_by_number, Writer::rotate_by_date, Writer::copy_and_cut] {
+        let mut writer = Writer::new();
+        let mut reader = writer.reader(None);
+        for cycle in 0..12 {
+            writer.write(&row(cycle));
+            assert_eq!(reader.all(), [cycle]);
+            match cycle % 4 {
+                0 => writer.clock -= day,
+                1 => rotate(&mut writer),
+                2 => writer.clock += 3 * day,
+                _ => {
+                    let place = reader.log.position();
+                    reader = writer.reader(Some(place));
+                }
+            }
+        }
+        assert_eq!(reader.all(), [0; 0]);
+    }
+}
+
 /// What is done to a log.
 #[derive(Debug, Clone, Copy)]
 enum Deed {

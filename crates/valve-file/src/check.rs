@@ -3,11 +3,12 @@
 use std::path::Path;
 
 use checked_toml::{Document, QuantityKind, Refusals, Section, TomlFileError};
+use valve_model::custom::CustomEffect;
 use valve_model::simulate::DEFAULT_STEP_S;
-use valve_model::stability;
 use valve_model::{
-    Conditions, Limits, Orientation, ParameterError, ParameterId, Parameters, Schedule, Switches, Valve,
+    Conditions, Limits, Orientation, Outcome, ParameterError, ParameterId, Parameters, Schedule, Switches, Valve,
 };
+use valve_model::{cycle, stability};
 
 use crate::file::{Tolerance, ValveFile};
 use crate::meaning::meaning;
@@ -71,8 +72,31 @@ fn check(document: Document) -> Result<ValveFile, ValveFileError> {
     let nominal = Conditions::nominal(valve.parameters());
     stability::check(&valve, &nominal, schedule.end_s, DEFAULT_STEP_S)
         .map_err(|source| impossible(&document, &root, source))?;
+    if let Some((effect, time_s)) = no_number(&valve, nominal, &schedule) {
+        let section =
+            root.sections("effect")?.into_iter().find(|section| effects::identity(section) == Some(effect.into()));
+        let (file, line) = (document.file().to_owned(), section.map_or(1, |section| section.line_of("formula")));
+        return Err(ValveFileError::NoNumber { file, line, effect: effect.to_owned(), time_s });
+    }
     drop(root);
     Ok(ValveFile { document, name, valve, schedule, limits, tolerances, history, pending: Vec::new() })
+}
+
+/// The custom effect whose formula is no number within the valve's own cycle, and when that was noticed, s.
+fn no_number<'a>(valve: &'a Valve, conditions: Conditions, schedule: &Schedule) -> Option<(&'a str, f64)> {
+    let stops = |custom: &[CustomEffect]| {
+        let valve = Valve::new(valve.parameters().clone(), valve.switches(), valve.effects().to_vec(), custom.to_vec());
+        match cycle::outcome(&valve.ok()?, conditions, schedule, DEFAULT_STEP_S) {
+            Outcome::Diverged { time_s, .. } => Some(time_s),
+            Outcome::Complete | Outcome::Refused => None,
+        }
+    };
+    // Where only several together stop it, the last one stands for them.
+    (1..=valve.custom().len()).find_map(|count| {
+        let (before, of) = valve.custom().split_at(count - 1);
+        let time_s = stops(&[before, &of[..1]].concat())?;
+        Some((of[0].name(), time_s))
+    })
 }
 
 /// A refusal of the model, at the line of the key that it names.

@@ -30,6 +30,21 @@ pub enum ValveFileError {
         /// What is wrong with it, and at which character.
         source: Box<FormulaError>,
     },
+    /// A formula that is no number somewhere on the way of the valve's own cycle.
+    #[error(
+        "{file}:{line}: formula of \"{effect}\" is no number {time_s:.3} s after the start of the valve's own cycle; \
+         expected one wherever the valve goes, such as sqrt(abs(x)) or log(max(x, 1e-9))"
+    )]
+    NoNumber {
+        /// The file.
+        file: String,
+        /// The line, counted from 1.
+        line: usize,
+        /// The name of the effect.
+        effect: String,
+        /// When the simulation stopped, s.
+        time_s: f64,
+    },
     /// There is no such effect in the file.
     #[error("{file}: has no effect \"{effect}\"; it has {present}")]
     NoSuchEffect {

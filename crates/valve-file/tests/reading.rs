@@ -239,6 +239,25 @@ fn a_wrong_formula_carries_file_line_and_position() {
 }
 
 #[test]
+fn a_formula_that_is_no_number_on_the_way_is_refused_by_name() {
+    let with = |formula: &str| {
+        with_end(&format!(
+            "[[effect]]\nkind = \"custom\"\nname = \"sound\"\nacts_on = \"force\"\nformula = \"x\"\n\
+             [[effect]]\nkind = \"custom\"\nname = \"odd\"\nacts_on = \"force\"\nformula = \"{formula}\"\n"
+        ))
+    };
+    for formula in ["sqrt(x - 10)", "0 * sqrt(x - 0.5 * L)", "log(x - L / 4)", "1 / (x - x)"] {
+        let found = refusal(&with(formula));
+        assert!(found.starts_with("v.toml:54: formula of \"odd\" is no number "), "{formula}: {found}");
+        assert!(
+            found.contains("after the start of the valve's own cycle; expected one wherever the valve goes"),
+            "{found}"
+        );
+    }
+    read(&with("sqrt(max(x - 0.5 * L, 0))"));
+}
+
+#[test]
 fn files_that_cannot_be_read_are_named() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("gone.toml");

@@ -8,6 +8,7 @@ use crate::simulate::{Prepared, Run, simulate};
 use crate::start::Start;
 use crate::state::State;
 use crate::stroke::strokes;
+use crate::trajectory::Outcome;
 use crate::valve::Valve;
 
 /// The stroke times of one cycle; nothing where the valve did not get there.
@@ -27,6 +28,20 @@ pub fn cycle_commands(schedule: &Schedule) -> Vec<CommandEdge> {
     vec![CommandEdge::new(schedule.close_at_s, true), CommandEdge::new(schedule.open_at_s, false)]
 }
 
+/// How the first cycle ends, which begins at rest. One that stopped has no stroke times, which must not be taken for those
+/// of a valve that does not get there.
+pub fn outcome(valve: &Valve, conditions: Conditions, schedule: &Schedule, fidelity: impl Into<Fidelity>) -> Outcome {
+    let run = cycle_run(conditions, schedule);
+    let mut outcome = Outcome::Refused;
+    simulate(&[Prepared::new(valve, &run, fidelity)], false, |_, nodes, _| outcome = nodes.outcome);
+    outcome
+}
+
+/// One cycle from rest.
+fn cycle_run(conditions: Conditions, schedule: &Schedule) -> Run {
+    Run { conditions, commands: cycle_commands(schedule), end_s: schedule.end_s, prescribed: None, start: Start::Rest }
+}
+
 /// Simulates cycles one after the other, each from the state in which the last one ended: for every
 /// valve and its conditions the times of each cycle, at most `cycles` of them, fewer once they are periodic.
 pub fn cycles(
@@ -39,16 +54,7 @@ pub fn cycles(
     let commands = cycle_commands(schedule);
     let mut runs: Vec<Prepared> = valves
         .iter()
-        .map(|(valve, conditions)| {
-            let run = Run {
-                conditions: *conditions,
-                commands: commands.clone(),
-                end_s: schedule.end_s,
-                prescribed: None,
-                start: Start::Rest,
-            };
-            Prepared::new(valve, &run, fidelity)
-        })
+        .map(|(valve, conditions)| Prepared::new(valve, &cycle_run(*conditions, schedule), fidelity))
         .collect();
     let mut times: Vec<Vec<CycleTimes>> = vec![Vec::new(); valves.len()];
     let mut active: Vec<usize> = (0..valves.len()).collect();

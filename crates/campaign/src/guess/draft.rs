@@ -39,6 +39,11 @@ fn quoted(text: &str) -> String {
     out
 }
 
+/// A text within a comment, where no control character may stand, as headings and file names can have them.
+fn in_comment(text: &str) -> String {
+    text.chars().map(|character| if character.is_control() { ' ' } else { character }).collect()
+}
+
 /// Writes the campaign file.
 #[must_use]
 pub fn draft(name: &str, found: &Understanding, first: &Recording, runs: &[DraftRun]) -> String {
@@ -46,7 +51,7 @@ pub fn draft(name: &str, found: &Understanding, first: &Recording, runs: &[Draft
     // Writing to a string cannot fail.
     let _ = writeln!(text, "# Strokes recorded on one valve. What was understood of the recordings, and why:");
     for said in &found.said {
-        let _ = writeln!(text, "# - {}", said.replace('\n', " "));
+        let _ = writeln!(text, "# - {}", in_comment(said));
     }
     let _ = writeln!(text, "name = {}\n", quoted(name));
     let mut lines = String::new();
@@ -93,7 +98,8 @@ pub fn draft(name: &str, found: &Understanding, first: &Recording, runs: &[Draft
         writeln!(text, "# [uncertainty]\n# position_zero = \"0.1 mm\"\n# position_gain = 0.01\n# supply_gauge = 0.02");
     for run in runs {
         let _ = writeln!(text, "\n[[run]]\nfile = {}", quoted(&run.file));
-        let _ = writeln!(text, "supply_pressure = {}    # {}", quoted(&run.supply_pressure), run.supply_from);
+        let _ =
+            writeln!(text, "supply_pressure = {}    # {}", quoted(&run.supply_pressure), in_comment(&run.supply_from));
         let _ = match &run.leak {
             Some((key, area)) => writeln!(text, "{key} = {}", quoted(area)),
             None => writeln!(

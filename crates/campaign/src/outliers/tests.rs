@@ -157,3 +157,23 @@ fn records_too_short_or_dead_hold_none() {
         assert_eq!(find(&time_s, &values, &[]), Found::default());
     }
 }
+
+#[test]
+fn a_sensor_that_is_stuck_on_the_way_is_found_and_one_that_is_in_order_is_not() {
+    let (mut looked_at, mut found) = (0, 0);
+    for (case, recorder) in recorders().into_iter().enumerate() {
+        let (time_s, values) = recorder.record(case as u64 + 77);
+        assert_eq!(stuck(&time_s, &values), [], "case {case}");
+        // Stuck from a third of the way on for a third of it, where noise shows between rows.
+        let (from_s, to_s) = (0.7 + 0.4 * recorder.stroke_s, 0.7 + 0.8 * recorder.stroke_s);
+        let (from, to) = (time_s.partition_point(|t| *t < from_s), time_s.partition_point(|t| *t < to_s));
+        if recorder.step_mm > recorder.noise_mm || to - from < 20 {
+            continue;
+        }
+        let mut held = values.clone();
+        held[from..to].fill(values[from]);
+        looked_at += 1;
+        found += usize::from(stuck(&time_s, &held) == [from + 1..to]);
+    }
+    assert!(looked_at > 20 && found == looked_at, "{found} of {looked_at}");
+}

@@ -14,13 +14,19 @@ use rayon::prelude::*;
 use valve_model::Conditions;
 
 use super::answer::{Condition, Explanation, LeftOut, Verdict};
+use crate::data::conditions;
 use crate::errors::Errors;
 use crate::identification::setup::Setup;
 use crate::identification::{Entry, Nuisance, Subject, ValveProblem};
 use crate::space::Space;
 
 /// Fewer runs than this besides it cannot say that it is the one that is wrong.
-const FEWEST_OTHERS: usize = 3;
+const FEWEST_OTHERS: usize = 2;
+
+/// So few others are explained by much that is not true: the right condition must be the one that both of them have, to this
+/// share of what it was written down wrongly by.
+const FEW_OTHERS: usize = 2;
+const AS_OTHERS: f64 = 0.25;
 
 /// With the right condition a run is explained to no more than this many times the error that is held out of the others.
 const ALIKE: f64 = 2.0;
@@ -145,8 +151,20 @@ pub(super) fn mistyped(
         })
     };
     let found: Vec<LeftOut> = tried(&stated, subject, campaign, run).par_iter().filter_map(best).collect();
-    let explains = |one: &LeftOut| one.right_rmse_m < ALIKE * others_rmse_m && one.right_rmse_m < stated_rmse_m / ALIKE;
+    let explains = |one: &LeftOut| {
+        one.right_rmse_m < ALIKE * others_rmse_m
+            && one.right_rmse_m < stated_rmse_m / ALIKE
+            && (campaign.runs.len() > FEW_OTHERS + 1 || is_as_others(one, campaign, run))
+    };
     found.into_iter().min_by(|a, b| a.right_rmse_m.total_cmp(&b.right_rmse_m)).filter(explains)
+}
+
+/// Whether the right value is the one that all other runs have.
+fn is_as_others(one: &LeftOut, campaign: &Campaign, run: usize) -> bool {
+    let others = campaign.runs.iter().enumerate().filter(|(index, _)| *index != run);
+    others
+        .map(|(_, other)| one.condition.of(&conditions(&other.conditions)))
+        .all(|theirs| (one.right - theirs).abs() < AS_OTHERS * (one.stated - theirs).abs())
 }
 
 /// The conditions of a run that can be wrong, with values to try: neither one that was recorded nor one that does not act.

@@ -84,22 +84,30 @@ pub fn explain(
     let subject = Subject::new(file, campaign, &options.nuisances);
     let (found, contradicting) = searched(&subject, options, tell, stop)?;
     let is_left = matches!(found.verdict, Verdict::OutsideCatalogue | Verdict::PartlyExplained);
-    let Some(run) = contradicting.filter(|_| is_left && !stop.is_asked()) else { return Some(found) };
-    tell(Progress::Doing("all runs but one that contradicts them"));
-    let rest = Subject::new(file, &apart::without(campaign, run), &options.nuisances);
-    let others = searched(&rest, options, tell, stop).map(|(others, _)| others).filter(|_| !stop.is_asked());
-    let Some(others) = others else { return Some(found) };
-    let left_out = apart::mistyped(&subject, campaign, run, &others, stop);
-    Some(if left_out.is_some() { Explanation { left_out, ..others } } else { found })
+    for run in contradicting.into_iter().filter(|_| is_left) {
+        if stop.is_asked() {
+            break;
+        }
+        tell(Progress::Doing("all runs but one that contradicts them"));
+        let rest = Subject::new(file, &apart::without(campaign, run), &options.nuisances);
+        let others = searched(&rest, options, tell, stop).map(|(others, _)| others).filter(|_| !stop.is_asked());
+        let Some(others) = others else { break };
+        let left_out = apart::mistyped(&subject, campaign, run, &others, stop);
+        if left_out.is_some() {
+            return Some(Explanation { left_out, ..others });
+        }
+    }
+    Some(found)
 }
 
-/// What a search finds, and the run that contradicts all others.
+/// What a search finds, and the runs that contradict all others: by the calibrated model, and by what was found, since physics
+/// that is missing may contradict more than a slip.
 fn searched(
     subject: &Subject,
     options: &DiagnoseOptions,
     tell: &(dyn Fn(Progress) + Sync),
     stop: &Stop,
-) -> Option<(Explanation, Option<usize>)> {
+) -> Option<(Explanation, Vec<usize>)> {
     let kinds = Catalogue::new(subject, &options.effects, &|_| (), stop).without_inert().kinds;
     let of = |set: &[usize]| -> Vec<EffectKind> { set.iter().map(|one| kinds[*one]).collect() };
     let news = |news: News<'_>| match news {
@@ -111,6 +119,8 @@ fn searched(
     let catalogue = Catalogue::new(subject, &kinds, &news, stop);
     tell(Progress::Doing("the calibrated model"));
     let found = select(&catalogue, &options.select)?;
-    let contradicting = found.model(&[]).and_then(apart::contradicting);
+    let models = [found.model(&[]), found.model(found.accepted())];
+    let mut contradicting: Vec<usize> = models.into_iter().flatten().filter_map(apart::contradicting).collect();
+    contradicting.dedup();
     Some((report::assemble(&catalogue, &found, options, tell), contradicting))
 }

@@ -80,6 +80,8 @@ impl ValveRecord {
     /// Keeps the hypotheses.
     pub(crate) fn keep(&mut self, hypotheses: &[Hypothesis]) {
         self.hypotheses.clear();
+        // There is one of these for every valve of a fleet: no room in advance.
+        self.hypotheses.reserve_exact(hypotheses.len());
         self.hypotheses.extend(hypotheses.iter().map(StoredHypothesis::packed));
     }
 }
