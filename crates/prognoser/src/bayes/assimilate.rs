@@ -4,6 +4,7 @@
 
 use super::hypothesis::{Cause, Hypothesis, SIZE};
 use super::law::Law;
+use super::noise::NoiseState;
 use super::plant::Plant;
 use super::special::{normal_tail, quick_ln};
 
@@ -64,7 +65,7 @@ pub(crate) struct Update {
 
 /// The time of a stroke under a hypothesis at some state. It moves with two numbers of
 /// the hypothesis at most: which, and by how much.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Expected {
     time_s: f64,
     moves_with: [usize; 2],
@@ -115,6 +116,48 @@ impl Expected {
     }
 }
 
+/// What a hypothesis is linearised about, and how often it was.
+#[derive(Clone, Copy, Debug)]
+struct Course {
+    at: [f64; SIZE],
+    /// Its numbers that are severities.
+    levels: usize,
+    passes: usize,
+    expected: [Expected; 2],
+    probability: f64,
+    distance: f64,
+    update: Update,
+}
+
+/// What a stroke tells a hypothesis.
+#[derive(Clone, Copy, Debug, Default)]
+struct Look {
+    /// Covariance of each number with the time, and the variance of the time, in that of the noise.
+    by_cov: [f64; SIZE],
+    model_spread: f64,
+    spread: f64,
+    predicted_s: f64,
+    innovation_s: f64,
+    /// Densities of the time, if it is a proper reading and if it strays.
+    density: f64,
+    stray: f64,
+    /// What was known of the noise before it.
+    noise: NoiseState,
+}
+
+/// Memory of [`assimilate_all`].
+#[derive(Default)]
+pub(crate) struct Meeting {
+    /// The hypotheses before the reading.
+    pub before: Vec<Hypothesis>,
+    /// How each met it.
+    pub updates: Vec<Update>,
+    courses: Vec<Course>,
+    looks: Vec<Look>,
+    /// Those that are linearised once more.
+    open: Vec<usize>,
+}
+
 /// Updates a hypothesis by a reading. It is linearised where it is expected, and
 /// again where it leads, if that is elsewhere.
 pub(crate) fn assimilate(
@@ -123,93 +166,175 @@ pub(crate) fn assimilate(
     plant: &Plant,
     observed: &Observation,
 ) -> Update {
-    let levels = match hypothesis.cause {
-        Cause::None | Cause::Other => 0,
-        Cause::Wear(_) => 1,
-        Cause::Both => 2,
-    };
-    if levels == 0 {
-        let at = hypothesis.mean;
-        return pass(hypothesis, plant, observed, &at);
-    }
-    let curved = hypothesis.law != Law::Linear;
-    let straight = if hypothesis.ln_weight < observed.ln_idle { IDLY_STRAIGHT } else { STRAIGHT };
-    let mut at = before.mean;
-    let mut update = pass(hypothesis, plant, observed, &at);
-    for _ in 1..MOST_PASSES {
-        let moved = (0..levels).map(|i| (hypothesis.mean[i] - at[i]).abs()).fold(0.0, f64::max);
-        if moved < straight && !(curved && moved > BENT_STRAIGHT * at[0].abs()) {
-            break;
+    let mut course = Course::new(before);
+    let mut look = Look::default();
+    loop {
+        course.expect(hypothesis, plant);
+        for stroke in 0..2 {
+            if observed.tells(stroke) {
+                look.at(hypothesis, &course, plant, observed, stroke);
+                look.weigh(hypothesis, observed, stroke);
+            }
+            course.learn(&look, hypothesis, plant, observed, stroke);
         }
-        for i in 0..levels {
+        course.finish(hypothesis);
+        if !course.goes_on(hypothesis, before, observed) {
+            return course.update;
+        }
+    }
+}
+
+/// The same of all hypotheses, which `meeting` has as they were before. Each step is taken by all of them before the
+/// next one: a step waits for the one before, and a processor works on several hypotheses while it does.
+pub(crate) fn assimilate_all(
+    hypotheses: &mut [Hypothesis],
+    Meeting { before, updates, courses, looks, open }: &mut Meeting,
+    plant: &Plant,
+    observed: &Observation,
+) {
+    courses.clear();
+    courses.extend(before.iter().map(Course::new));
+    looks.resize(hypotheses.len(), Look::default());
+    open.clear();
+    open.extend(0..hypotheses.len());
+    while !open.is_empty() {
+        for &i in open.iter() {
+            courses[i].expect(&hypotheses[i], plant);
+        }
+        for stroke in 0..2 {
+            if observed.tells(stroke) {
+                for &i in open.iter() {
+                    looks[i].at(&hypotheses[i], &courses[i], plant, observed, stroke);
+                }
+                for &i in open.iter() {
+                    looks[i].weigh(&mut hypotheses[i], observed, stroke);
+                }
+            }
+            for &i in open.iter() {
+                courses[i].learn(&looks[i], &mut hypotheses[i], plant, observed, stroke);
+            }
+        }
+        open.retain(|&i| {
+            courses[i].finish(&mut hypotheses[i]);
+            courses[i].goes_on(&mut hypotheses[i], &before[i], observed)
+        });
+    }
+    updates.clear();
+    updates.extend(courses.iter().map(|course| course.update));
+}
+
+impl Observation {
+    /// Whether anything is known of a stroke.
+    fn tells(&self, stroke: usize) -> bool {
+        self.time_s[stroke].is_some() || self.stalled[stroke]
+    }
+
+    /// Share of the readings that stray: none before the noise is known, which would be taken for them.
+    fn strays(&self) -> f64 {
+        STRAYS * (1.0 - UNKNOWN_UP_TO / self.shape).max(0.0)
+    }
+}
+
+impl Course {
+    fn new(before: &Hypothesis) -> Self {
+        let levels = match before.cause {
+            Cause::None | Cause::Other => 0,
+            Cause::Wear(_) => 1,
+            Cause::Both => 2,
+        };
+        Self {
+            at: before.mean,
+            levels,
+            passes: 0,
+            expected: [Expected::default(); 2],
+            probability: 1.0,
+            distance: 0.0,
+            update: Update::default(),
+        }
+    }
+
+    /// Begins a linearised update.
+    #[inline]
+    fn expect(&mut self, hypothesis: &Hypothesis, plant: &Plant) {
+        self.expected = Expected::of(hypothesis, plant, &self.at);
+        self.passes += 1;
+        (self.probability, self.distance) = (1.0, 0.0);
+        self.update = Update { inlier: [1.0; 2], ..Update::default() };
+    }
+
+    /// Ends it.
+    #[inline]
+    fn finish(&mut self, out: &mut Hypothesis) {
+        self.update.ln = quick_ln(self.probability);
+        self.update.is_outlying = self.distance > LARGE_INNOVATION;
+        out.ln_weight += self.update.ln;
+    }
+
+    /// Whether it led so far away that it is done again about there, from what was before.
+    #[inline]
+    fn goes_on(&mut self, hypothesis: &mut Hypothesis, before: &Hypothesis, observed: &Observation) -> bool {
+        if self.levels == 0 || self.passes == MOST_PASSES {
+            return false;
+        }
+        let curved = hypothesis.law != Law::Linear;
+        let straight = if before.ln_weight < observed.ln_idle { IDLY_STRAIGHT } else { STRAIGHT };
+        let at = &mut self.at;
+        let moved = (0..self.levels).map(|i| (hypothesis.mean[i] - at[i]).abs()).fold(0.0, f64::max);
+        if moved < straight && !(curved && moved > BENT_STRAIGHT * at[0].abs()) {
+            return false;
+        }
+        for i in 0..self.levels {
             at[i] += (hypothesis.mean[i] - at[i]).clamp(-LARGEST_PASS, LARGEST_PASS);
         }
-        if levels == 1 {
+        if self.levels == 1 {
             (at[2], at[3]) = (hypothesis.mean[2], hypothesis.mean[3]);
         }
         *hypothesis = *before;
-        update = pass(hypothesis, plant, observed, &at);
+        true
     }
-    update
-}
 
-/// One linearised update.
-fn pass(out: &mut Hypothesis, plant: &Plant, observed: &Observation, at: &[f64; SIZE]) -> Update {
-    let mut update = Update { inlier: [1.0; 2], ..Update::default() };
-    let shape = observed.shape;
-    let (mut distance, mut probability) = (0.0, 1.0);
-    for (stroke, expected) in Expected::of(out, plant, at).into_iter().enumerate() {
-        if observed.time_s[stroke].is_none() && !observed.stalled[stroke] {
+    /// Takes in what a stroke tells.
+    #[inline]
+    fn learn(&mut self, look: &Look, out: &mut Hypothesis, plant: &Plant, observed: &Observation, stroke: usize) {
+        if !observed.tells(stroke) {
             out.noise.left_s[stroke] = f64::NAN;
-            continue;
+            return;
         }
+        let shape = observed.shape;
         let window_s = plant.window_s(stroke);
-        let Expected { time_s, moves_with: [a, b], by: [by_a, by_b] } = expected;
-        let predicted = time_s + by_a * (out.mean[a] - at[a]) + by_b * (out.mean[b] - at[b]);
-        let (row_a, row_b) = (out.cov[a], out.cov[b]);
-        let mut by_cov = [0.0; SIZE];
-        for i in 0..SIZE {
-            by_cov[i] = by_a * row_a[i] + by_b * row_b[i];
-        }
-        let model_spread = (by_a * by_cov[a] + by_b * by_cov[b]).max(0.0);
-        let spread = out.inflation + model_spread;
-        let (innovation, inlier) = if let Some(measured) = observed.time_s[stroke] {
-            let innovation = measured - predicted;
-            let before = out.noise;
-            let far = (model_spread + STRAY_VARIANCE) * out.scale / shape;
-            let (density, stray) = out.noise.densities(stroke, innovation, model_spread, 2.0 * out.scale, shape, far);
-            // Not before the noise is known: else it would be taken for them.
-            let strays = STRAYS * (1.0 - UNKNOWN_UP_TO / shape).max(0.0);
+        let Look { by_cov, model_spread, spread, predicted_s, innovation_s, density, stray, .. } = *look;
+        let (innovation, inlier) = if observed.time_s[stroke].is_some() {
+            let strays = observed.strays();
             let density = density * (1.0 - observed.outlier_share) * (1.0 - strays);
             let total = density + strays * stray + observed.outlier_share / window_s;
-            probability *= total;
+            self.probability *= total;
             let inlier = density / total;
-            update.residual_s[stroke] = Some(innovation);
-            distance += innovation * innovation * shape / ((1.0 + model_spread) * out.scale);
+            self.update.residual_s[stroke] = Some(innovation_s);
+            self.distance += innovation_s * innovation_s * shape / ((1.0 + model_spread) * out.scale);
             if inlier < PROPER_FROM {
-                out.noise = before;
+                out.noise = look.noise;
                 out.noise.left_s[stroke] = f64::NAN;
             } else {
-                out.noise.left_s[stroke] = innovation * out.inflation / spread;
+                out.noise.left_s[stroke] = innovation_s * out.inflation / spread;
             }
-            (innovation, inlier)
+            (innovation_s, inlier)
         } else {
             // Not there within the window: anything beyond is as likely.
             out.noise.left_s[stroke] = f64::NAN;
             let sd = (spread * out.scale / shape).sqrt();
-            let late = normal_tail((window_s - predicted) / sd) * (1.0 - observed.outlier_share);
+            let late = normal_tail((window_s - predicted_s) / sd) * (1.0 - observed.outlier_share);
             let total = late + observed.outlier_share;
-            probability *= total;
-            distance += if late < HARDLY_LATE { LARGE_INNOVATION } else { 0.0 };
+            self.probability *= total;
+            self.distance += if late < HARDLY_LATE { LARGE_INNOVATION } else { 0.0 };
             // Where it is expected beyond the window, nothing is learnt.
-            (window_s - predicted, late / total)
+            (window_s - predicted_s, late / total)
         };
-        update.inlier[stroke] = inlier;
-        if observed.time_s[stroke].is_none() && predicted >= window_s {
-            continue;
+        self.update.inlier[stroke] = inlier;
+        if observed.time_s[stroke].is_none() && predicted_s >= window_s {
+            return;
         }
         if inlier < PROPER_FROM {
-            continue;
+            return;
         }
         // A doubtful reading counts as noisier, in proportion.
         let doubted = spread + out.inflation * (1.0 / inlier - 1.0);
@@ -223,8 +348,33 @@ fn pass(out: &mut Hypothesis, plant: &Plant, observed: &Observation, at: &[f64; 
         }
         out.scale += 0.5 * observed.weight * innovation * innovation * out.inflation * share;
     }
-    update.ln = quick_ln(probability);
-    update.is_outlying = distance > LARGE_INNOVATION;
-    out.ln_weight += update.ln;
-    update
+}
+
+impl Look {
+    /// What is expected of a stroke beside what was measured.
+    #[inline]
+    fn at(&mut self, out: &Hypothesis, course: &Course, plant: &Plant, observed: &Observation, stroke: usize) {
+        let Expected { time_s, moves_with: [a, b], by: [by_a, by_b] } = course.expected[stroke];
+        let at = &course.at;
+        self.predicted_s = time_s + by_a * (out.mean[a] - at[a]) + by_b * (out.mean[b] - at[b]);
+        let (row_a, row_b) = (&out.cov[a], &out.cov[b]);
+        for i in 0..SIZE {
+            self.by_cov[i] = by_a * row_a[i] + by_b * row_b[i];
+        }
+        self.model_spread = (by_a * self.by_cov[a] + by_b * self.by_cov[b]).max(0.0);
+        self.spread = out.inflation + self.model_spread;
+        self.innovation_s = observed.time_s[stroke].unwrap_or(plant.window_s(stroke)) - self.predicted_s;
+    }
+
+    /// How likely the measured time is.
+    #[inline]
+    fn weigh(&mut self, out: &mut Hypothesis, observed: &Observation, stroke: usize) {
+        if observed.time_s[stroke].is_none() {
+            return;
+        }
+        self.noise = out.noise;
+        let far = (self.model_spread + STRAY_VARIANCE) * out.scale / observed.shape;
+        (self.density, self.stray) =
+            out.noise.densities(stroke, self.innovation_s, self.model_spread, 2.0 * out.scale, observed.shape, far);
+    }
 }

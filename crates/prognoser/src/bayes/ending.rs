@@ -114,12 +114,16 @@ impl Block {
     #[inline]
     fn within(&self, cycles: f64) -> f64 {
         let mut share = [0.0; SIDE];
+        // Numbers that are none are the smaller ones here: the largest and smallest of the library take care of them
+        // with instructions of their own.
+        let larger = |a: f64, b: f64| if a > b { a } else { b };
         for (k, share) in share.iter_mut().enumerate() {
-            let t = (cycles + self.later[k]).max(0.0);
-            let variance = self.var_level[k]
-                + t * (self.by_cycle[k] + t * (self.by_square[k] + t.min(self.until[k]) * self.by_cube[k]));
+            let t = larger(cycles + self.later[k], 0.0);
+            let turning = if t < self.until[k] { t } else { self.until[k] };
+            let variance =
+                self.var_level[k] + t * (self.by_cycle[k] + t * (self.by_square[k] + turning * self.by_cube[k]));
             let over = self.short[k] + t * self.growth[k];
-            *share = over / variance.max(1e-18).sqrt();
+            *share = over / larger(variance, 1e-18).sqrt();
         }
         share.iter().zip(self.weight).map(|(deviation, weight)| weight * normal_share(*deviation)).sum()
     }
@@ -194,12 +198,14 @@ struct Curve<F> {
 #[derive(Clone, Copy, Debug)]
 struct Point {
     cycles: f64,
+    /// Logarithm of the cycles and one.
+    ln: f64,
     deviation: f64,
 }
 
 /// The cycles at which the straight line through two points has a deviation.
 fn between(low: Point, high: Point, deviation: f64) -> f64 {
-    let [first, last] = [low, high].map(|point| quick_ln(point.cycles + 1.0));
+    let [first, last] = [low.ln, high.ln];
     let share = (deviation - low.deviation) / (high.deviation - low.deviation);
     (quick_exp(first + share * (last - first)) - 1.0).clamp(low.cycles, high.cycles)
 }
@@ -224,7 +230,7 @@ impl<F: Fn(f64) -> f64> Curve<F> {
 
     fn know(&mut self, cycles: f64) -> Point {
         let cycles = cycles.clamp(0.0, 2.0 * LONGEST);
-        let point = Point { cycles, deviation: normal_deviation((self.within)(cycles)) };
+        let point = Point { cycles, ln: quick_ln(cycles + 1.0), deviation: normal_deviation((self.within)(cycles)) };
         let place = self.points.partition_point(|known| known.cycles < cycles);
         self.points.insert(place, point);
         point
@@ -249,7 +255,7 @@ impl<F: Fn(f64) -> f64> Curve<F> {
             }
             // A little farther than it would be if the curve were straight.
             let far = (deviation - end.deviation).abs().min(LARGEST_STEP) + BEYOND;
-            let ln = quick_ln(end.cycles + 1.0) + sign * far * step;
+            let ln = end.ln + sign * far * step;
             self.know(quick_exp(ln.min(20.0)) - 1.0);
             step *= 2.0;
         }

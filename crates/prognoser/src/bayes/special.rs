@@ -16,11 +16,14 @@ pub(crate) const fn normal_tail(z: f64) -> f64 {
 const STEPS: u32 = 64;
 const FARTHEST: f64 = 6.0;
 
+/// Places of the table: the next power of two, so that a mask keeps a place within it and no place has to be checked.
+const PLACES: usize = (12 * STEPS as usize + 1).next_power_of_two();
+
 /// Values of the normal distribution function from -6 to 6, and one more for the last place's neighbour.
-static SHARES: [f64; 12 * STEPS as usize + 2] = {
-    let mut shares = [0.0; 12 * STEPS as usize + 2];
+static SHARES: [f64; PLACES + 1] = {
+    let mut shares = [0.0; PLACES + 1];
     let mut i = 0;
-    while i < shares.len() {
+    while i < 12 * STEPS as usize + 2 {
         shares[i] = normal_tail(FARTHEST - i as f64 / STEPS as f64);
         i += 1;
     }
@@ -33,9 +36,11 @@ static SHARES: [f64; 12 * STEPS as usize + 2] = {
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a place in the table")]
 pub(crate) fn normal_share(z: f64) -> f64 {
     let along = (z.clamp(-FARTHEST, FARTHEST) + FARTHEST) * f64::from(STEPS);
-    let place = along as usize;
-    let shares = &SHARES[place..place + 2];
-    shares[0] + (along - place as f64) * (shares[1] - shares[0])
+    // By way of a short integer, which processors convert at once.
+    let place = along as i32;
+    let (at, beyond) = (along - f64::from(place), place as usize & (PLACES - 1));
+    let (below, above) = (SHARES[beyond], SHARES[beyond + 1]);
+    below + at * (above - below)
 }
 
 /// The deviation below which a standard normal variable lies with a probability:
