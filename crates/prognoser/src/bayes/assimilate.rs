@@ -7,6 +7,7 @@ use super::law::Law;
 use super::noise::NoiseState;
 use super::plant::Plant;
 use super::special::{normal_tail, quick_ln};
+use super::wide::{Wide, widely};
 
 /// Squared innovation, in expected variances, from which on something else than
 /// noise is considered.
@@ -206,9 +207,7 @@ pub(crate) fn assimilate_all(
                 for &i in open.iter() {
                     looks[i].at(&hypotheses[i], &courses[i], plant, observed, stroke);
                 }
-                for &i in open.iter() {
-                    looks[i].weigh(&mut hypotheses[i], observed, stroke);
-                }
+                widely(Weighing { looks, hypotheses, open, observed, stroke });
             }
             for &i in open.iter() {
                 courses[i].learn(&looks[i], &mut hypotheses[i], plant, observed, stroke);
@@ -367,7 +366,7 @@ impl Look {
     }
 
     /// How likely the measured time is.
-    #[inline]
+    #[inline(always)]
     fn weigh(&mut self, out: &mut Hypothesis, observed: &Observation, stroke: usize) {
         if observed.time_s[stroke].is_none() {
             return;
@@ -376,5 +375,67 @@ impl Look {
         let far = (self.model_spread + STRAY_VARIANCE) * out.scale / observed.shape;
         (self.density, self.stray) =
             out.noise.densities(stroke, self.innovation_s, self.model_spread, 2.0 * out.scale, observed.shape, far);
+    }
+}
+
+/// How likely the measured time is under each of some hypotheses.
+struct Weighing<'a> {
+    looks: &'a mut [Look],
+    hypotheses: &'a mut [Hypothesis],
+    open: &'a [usize],
+    observed: &'a Observation,
+    stroke: usize,
+}
+
+impl Wide for Weighing<'_> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run(self) {
+        for &i in self.open {
+            self.looks[i].weigh(&mut self.hypotheses[i], self.observed, self.stroke);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use leak_table::TableBundle;
+
+    use super::*;
+    use crate::bayes::config::BayesConfig;
+    use crate::bayes::plant::CycleConditions;
+    use crate::bayes::start;
+
+    #[test]
+    fn all_at_once_meet_a_reading_as_each_by_itself() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tables");
+        let tables = TableBundle::read(&folder).expect("tables/ is sound");
+        let plant = Plant::new(&tables, CycleConditions::default());
+        let (shape, sd_s) = (20.0, 0.012);
+        let hypotheses = start::hypotheses(&plant, &BayesConfig::default(), shape, shape * sd_s * sd_s);
+        // A healthy reading, a worn one, one that makes hypotheses go about it several times, and strokes that are missing.
+        let cases = [
+            ([Some(1.05), Some(2.13)], [false; 2]),
+            ([Some(1.3), Some(1.7)], [false; 2]),
+            ([Some(2.6), Some(0.9)], [false; 2]),
+            ([None, Some(2.3)], [false; 2]),
+            ([None, None], [true, false]),
+        ];
+        for (time_s, stalled) in cases {
+            let observed = Observation { time_s, stalled, outlier_share: 0.005, weight: 1.0, shape, ln_idle: -9.0 };
+            let mut alone = hypotheses.clone();
+            let mut all = hypotheses.clone();
+            let mut meeting = Meeting { before: hypotheses.clone(), ..Meeting::default() };
+            assimilate_all(&mut all, &mut meeting, &plant, &observed);
+            for (i, hypothesis) in alone.iter_mut().enumerate() {
+                let update = assimilate(hypothesis, &hypotheses[i], &plant, &observed);
+                // Their texts, in which numbers that are none are the same.
+                assert_eq!(format!("{hypothesis:?}"), format!("{:?}", all[i]), "{time_s:?}, {i}");
+                assert_eq!(format!("{update:?}"), format!("{:?}", meeting.updates[i]), "{time_s:?}, {i}");
+            }
+        }
     }
 }
