@@ -34,6 +34,19 @@ const HARDLY_LATE: f64 = 1e-3;
 /// Most linearisations of one reading.
 const MOST_PASSES: usize = 4;
 
+/// Standard deviation of a coordinate, share of its mean, from which on an exponential law bends too much within it for
+/// one straight line: a leak that is not seen yet would tell nothing of the paces at which it would be.
+const VAGUE: f64 = 0.3;
+/// Standard deviation of a coordinate below which it does not matter, share of the limit.
+const SURE: f64 = 0.01;
+/// Logarithm of the weight from which on a vague coordinate is looked at node by node.
+const LN_BY_NODES: f64 = -7.0;
+/// Nodes over a vague coordinate, and the standard deviations that they reach to either side.
+const NODES: usize = 7;
+const REACH: f64 = 3.5;
+/// Logarithm of the square root of 2 pi.
+const LN_SQRT_TAU: f64 = 0.918_938_533_204_672_7;
+
 /// What one cycle says, as the hypotheses meet it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Observation {
@@ -157,39 +170,78 @@ pub(crate) struct Meeting {
     looks: Vec<Look>,
     /// Those that are linearised once more.
     open: Vec<usize>,
+    /// Those that are looked at node by node.
+    vague: Vec<usize>,
 }
 
 /// Updates a hypothesis by a reading. It is linearised where it is expected, and
-/// again where it leads, if that is elsewhere.
+/// again where it leads, if that is elsewhere; node by node if no line does.
 pub(crate) fn assimilate(
     hypothesis: &mut Hypothesis,
     before: &Hypothesis,
     plant: &Plant,
     observed: &Observation,
 ) -> Update {
+    if is_vague(before, observed) {
+        return by_nodes(hypothesis, before, plant, observed);
+    }
     let mut course = Course::new(before);
-    let mut look = Look::default();
     loop {
-        course.expect(hypothesis, plant);
-        for stroke in 0..2 {
-            if observed.tells(stroke) {
-                look.at(hypothesis, &course, plant, observed, stroke);
-                look.weigh(hypothesis, observed, stroke);
-            }
-            course.learn(&look, hypothesis, plant, observed, stroke);
-        }
-        course.finish(hypothesis);
+        course.pass(hypothesis, plant, observed);
         if !course.goes_on(hypothesis, before, observed) {
             return course.update;
         }
     }
 }
 
+/// Whether the coordinate of an exponential law is so little known that no straight line does.
+fn is_vague(before: &Hypothesis, observed: &Observation) -> bool {
+    let sd = (VAGUE * before.mean[0].max(0.0)).max(SURE);
+    matches!(before.law, Law::Exponential | Law::SteepExponential)
+        && matches!(before.cause, Cause::Wear(_))
+        && before.ln_weight > LN_BY_NODES
+        && before.cov[0][0] * before.scale > observed.shape * sd * sd
+}
+
+/// Updates a hypothesis by a reading met at each of some nodes over its coordinate, and takes what comes out together for
+/// a Gaussian again.
+fn by_nodes(hypothesis: &mut Hypothesis, before: &Hypothesis, plant: &Plant, observed: &Observation) -> Update {
+    let sd = (before.cov[0][0] * before.scale / observed.shape).sqrt();
+    let step = 2.0 * REACH / (NODES - 1) as f64;
+    let ln_step = quick_ln(step) - LN_SQRT_TAU;
+    let mut best: Option<(f64, Update)> = None;
+    let nodes: [Hypothesis; NODES] = std::array::from_fn(|node| {
+        let z = node as f64 * step - REACH;
+        let mut at = before.given(0, before.mean[0] + z * sd);
+        // Known exactly, which rounding must not make a little less.
+        for i in 0..SIZE {
+            (at.cov[0][i], at.cov[i][0]) = (0.0, 0.0);
+        }
+        at.ln_weight += ln_step - 0.5 * z * z;
+        let mut course = Course::new(&at);
+        course.pass(&mut at, plant, observed);
+        if best.is_none_or(|(ln_weight, _)| ln_weight < at.ln_weight) {
+            best = Some((at.ln_weight, course.update));
+        }
+        at
+    });
+    *hypothesis = Hypothesis::merged(&nodes, observed.shape);
+    let mut update = best.map(|(_, update)| update).unwrap_or_default();
+    update.ln = hypothesis.ln_weight - before.ln_weight;
+    for stroke in 0..2 {
+        // Nodes may differ in whether it was a proper reading.
+        if update.residual_s[stroke].is_none() || update.inlier[stroke] < PROPER_FROM {
+            hypothesis.noise.left_s[stroke] = f64::NAN;
+        }
+    }
+    update
+}
+
 /// The same of all hypotheses, which `meeting` has as they were before. Each step is taken by all of them before the
 /// next one: a step waits for the one before, and a processor works on several hypotheses while it does.
 pub(crate) fn assimilate_all(
     hypotheses: &mut [Hypothesis],
-    Meeting { before, updates, courses, looks, open }: &mut Meeting,
+    Meeting { before, updates, courses, looks, open, vague }: &mut Meeting,
     plant: &Plant,
     observed: &Observation,
 ) {
@@ -197,7 +249,13 @@ pub(crate) fn assimilate_all(
     courses.extend(before.iter().map(Course::new));
     looks.resize(hypotheses.len(), Look::default());
     open.clear();
-    open.extend(0..hypotheses.len());
+    vague.clear();
+    for (i, hypothesis) in before.iter().enumerate() {
+        if is_vague(hypothesis, observed) { &mut *vague } else { &mut *open }.push(i);
+    }
+    for &i in vague.iter() {
+        courses[i].update = by_nodes(&mut hypotheses[i], &before[i], plant, observed);
+    }
     while !open.is_empty() {
         for &i in open.iter() {
             courses[i].expect(&hypotheses[i], plant);
@@ -250,6 +308,20 @@ impl Course {
             distance: 0.0,
             update: Update::default(),
         }
+    }
+
+    /// A linearised update.
+    fn pass(&mut self, hypothesis: &mut Hypothesis, plant: &Plant, observed: &Observation) {
+        let mut look = Look::default();
+        self.expect(hypothesis, plant);
+        for stroke in 0..2 {
+            if observed.tells(stroke) {
+                look.at(hypothesis, self, plant, observed, stroke);
+                look.weigh(hypothesis, observed, stroke);
+            }
+            self.learn(&look, hypothesis, plant, observed, stroke);
+        }
+        self.finish(hypothesis);
     }
 
     /// Begins a linearised update.
