@@ -200,8 +200,7 @@ fn a_cycle_begins_where_the_piston_rests_though_its_command_comes_in_mid_fall() 
 fn the_balance_of_forces_along_the_record_leads_close_to_what_hides_in_it() {
     let subject = subject();
     let space = subject.space.with_effect(EffectKind::DRY_FRICTION);
-    let problem = subject.problem(space.clone(), Level::High, Stop::never());
-    let found = subject.balance.optimum(&problem, &problem.start()).expect("a free motion");
+    let found = subject.balance.optimum(&space, &space.start(), Stop::never()).expect("a free motion");
     let friction = space.effect_values(EffectKind::DRY_FRICTION, &found).expect("in the space")[0];
     assert!((friction / COULOMB_N - 1.0).abs() < 0.1, "{friction} N");
     let port = space.valve(&found).expect("a possible valve").parameters().port_orifice_area_m2;

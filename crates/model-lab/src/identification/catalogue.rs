@@ -524,7 +524,12 @@ impl<'a> Family for Catalogue<'a> {
         let kinds: Vec<EffectKind> = member.space.effects().iter().map(valve_model::Effect::kind).collect();
         let start = member.start();
         let mut starts = if kinds.len() > 1 { vec![start.clone()] } else { Self::varied(member, &start, &kinds) };
-        starts.extend(self.subject.balance.optimum(member, &start));
+        let own = member.space.coordinates.len();
+        if let Some(balanced) = self.subject.balance.optimum(&member.space, &start[..own], self.stop) {
+            let mut start = start.clone();
+            start[..own].copy_from_slice(&balanced);
+            starts.push(start);
+        }
         starts.extend(self.subject.scattered.starts(member, &start));
         starts
     }

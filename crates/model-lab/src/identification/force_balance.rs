@@ -5,23 +5,24 @@
 //! simulated, and what the forces on the piston leave in each window hangs together smoothly with all parameters (the
 //! equation error of system identification: Ljung, "System Identification", 1999).
 
-use identify::{Coordinate, FitOptions, GroupPrior, Problem, Record, Request, Row, Scope, Series, Stop, fit};
+use identify::{Coordinate, FitOptions, GroupPrior, Problem, Record, Request, Row, Series, Stop, fit};
 use rayon::prelude::*;
-use valve_model::{ChamberStart, Run, Start};
+use valve_model::{ChamberStart, Run, Start, Valve};
 
-use super::problem::ValveProblem;
+use super::problem::coordinate_of;
 use super::setup::{Kind, Recording, Setup};
 use super::start::Beginning;
 use crate::data::{Channel, ChannelData, Dataset, RunData};
 use crate::residual_force::Free;
+use crate::space::Space;
 
 /// Records are followed up to this duration altogether, s.
 const LONGEST_S: f64 = 20.0;
 
-/// Free motions of a campaign, each with the index of its recording.
+/// Free motions of a campaign.
 #[derive(Debug, Clone, Default)]
 pub struct ForceBalance {
-    motions: Vec<(usize, Free)>,
+    motions: Vec<Free>,
 }
 
 impl ForceBalance {
@@ -29,29 +30,25 @@ impl ForceBalance {
     /// and end at rest.
     pub fn new(setup: &Setup, data: &Dataset) -> Self {
         let mut left_s = LONGEST_S;
-        let recordings = setup.recordings.iter().enumerate();
-        let recordings = recordings.filter(|(_, recording)| setup.is_prescribed && recording.is_trace());
-        let motions = recordings.filter_map(|(index, recording)| {
+        let recordings = setup.recordings.iter().filter(|recording| setup.is_prescribed && recording.is_trace());
+        let motions = recordings.filter_map(|recording| {
             let motion = motion(recording, data, setup.stroke_m).filter(|motion| motion.duration_s() <= left_s)?;
             left_s -= motion.duration_s();
-            Some((index, motion))
+            Some(motion)
         });
         Self { motions: motions.collect() }
     }
 
-    /// Where the forces of a problem balance best, with what all records have in common of what instruments and conditions may
-    /// be off by: a pressure sensor's zero pushes as a friction holds. Nothing where nothing is free.
-    pub fn optimum(&self, of: &ValveProblem<'_>, from: &[f64]) -> Option<Vec<f64>> {
-        let problem = Balance::new(self, of, from)?;
-        let start: Vec<f64> = problem.shared.iter().map(|index| from[*index]).collect();
+    /// Where the forces of a space balance best, as the space's coordinates; nothing where nothing is free.
+    pub fn optimum(&self, space: &Space, from: &[f64], stop: &Stop) -> Option<Vec<f64>> {
+        let problem = Balance::new(self, space, from, stop)?;
         let groups = vec![GroupPrior {
             multiplier_sigma: 1.0,
             multiplier: (0.3, 20.0),
             discrepancy: (1e-5, 0.3),
             time_s: (1e-3, 1e-3),
         }];
-        let found = fit(&problem, &start, &FitOptions { settled: 0, ..FitOptions::new(groups) })?;
-        Some(problem.whole(&found.u))
+        fit(&problem, from, &FitOptions { settled: 0, ..FitOptions::new(groups) }).map(|fit| fit.u)
     }
 }
 
@@ -85,25 +82,23 @@ fn motion(recording: &Recording, data: &Dataset, stroke_m: f64) -> Option<Free> 
 
 /// What the forces leave as a problem of identification.
 struct Balance<'a> {
-    motions: &'a [(usize, Free)],
-    of: &'a ValveProblem<'a>,
-    /// The coordinates of the whole problem that all records have in common; the others stay where they are in `from`.
-    shared: Vec<usize>,
-    from: &'a [f64],
+    of: &'a ForceBalance,
+    space: &'a Space,
     coordinates: Vec<Coordinate>,
     records: Vec<Record>,
+    stop: &'a Stop,
 }
 
 impl<'a> Balance<'a> {
-    fn new(balance: &'a ForceBalance, of: &'a ValveProblem<'a>, from: &'a [f64]) -> Option<Self> {
-        let p = of.space.parameters();
+    fn new(of: &'a ForceBalance, space: &'a Space, from: &[f64], stop: &'a Stop) -> Option<Self> {
+        let valve = space.valve(from)?;
+        let p = valve.parameters();
         let largest_n = (p.supply_pressure_pa - p.ambient_pressure_pa).abs() * p.piston_area_m2;
-        let motions = balance.motions.as_slice();
-        let records: Option<Vec<Record>> = motions
+        let records: Option<Vec<Record>> = of
+            .motions
             .iter()
-            .map(|(recording, motion)| {
-                let (valve, run) = of.simulation(from, *recording)?;
-                let missing = motion.missing(&valve, &run)?;
+            .map(|motion| {
+                let missing = motion.missing(&valve)?;
                 let row = |one: &crate::residual_force::Missing| Row {
                     time_s: one.since_command_s,
                     observed: 0.0,
@@ -114,26 +109,12 @@ impl<'a> Balance<'a> {
                 Some(Record { series: vec![series], condition: 0 })
             })
             .collect();
-        let all = of.coordinates();
-        let shared: Vec<usize> = (0..all.len()).filter(|index| all[*index].scope == Scope::Shared).collect();
-        let coordinates = shared.iter().map(|index| all[*index].clone()).collect();
-        let balance = |records| Self { motions, of, shared, from, coordinates, records };
-        records.filter(|records| !records.is_empty()).map(balance)
+        let coordinates = space.coordinates.iter().enumerate().map(coordinate_of).collect();
+        records.filter(|records| !records.is_empty()).map(|records| Self { of, space, coordinates, records, stop })
     }
 
-    /// A point of the whole problem.
-    fn whole(&self, point: &[f64]) -> Vec<f64> {
-        let mut whole = self.from.to_vec();
-        for (index, u) in self.shared.iter().zip(point) {
-            whole[*index] = *u;
-        }
-        whole
-    }
-
-    fn rows(&self, point: &[f64], record: usize) -> Option<Vec<f64>> {
-        let (recording, motion) = &self.motions[record];
-        let (valve, run) = self.of.simulation(&self.whole(point), *recording)?;
-        let missing = motion.missing(&valve, &run)?;
+    fn rows(&self, valve: &Valve, record: usize) -> Option<Vec<f64>> {
+        let missing = self.of.motions[record].missing(valve)?;
         (missing.len() == self.records[record].row_count()).then(|| missing.iter().map(|one| one.force_n).collect())
     }
 }
@@ -148,11 +129,12 @@ impl Problem for Balance<'_> {
     }
 
     fn predict(&self, points: &[Vec<f64>], requests: &[Request]) -> Vec<Option<Vec<f64>>> {
-        let of = |request: &Request| self.rows(&points[request.point], request.record);
+        let valves: Vec<Option<Valve>> = points.iter().map(|point| self.space.valve(point)).collect();
+        let of = |request: &Request| self.rows(valves[request.point].as_ref()?, request.record);
         requests.par_iter().map(of).collect()
     }
 
     fn stop(&self) -> &Stop {
-        self.of.stop()
+        self.stop
     }
 }

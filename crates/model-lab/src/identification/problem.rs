@@ -51,7 +51,7 @@ pub struct ValveProblem<'a> {
 }
 
 /// A coordinate of a space with its prior.
-fn coordinate_of((index, of_space): (usize, &crate::space::Coordinate)) -> Coordinate {
+pub(super) fn coordinate_of((index, of_space): (usize, &crate::space::Coordinate)) -> Coordinate {
     let (mean, sigma) = of_space.prior.unwrap_or((0.0, SIZE_SIGMA));
     let (lower, upper) = match of_space.target {
         Target::Base(_) => (-PARAMETER_BOUND, PARAMETER_BOUND),
@@ -120,7 +120,7 @@ impl<'a> ValveProblem<'a> {
     }
 
     /// The valve and the run of a record at a point; nothing if the point is no possible valve.
-    pub(super) fn simulation(&self, u: &[f64], index: usize) -> Option<(Valve, Run)> {
+    fn simulation(&self, u: &[f64], index: usize) -> Option<(Valve, Run)> {
         let valve = self.space.valve(u)?;
         let mut parameters = valve.parameters().clone();
         let recording = &self.setup.recordings[index];

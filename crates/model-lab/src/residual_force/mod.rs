@@ -12,7 +12,7 @@ mod weak;
 use rayon::prelude::*;
 use valve_file::Tolerance;
 use valve_model::equations::Equations;
-use valve_model::{Conditions, Run, Valve};
+use valve_model::{Conditions, Valve};
 
 pub use bins::{Axis, Bin, Profile};
 pub use signature::Signature;
@@ -195,11 +195,10 @@ impl Free {
         Some(Self { run, motion: (smoothed, windows) })
     }
 
-    /// The force that a valve lacks in each window where it begins, is driven and commanded as in `run`; nothing where that
-    /// cannot be followed. Which windows there are is up to the motion alone.
-    pub fn missing(&self, valve: &Valve, run: &Run) -> Option<Vec<Missing>> {
-        let run = RunData { run: run.clone(), ..self.run.clone() };
-        of_run(&run, &self.motion, valve).filter(|missing| !missing.is_empty())
+    /// The force that a valve lacks in each window; nothing where the run cannot be followed. Which windows there are is up
+    /// to the run alone.
+    pub fn missing(&self, valve: &Valve) -> Option<Vec<Missing>> {
+        of_run(&self.run, &self.motion, valve).filter(|missing| !missing.is_empty())
     }
 
     /// How long it is, s.
