@@ -22,7 +22,6 @@ mod special;
 mod start;
 mod state;
 mod two_leaks;
-mod wide;
 mod workspace;
 
 pub(crate) use assimilate::PROPER_FROM;
