@@ -83,6 +83,10 @@ fn directions<P: Problem + ?Sized>(
         following = block(own, own).cholesky()?.solve(&across);
         of_common -= across.transpose() * &following;
     }
+    // Nothing is common where everything is held, and nothing is known where a derivative is no number.
+    if common.is_empty() || of_common.iter().any(|value| !value.is_finite()) {
+        return None;
+    }
     let eigen = of_common.symmetric_eigen();
     let soft = eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()).filter_map(|(value, vector)| {
         let sigma = value.max(1.0).sqrt().recip();
