@@ -7,6 +7,7 @@
 use crate::noise::{GroupNoise, Noise, Smoothness, Whitener};
 use crate::normal::{Linearised, Normal, Posterior, Step, Whitened, prior_cost};
 use crate::problem::{Problem, predict_all, residuals};
+use crate::soft::refined;
 use crate::variance::{Effort, GroupPrior, components, evidence};
 
 /// How a fit goes on and when it ends.
@@ -35,7 +36,12 @@ pub struct FitOptions {
     pub smoothness: Smoothness,
     /// Errors to start the second phase from, where a fit close by has found them.
     pub known: Option<Noise>,
+    /// Most steps of a third phase, along the directions that data hardly pin; 0 where the fit is not to be told.
+    pub followed: usize,
 }
+
+/// Enough steps along soft directions for every fit that was looked at.
+pub const FOLLOWED: usize = 8;
 
 impl FitOptions {
     /// The usual way for groups of errors.
@@ -52,7 +58,14 @@ impl FitOptions {
             groups,
             smoothness: Smoothness::Rough,
             known: None,
+            followed: 0,
         }
+    }
+
+    /// For a fit whose values are told, or that decides.
+    #[must_use]
+    pub fn exact(self) -> Self {
+        Self { followed: FOLLOWED, ..self }
     }
 }
 
@@ -108,6 +121,14 @@ const LEAST_SHARE: f64 = 0.1;
 
 /// So many of the steps tried are corrected for what they showed.
 const CORRECTED: usize = 2;
+
+/// Reaches, in prior deviations, of the steps that are tried along soft directions, and how often each is led back to the floor
+/// of a valley that it left because the valley bends.
+const REACHES: [f64; 4] = [1.0, 0.3, 0.1, 0.03];
+const LED_BACK: usize = 3;
+
+/// Such a step must bring this share of what would end the fit.
+const WORTHWHILE: f64 = 0.3;
 
 /// A step that was tried.
 struct Trial {
@@ -361,6 +382,10 @@ impl<P: Problem + ?Sized> Fitting<'_, P> {
                 Advance::End(last) => (at, has_ended) = (last, true),
             }
         }
+        if self.options.followed > 0 {
+            (at, noise, predicted_gain) = self.follow(at, noise);
+            has_ended = true;
+        }
         let normal = at.normal(self.problem, &noise);
         let log_evidence = evidence(self.problem, &at, &normal, &self.options.groups, &noise);
         let converged = has_ended || predicted_gain < self.tolerance(&noise, &normal);
@@ -377,6 +402,47 @@ impl<P: Problem + ?Sized> Fitting<'_, P> {
             derivatives: self.derivatives,
             predictions: self.predictions,
         })
+    }
+
+    /// The third phase: steps along directions that data hardly pin, with derivatives measured along these. Such valleys are
+    /// narrow and bend: a step leaves them, and the same derivatives lead back to their floor. Ends at derivatives that were
+    /// measured where it is.
+    fn follow(&mut self, mut at: Linearised, mut noise: Noise) -> (Linearised, Noise, f64) {
+        for round in 0.. {
+            at = refined(self.problem, at, &noise);
+            noise = components(self.problem, &at, &self.options.groups, &noise, Effort::Local);
+            let whitened = Whitened::new(self.problem, &at, &noise);
+            let posterior = Posterior::new(self.problem.coordinates(), &at.u, &whitened.normal);
+            let promised = posterior.newton().map_or(0.0, |step| 0.5 * step.predicted_gain);
+            let tolerance = self.tolerance(&noise, &whitened.normal);
+            let is_over = promised < tolerance || round >= self.options.followed || self.problem.stop().is_asked();
+            let best = if is_over { None } else { self.along_valley(&whitened, &posterior) };
+            let Some(best) = best.filter(|best| 0.5 * (posterior.cost - best.cost) > WORTHWHILE * tolerance) else {
+                return (at, noise, promised);
+            };
+            let weights: Vec<f64> = posterior.precision.diagonal().iter().copied().collect();
+            at = at.updated(best.u, best.residual, &weights);
+        }
+        unreachable!("the loop ends")
+    }
+
+    /// The best of several steps, each led back to the floor of its valley.
+    fn along_valley(&mut self, whitened: &Whitened, posterior: &Posterior<'_>) -> Option<Trial> {
+        let coordinates = self.problem.coordinates();
+        let mut tried = Vec::new();
+        let first = REACHES.iter().filter_map(|reach| Some((posterior.step(0.0, *reach)?.to, *reach, 0.0)));
+        self.try_all(whitened, first.collect(), &mut tried);
+        let mut at = 0;
+        for _ in 0..LED_BACK {
+            let back = tried[at..].iter().filter_map(|trial: &Trial| {
+                let there = Posterior::new(coordinates, &trial.u, &trial.normal);
+                Some((there.step(1.0, trial.factor)?.to, trial.factor, 0.0))
+            });
+            let back = back.collect();
+            at = tried.len();
+            self.try_all(whitened, back, &mut tried);
+        }
+        tried.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost))
     }
 
     /// What a step may promise at the end, nats.

@@ -13,6 +13,7 @@ pub mod noise;
 pub mod normal;
 pub mod problem;
 pub mod select;
+pub mod soft;
 pub mod special;
 pub mod stop;
 pub mod variance;

@@ -7,7 +7,8 @@ mod common;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use common::{Functions, options, record, shared};
-use identify::{Coordinate, FitOptions, Problem, Record, Request, Stop, fit};
+use identify::normal::Posterior;
+use identify::{Coordinate, Fit, FitOptions, Problem, Record, Request, Stop, fit};
 
 struct Case {
     name: &'static str,
@@ -205,4 +206,43 @@ fn a_fit_that_is_stopped_among_its_derivatives_has_none_that_are_wrong() {
         assert!(found.linear.columns[0].iter().all(|(_, column)| moves(column)), "stopped after {after}");
     }
     assert!(ended > 0 && none > 2, "{ended} ended, {none} did not");
+}
+
+/// Rows that pin a product of two coordinates and nothing else, a thousand times more sharply than beforehand, and that are a
+/// little rough, as what is simulated step by step is.
+fn product() -> Functions {
+    let rows = |x: &[f64]| {
+        let product = (1.0 + 0.3 * x[0]) * (1.0 + 0.3 * x[1]);
+        let rough = |t: f64| 3e-3 * (700.0 * x[0] - 900.0 * x[1] + t).sin();
+        (0..60).map(|t| 150.0 * product + rough(f64::from(t))).collect::<Vec<f64>>()
+    };
+    Functions {
+        coordinates: (0..2).map(|i| shared(&format!("x{i}"), 0.0, 1.0, 3.0)).collect(),
+        records: vec![record(&rows(&[0.0, 0.0]), 1.0, false, 0)],
+        of_records: vec![Box::new(rows)],
+        asked: AtomicUsize::new(0),
+    }
+}
+
+#[test]
+fn what_only_a_product_is_known_of_stays_as_unsure_as_it_was() {
+    let problem = product();
+    let found = |options: &FitOptions| -> Vec<Fit> {
+        [[2.0, -1.25], [-1.25, 2.0]].iter().filter_map(|start| fit(&problem, start, options)).collect()
+    };
+    let sigma = |fit: &Fit| {
+        let normal = fit.linear.normal(&problem, &fit.noise);
+        Posterior::new(problem.coordinates(), &fit.u, &normal).covariance(&fit.held)[(0, 0)].sqrt()
+    };
+    // Differences along single coordinates take roughness for knowledge.
+    let plain = found(&options());
+    assert!(plain.iter().all(|fit| sigma(fit) < 0.3), "{:?}", plain.iter().map(sigma).collect::<Vec<_>>());
+    let exact = found(&FitOptions { tolerance: 0.01, ..options() }.exact());
+    assert_eq!(exact.len(), 2);
+    for fit in &exact {
+        assert!((sigma(fit) / std::f64::consts::FRAC_1_SQRT_2 - 1.0).abs() < 0.1, "{}", sigma(fit));
+        assert!(fit.u.iter().all(|u| u.abs() < 0.25), "{:?}", fit.u);
+    }
+    let apart = (exact[0].log_evidence - exact[1].log_evidence).abs();
+    assert!(apart < 0.2, "{apart} nats");
 }

@@ -90,7 +90,7 @@ fn base_at<F: Family>(family: &F, level: Level, from: Option<&Model<F::Member>>)
     };
     let mut options = family.options();
     if level == Level::High {
-        options.tolerance = options.tolerance.min(TOLD_TOLERANCE);
+        options = FitOptions { tolerance: options.tolerance.min(TOLD_TOLERANCE), ..options.exact() };
     }
     let fits: Vec<Fit> = starts.par_iter().filter_map(|start| fit(&problem, start, &options)).collect();
     let fit = fits.into_iter().max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))?;
@@ -330,7 +330,8 @@ impl<F: Family> Search<'_, F> {
                 starts.push(self.refined(&problem, low));
             }
             // A start that looks worse may lie in the better valley.
-            let fits = starts.into_par_iter().filter_map(|start| fit(&problem, &start, &self.family.options()));
+            let options = self.family.options().exact();
+            let fits = starts.into_par_iter().filter_map(|start| fit(&problem, &start, &options));
             let fit = fits.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))?;
             Some((set.clone(), problem, fit))
         };
@@ -466,9 +467,9 @@ impl<F: Family> Search<'_, F> {
         let is_near =
             |fit: &Fit| fit.log_evidence + self.options.optimism * fit.predicted_gain > of_set - self.options.margin;
         let ended = begun.into_par_iter().filter(|(.., fit)| is_near(fit)).map(|(rival, problem, begun)| {
-            let base = self.family.options();
+            let base = self.family.options().exact();
             let options = FitOptions { known: Some(begun.noise.clone()), ..settling(base.settled, base) };
-            let further = if begun.converged { None } else { fit(&problem, &begun.u, &options) };
+            let further = fit(&problem, &begun.u, &options);
             let ended = further.filter(|fit| fit.log_evidence > begun.log_evidence).unwrap_or(begun);
             (rival, problem, ended)
         });

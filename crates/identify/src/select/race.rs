@@ -168,7 +168,7 @@ impl<F: Family> Search<'_, F> {
         let wanted: Vec<&Set> =
             sets.iter().filter(|set| !self.models.contains_key(&((*set).clone(), Level::High))).collect();
         let of = wanted.len();
-        let options = self.family.options();
+        let options = self.family.options().exact();
         let fits: Vec<(Set, F::Member, Fit)> = wanted
             .into_par_iter()
             .filter_map(|set| {

@@ -4,8 +4,10 @@
 
 use super::hypothesis::{Cause, Hypothesis, SIZE};
 use super::law::Law;
+use super::noise::NoiseState;
 use super::plant::Plant;
 use super::special::{normal_tail, quick_ln};
+use super::wide::{Wide, widely};
 
 /// Squared innovation, in expected variances, from which on something else than
 /// noise is considered.
@@ -31,6 +33,20 @@ pub(crate) const PROPER_FROM: f64 = 0.5;
 const HARDLY_LATE: f64 = 1e-3;
 /// Most linearisations of one reading.
 const MOST_PASSES: usize = 4;
+
+/// Standard deviation of a coordinate, share of its mean, from which on an exponential law bends too much within it for
+/// one straight line: a leak that is not seen yet would tell nothing of the paces at which it would be.
+const VAGUE: f64 = 0.3;
+/// Standard deviation of a coordinate below which it does not matter, share of the limit.
+const SURE: f64 = 0.01;
+/// Logarithm of the weight from which on a vague coordinate is looked at node by node: with -5, -7 and -9 lives come out the
+/// same, and a fleet that is mostly healthy takes a tenth longer with -7.
+const LN_BY_NODES: f64 = -6.0;
+/// Nodes over a vague coordinate, and the standard deviations that they reach to either side.
+const NODES: usize = 7;
+const REACH: f64 = 3.5;
+/// Logarithm of the square root of 2 pi.
+const LN_SQRT_TAU: f64 = 0.918_938_533_204_672_7;
 
 /// What one cycle says, as the hypotheses meet it.
 #[derive(Clone, Copy, Debug)]
@@ -64,7 +80,7 @@ pub(crate) struct Update {
 
 /// The time of a stroke under a hypothesis at some state. It moves with two numbers of
 /// the hypothesis at most: which, and by how much.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Expected {
     time_s: f64,
     moves_with: [usize; 2],
@@ -115,101 +131,282 @@ impl Expected {
     }
 }
 
+/// What a hypothesis is linearised about, and how often it was.
+#[derive(Clone, Copy, Debug)]
+struct Course {
+    at: [f64; SIZE],
+    /// Its numbers that are severities.
+    levels: usize,
+    passes: usize,
+    expected: [Expected; 2],
+    probability: f64,
+    distance: f64,
+    update: Update,
+}
+
+/// What a stroke tells a hypothesis.
+#[derive(Clone, Copy, Debug, Default)]
+struct Look {
+    /// Covariance of each number with the time, and the variance of the time, in that of the noise.
+    by_cov: [f64; SIZE],
+    model_spread: f64,
+    spread: f64,
+    predicted_s: f64,
+    innovation_s: f64,
+    /// Densities of the time, if it is a proper reading and if it strays.
+    density: f64,
+    stray: f64,
+    /// What was known of the noise before it.
+    noise: NoiseState,
+}
+
+/// Memory of [`assimilate_all`].
+#[derive(Default)]
+pub(crate) struct Meeting {
+    /// The hypotheses before the reading.
+    pub before: Vec<Hypothesis>,
+    /// How each met it.
+    pub updates: Vec<Update>,
+    courses: Vec<Course>,
+    looks: Vec<Look>,
+    /// Those that are linearised once more.
+    open: Vec<usize>,
+    /// Those that are looked at node by node.
+    vague: Vec<usize>,
+}
+
 /// Updates a hypothesis by a reading. It is linearised where it is expected, and
-/// again where it leads, if that is elsewhere.
+/// again where it leads, if that is elsewhere; node by node if no line does.
 pub(crate) fn assimilate(
     hypothesis: &mut Hypothesis,
     before: &Hypothesis,
     plant: &Plant,
     observed: &Observation,
 ) -> Update {
-    let levels = match hypothesis.cause {
-        Cause::None | Cause::Other => 0,
-        Cause::Wear(_) => 1,
-        Cause::Both => 2,
-    };
-    if levels == 0 {
-        let at = hypothesis.mean;
-        return pass(hypothesis, plant, observed, &at);
+    if is_vague(before, observed) {
+        return by_nodes(hypothesis, before, plant, observed);
     }
-    let curved = hypothesis.law != Law::Linear;
-    let straight = if hypothesis.ln_weight < observed.ln_idle { IDLY_STRAIGHT } else { STRAIGHT };
-    let mut at = before.mean;
-    let mut update = pass(hypothesis, plant, observed, &at);
-    for _ in 1..MOST_PASSES {
-        let moved = (0..levels).map(|i| (hypothesis.mean[i] - at[i]).abs()).fold(0.0, f64::max);
-        if moved < straight && !(curved && moved > BENT_STRAIGHT * at[0].abs()) {
-            break;
+    let mut course = Course::new(before);
+    loop {
+        course.pass(hypothesis, plant, observed);
+        if !course.goes_on(hypothesis, before, observed) {
+            return course.update;
         }
-        for i in 0..levels {
-            at[i] += (hypothesis.mean[i] - at[i]).clamp(-LARGEST_PASS, LARGEST_PASS);
+    }
+}
+
+/// Whether the coordinate of an exponential law is so little known that no straight line does.
+fn is_vague(before: &Hypothesis, observed: &Observation) -> bool {
+    let sd = (VAGUE * before.mean[0].max(0.0)).max(SURE);
+    matches!(before.law, Law::Exponential | Law::SteepExponential)
+        && matches!(before.cause, Cause::Wear(_))
+        && before.ln_weight > LN_BY_NODES
+        && before.cov[0][0] * before.scale > observed.shape * sd * sd
+}
+
+/// Updates a hypothesis by a reading met at each of some nodes over its coordinate, and takes what comes out together for
+/// a Gaussian again.
+fn by_nodes(hypothesis: &mut Hypothesis, before: &Hypothesis, plant: &Plant, observed: &Observation) -> Update {
+    let sd = (before.cov[0][0] * before.scale / observed.shape).sqrt();
+    let step = 2.0 * REACH / (NODES - 1) as f64;
+    let ln_step = quick_ln(step) - LN_SQRT_TAU;
+    let mut best: Option<(f64, Update)> = None;
+    let nodes: [Hypothesis; NODES] = std::array::from_fn(|node| {
+        let z = node as f64 * step - REACH;
+        let mut at = before.given(0, before.mean[0] + z * sd);
+        // Known exactly, which rounding must not make a little less.
+        for i in 0..SIZE {
+            (at.cov[0][i], at.cov[i][0]) = (0.0, 0.0);
         }
-        if levels == 1 {
-            (at[2], at[3]) = (hypothesis.mean[2], hypothesis.mean[3]);
+        at.ln_weight += ln_step - 0.5 * z * z;
+        let mut course = Course::new(&at);
+        course.pass(&mut at, plant, observed);
+        if best.is_none_or(|(ln_weight, _)| ln_weight < at.ln_weight) {
+            best = Some((at.ln_weight, course.update));
         }
-        *hypothesis = *before;
-        update = pass(hypothesis, plant, observed, &at);
+        at
+    });
+    *hypothesis = Hypothesis::merged(&nodes, observed.shape);
+    let mut update = best.map(|(_, update)| update).unwrap_or_default();
+    update.ln = hypothesis.ln_weight - before.ln_weight;
+    for stroke in 0..2 {
+        // Nodes may differ in whether it was a proper reading.
+        if update.residual_s[stroke].is_none() || update.inlier[stroke] < PROPER_FROM {
+            hypothesis.noise.left_s[stroke] = f64::NAN;
+        }
     }
     update
 }
 
-/// One linearised update.
-fn pass(out: &mut Hypothesis, plant: &Plant, observed: &Observation, at: &[f64; SIZE]) -> Update {
-    let mut update = Update { inlier: [1.0; 2], ..Update::default() };
-    let shape = observed.shape;
-    let (mut distance, mut probability) = (0.0, 1.0);
-    for (stroke, expected) in Expected::of(out, plant, at).into_iter().enumerate() {
-        if observed.time_s[stroke].is_none() && !observed.stalled[stroke] {
+/// The same of all hypotheses, which `meeting` has as they were before. Each step is taken by all of them before the
+/// next one: a step waits for the one before, and a processor works on several hypotheses while it does.
+pub(crate) fn assimilate_all(
+    hypotheses: &mut [Hypothesis],
+    Meeting { before, updates, courses, looks, open, vague }: &mut Meeting,
+    plant: &Plant,
+    observed: &Observation,
+) {
+    courses.clear();
+    courses.extend(before.iter().map(Course::new));
+    looks.resize(hypotheses.len(), Look::default());
+    open.clear();
+    vague.clear();
+    for (i, hypothesis) in before.iter().enumerate() {
+        if is_vague(hypothesis, observed) { &mut *vague } else { &mut *open }.push(i);
+    }
+    for &i in vague.iter() {
+        courses[i].update = by_nodes(&mut hypotheses[i], &before[i], plant, observed);
+    }
+    while !open.is_empty() {
+        for &i in open.iter() {
+            courses[i].expect(&hypotheses[i], plant);
+        }
+        for stroke in 0..2 {
+            if observed.tells(stroke) {
+                for &i in open.iter() {
+                    looks[i].at(&hypotheses[i], &courses[i], plant, observed, stroke);
+                }
+                widely(Weighing { looks, hypotheses, open, observed, stroke });
+            }
+            for &i in open.iter() {
+                courses[i].learn(&looks[i], &mut hypotheses[i], plant, observed, stroke);
+            }
+        }
+        open.retain(|&i| {
+            courses[i].finish(&mut hypotheses[i]);
+            courses[i].goes_on(&mut hypotheses[i], &before[i], observed)
+        });
+    }
+    updates.clear();
+    updates.extend(courses.iter().map(|course| course.update));
+}
+
+impl Observation {
+    /// Whether anything is known of a stroke.
+    fn tells(&self, stroke: usize) -> bool {
+        self.time_s[stroke].is_some() || self.stalled[stroke]
+    }
+
+    /// Share of the readings that stray: none before the noise is known, which would be taken for them.
+    fn strays(&self) -> f64 {
+        STRAYS * (1.0 - UNKNOWN_UP_TO / self.shape).max(0.0)
+    }
+}
+
+impl Course {
+    fn new(before: &Hypothesis) -> Self {
+        let levels = match before.cause {
+            Cause::None | Cause::Other => 0,
+            Cause::Wear(_) => 1,
+            Cause::Both => 2,
+        };
+        Self {
+            at: before.mean,
+            levels,
+            passes: 0,
+            expected: [Expected::default(); 2],
+            probability: 1.0,
+            distance: 0.0,
+            update: Update::default(),
+        }
+    }
+
+    /// A linearised update.
+    fn pass(&mut self, hypothesis: &mut Hypothesis, plant: &Plant, observed: &Observation) {
+        let mut look = Look::default();
+        self.expect(hypothesis, plant);
+        for stroke in 0..2 {
+            if observed.tells(stroke) {
+                look.at(hypothesis, self, plant, observed, stroke);
+                look.weigh(hypothesis, observed, stroke);
+            }
+            self.learn(&look, hypothesis, plant, observed, stroke);
+        }
+        self.finish(hypothesis);
+    }
+
+    /// Begins a linearised update.
+    #[inline]
+    fn expect(&mut self, hypothesis: &Hypothesis, plant: &Plant) {
+        self.expected = Expected::of(hypothesis, plant, &self.at);
+        self.passes += 1;
+        (self.probability, self.distance) = (1.0, 0.0);
+        self.update = Update { inlier: [1.0; 2], ..Update::default() };
+    }
+
+    /// Ends it.
+    #[inline]
+    fn finish(&mut self, out: &mut Hypothesis) {
+        self.update.ln = quick_ln(self.probability);
+        self.update.is_outlying = self.distance > LARGE_INNOVATION;
+        out.ln_weight += self.update.ln;
+    }
+
+    /// Whether it led so far away that it is done again about there, from what was before.
+    #[inline]
+    fn goes_on(&mut self, hypothesis: &mut Hypothesis, before: &Hypothesis, observed: &Observation) -> bool {
+        if self.levels == 0 || self.passes == MOST_PASSES {
+            return false;
+        }
+        let curved = hypothesis.law != Law::Linear;
+        let straight = if before.ln_weight < observed.ln_idle { IDLY_STRAIGHT } else { STRAIGHT };
+        let at = &mut self.at;
+        let moved = (0..self.levels).map(|i| (hypothesis.mean[i] - at[i]).abs()).fold(0.0, f64::max);
+        if moved < straight && !(curved && moved > BENT_STRAIGHT * at[0].abs()) {
+            return false;
+        }
+        for i in 0..self.levels {
+            at[i] += (hypothesis.mean[i] - at[i]).clamp(-LARGEST_PASS, LARGEST_PASS);
+        }
+        if self.levels == 1 {
+            (at[2], at[3]) = (hypothesis.mean[2], hypothesis.mean[3]);
+        }
+        *hypothesis = *before;
+        true
+    }
+
+    /// Takes in what a stroke tells.
+    #[inline]
+    fn learn(&mut self, look: &Look, out: &mut Hypothesis, plant: &Plant, observed: &Observation, stroke: usize) {
+        if !observed.tells(stroke) {
             out.noise.left_s[stroke] = f64::NAN;
-            continue;
+            return;
         }
+        let shape = observed.shape;
         let window_s = plant.window_s(stroke);
-        let Expected { time_s, moves_with: [a, b], by: [by_a, by_b] } = expected;
-        let predicted = time_s + by_a * (out.mean[a] - at[a]) + by_b * (out.mean[b] - at[b]);
-        let (row_a, row_b) = (out.cov[a], out.cov[b]);
-        let mut by_cov = [0.0; SIZE];
-        for i in 0..SIZE {
-            by_cov[i] = by_a * row_a[i] + by_b * row_b[i];
-        }
-        let model_spread = (by_a * by_cov[a] + by_b * by_cov[b]).max(0.0);
-        let spread = out.inflation + model_spread;
-        let (innovation, inlier) = if let Some(measured) = observed.time_s[stroke] {
-            let innovation = measured - predicted;
-            let before = out.noise;
-            let far = (model_spread + STRAY_VARIANCE) * out.scale / shape;
-            let (density, stray) = out.noise.densities(stroke, innovation, model_spread, 2.0 * out.scale, shape, far);
-            // Not before the noise is known: else it would be taken for them.
-            let strays = STRAYS * (1.0 - UNKNOWN_UP_TO / shape).max(0.0);
+        let Look { by_cov, model_spread, spread, predicted_s, innovation_s, density, stray, .. } = *look;
+        let (innovation, inlier) = if observed.time_s[stroke].is_some() {
+            let strays = observed.strays();
             let density = density * (1.0 - observed.outlier_share) * (1.0 - strays);
             let total = density + strays * stray + observed.outlier_share / window_s;
-            probability *= total;
+            self.probability *= total;
             let inlier = density / total;
-            update.residual_s[stroke] = Some(innovation);
-            distance += innovation * innovation * shape / ((1.0 + model_spread) * out.scale);
+            self.update.residual_s[stroke] = Some(innovation_s);
+            self.distance += innovation_s * innovation_s * shape / ((1.0 + model_spread) * out.scale);
             if inlier < PROPER_FROM {
-                out.noise = before;
+                out.noise = look.noise;
                 out.noise.left_s[stroke] = f64::NAN;
             } else {
-                out.noise.left_s[stroke] = innovation * out.inflation / spread;
+                out.noise.left_s[stroke] = innovation_s * out.inflation / spread;
             }
-            (innovation, inlier)
+            (innovation_s, inlier)
         } else {
             // Not there within the window: anything beyond is as likely.
             out.noise.left_s[stroke] = f64::NAN;
             let sd = (spread * out.scale / shape).sqrt();
-            let late = normal_tail((window_s - predicted) / sd) * (1.0 - observed.outlier_share);
+            let late = normal_tail((window_s - predicted_s) / sd) * (1.0 - observed.outlier_share);
             let total = late + observed.outlier_share;
-            probability *= total;
-            distance += if late < HARDLY_LATE { LARGE_INNOVATION } else { 0.0 };
+            self.probability *= total;
+            self.distance += if late < HARDLY_LATE { LARGE_INNOVATION } else { 0.0 };
             // Where it is expected beyond the window, nothing is learnt.
-            (window_s - predicted, late / total)
+            (window_s - predicted_s, late / total)
         };
-        update.inlier[stroke] = inlier;
-        if observed.time_s[stroke].is_none() && predicted >= window_s {
-            continue;
+        self.update.inlier[stroke] = inlier;
+        if observed.time_s[stroke].is_none() && predicted_s >= window_s {
+            return;
         }
         if inlier < PROPER_FROM {
-            continue;
+            return;
         }
         // A doubtful reading counts as noisier, in proportion.
         let doubted = spread + out.inflation * (1.0 / inlier - 1.0);
@@ -223,8 +420,95 @@ fn pass(out: &mut Hypothesis, plant: &Plant, observed: &Observation, at: &[f64; 
         }
         out.scale += 0.5 * observed.weight * innovation * innovation * out.inflation * share;
     }
-    update.ln = quick_ln(probability);
-    update.is_outlying = distance > LARGE_INNOVATION;
-    out.ln_weight += update.ln;
-    update
+}
+
+impl Look {
+    /// What is expected of a stroke beside what was measured.
+    #[inline]
+    fn at(&mut self, out: &Hypothesis, course: &Course, plant: &Plant, observed: &Observation, stroke: usize) {
+        let Expected { time_s, moves_with: [a, b], by: [by_a, by_b] } = course.expected[stroke];
+        let at = &course.at;
+        self.predicted_s = time_s + by_a * (out.mean[a] - at[a]) + by_b * (out.mean[b] - at[b]);
+        let (row_a, row_b) = (&out.cov[a], &out.cov[b]);
+        for i in 0..SIZE {
+            self.by_cov[i] = by_a * row_a[i] + by_b * row_b[i];
+        }
+        self.model_spread = (by_a * self.by_cov[a] + by_b * self.by_cov[b]).max(0.0);
+        self.spread = out.inflation + self.model_spread;
+        self.innovation_s = observed.time_s[stroke].unwrap_or(plant.window_s(stroke)) - self.predicted_s;
+    }
+
+    /// How likely the measured time is.
+    #[inline(always)]
+    fn weigh(&mut self, out: &mut Hypothesis, observed: &Observation, stroke: usize) {
+        if observed.time_s[stroke].is_none() {
+            return;
+        }
+        self.noise = out.noise;
+        let far = (self.model_spread + STRAY_VARIANCE) * out.scale / observed.shape;
+        (self.density, self.stray) =
+            out.noise.densities(stroke, self.innovation_s, self.model_spread, 2.0 * out.scale, observed.shape, far);
+    }
+}
+
+/// How likely the measured time is under each of some hypotheses.
+struct Weighing<'a> {
+    looks: &'a mut [Look],
+    hypotheses: &'a mut [Hypothesis],
+    open: &'a [usize],
+    observed: &'a Observation,
+    stroke: usize,
+}
+
+impl Wide for Weighing<'_> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run(self) {
+        for &i in self.open {
+            self.looks[i].weigh(&mut self.hypotheses[i], self.observed, self.stroke);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use leak_table::TableBundle;
+
+    use super::*;
+    use crate::bayes::config::BayesConfig;
+    use crate::bayes::plant::CycleConditions;
+    use crate::bayes::start;
+
+    #[test]
+    fn all_at_once_meet_a_reading_as_each_by_itself() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tables");
+        let tables = TableBundle::read(&folder).expect("tables/ is sound");
+        let plant = Plant::new(&tables, CycleConditions::default());
+        let (shape, sd_s) = (20.0, 0.012);
+        let hypotheses = start::hypotheses(&plant, &BayesConfig::default(), shape, shape * sd_s * sd_s);
+        // A healthy reading, a worn one, one that makes hypotheses go about it several times, and strokes that are missing.
+        let cases = [
+            ([Some(1.05), Some(2.13)], [false; 2]),
+            ([Some(1.3), Some(1.7)], [false; 2]),
+            ([Some(2.6), Some(0.9)], [false; 2]),
+            ([None, Some(2.3)], [false; 2]),
+            ([None, None], [true, false]),
+        ];
+        for (time_s, stalled) in cases {
+            let observed = Observation { time_s, stalled, outlier_share: 0.005, weight: 1.0, shape, ln_idle: -9.0 };
+            let mut alone = hypotheses.clone();
+            let mut all = hypotheses.clone();
+            let mut meeting = Meeting { before: hypotheses.clone(), ..Meeting::default() };
+            assimilate_all(&mut all, &mut meeting, &plant, &observed);
+            for (i, hypothesis) in alone.iter_mut().enumerate() {
+                let update = assimilate(hypothesis, &hypotheses[i], &plant, &observed);
+                // Their texts, in which numbers that are none are the same.
+                assert_eq!(format!("{hypothesis:?}"), format!("{:?}", all[i]), "{time_s:?}, {i}");
+                assert_eq!(format!("{update:?}"), format!("{:?}", meeting.updates[i]), "{time_s:?}, {i}");
+            }
+        }
+    }
 }

@@ -1,6 +1,6 @@
 //! All hypotheses of a valve, weighed cycle by cycle.
 
-use super::assimilate::{Observation, Update, assimilate};
+use super::assimilate::{Meeting, Observation, Update, assimilate, assimilate_all};
 use super::config::BayesConfig;
 use super::hypothesis::{Cause, Hypothesis, Mode, SIZE};
 use super::law::Law;
@@ -36,7 +36,7 @@ pub(crate) struct Outcome {
 
 /// Moves all hypotheses on and lets them meet a reading, in the memory for what they turn into.
 pub(crate) fn step(
-    (hypotheses, turning): (&mut Vec<Hypothesis>, &mut Turning),
+    (hypotheses, turning, meeting): (&mut Vec<Hypothesis>, &mut Turning, &mut Meeting),
     plant: &Plant,
     config: &BayesConfig,
     rates: &RatePrior,
@@ -51,14 +51,16 @@ pub(crate) fn step(
     let mut outcome = Outcome::default();
     let mut best = f64::NEG_INFINITY;
     let mut renewed: Option<Hypothesis> = None;
-    for hypothesis in hypotheses.iter_mut() {
-        if cycles > 0.0 {
+    if cycles > 0.0 {
+        for hypothesis in hypotheses.iter_mut() {
             advance(hypothesis, plant, cycles, prior, observed.shape);
         }
-        let before = *hypothesis;
-        let after = hypothesis;
-        let hypothesis = &before;
-        let update = assimilate(after, hypothesis, plant, observed);
+    }
+    meeting.before.clear();
+    meeting.before.extend_from_slice(hypotheses);
+    assimilate_all(hypotheses, meeting, plant, observed);
+    for ((after, hypothesis), update) in hypotheses.iter_mut().zip(&meeting.before).zip(&meeting.updates) {
+        let update = *update;
         if matches!(hypothesis.cause, Cause::Wear(_)) && hypothesis.mode != Mode::Steady {
             after.keep_positive(0, observed.shape);
         }

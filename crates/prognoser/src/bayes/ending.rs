@@ -1,6 +1,7 @@
 //! When the hypotheses end.
 
 use super::special::{normal_deviation, normal_share, quick_exp, quick_ln};
+use super::wide::{Wide, widely};
 
 /// Three quantiles of a distribution.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -111,17 +112,45 @@ impl Block {
     }
 
     /// Weighed probability that the end comes within so many cycles.
-    #[inline]
+    #[inline(always)]
     fn within(&self, cycles: f64) -> f64 {
         let mut share = [0.0; SIDE];
+        // Numbers that are none are the smaller ones here: the largest and smallest of the library take care of them
+        // with instructions of their own.
+        let larger = |a: f64, b: f64| if a > b { a } else { b };
         for (k, share) in share.iter_mut().enumerate() {
-            let t = (cycles + self.later[k]).max(0.0);
-            let variance = self.var_level[k]
-                + t * (self.by_cycle[k] + t * (self.by_square[k] + t.min(self.until[k]) * self.by_cube[k]));
+            let t = larger(cycles + self.later[k], 0.0);
+            let turning = if t < self.until[k] { t } else { self.until[k] };
+            let variance =
+                self.var_level[k] + t * (self.by_cycle[k] + t * (self.by_square[k] + turning * self.by_cube[k]));
             let over = self.short[k] + t * self.growth[k];
-            *share = over / variance.max(1e-18).sqrt();
+            *share = over / larger(variance, 1e-18).sqrt();
         }
-        share.iter().zip(self.weight).map(|(deviation, weight)| weight * normal_share(*deviation)).sum()
+        let mut all = 0.0;
+        for (deviation, weight) in share.into_iter().zip(self.weight) {
+            all += weight * normal_share(deviation);
+        }
+        all
+    }
+}
+
+/// Weighed probability that the end comes within some cycles, over all blocks.
+struct Within<'a> {
+    blocks: &'a [Block],
+    cycles: f64,
+}
+
+impl Wide for Within<'_> {
+    type Out = f64;
+
+    #[inline(always)]
+    fn run(self) -> f64 {
+        // No iterator's sum, which would be compiled by itself for the registers that every processor has.
+        let mut all = 0.0;
+        for block in self.blocks {
+            all += block.within(self.cycles);
+        }
+        all
     }
 }
 
@@ -152,7 +181,7 @@ impl<'a> Ending<'a> {
         blocks: &mut Vec<Block>,
     ) -> ([f64; N], f64) {
         Block::all(blocks, self.lines.iter().map(|line| (line.weight, 0.0, line)));
-        let within = |t: f64| blocks.iter().map(|block| block.within(t)).sum();
+        let within = |cycles: f64| widely(Within { blocks, cycles });
         let mut curve = Curve::new(within, self.lines.iter().map(|line| line.weight), &self.ends);
         (probabilities.map(|probability| curve.place_of(probability)), within(1.0))
     }
@@ -167,7 +196,7 @@ impl<'a> Ending<'a> {
             (line.weight / t.max(SOON) / total, (sd * sd / t.max(SOON)).min(LARGEST_WEIGHING * t), line)
         });
         Block::all(blocks, weighed);
-        let within = |t: f64| blocks.iter().map(|block| block.within(t)).sum();
+        let within = |cycles: f64| widely(Within { blocks, cycles });
         Curve::new(within, self.lines.iter().zip(&self.ends).map(weight), &self.ends).place_of(0.5)
     }
 
@@ -194,12 +223,14 @@ struct Curve<F> {
 #[derive(Clone, Copy, Debug)]
 struct Point {
     cycles: f64,
+    /// Logarithm of the cycles and one.
+    ln: f64,
     deviation: f64,
 }
 
 /// The cycles at which the straight line through two points has a deviation.
 fn between(low: Point, high: Point, deviation: f64) -> f64 {
-    let [first, last] = [low, high].map(|point| quick_ln(point.cycles + 1.0));
+    let [first, last] = [low.ln, high.ln];
     let share = (deviation - low.deviation) / (high.deviation - low.deviation);
     (quick_exp(first + share * (last - first)) - 1.0).clamp(low.cycles, high.cycles)
 }
@@ -224,7 +255,7 @@ impl<F: Fn(f64) -> f64> Curve<F> {
 
     fn know(&mut self, cycles: f64) -> Point {
         let cycles = cycles.clamp(0.0, 2.0 * LONGEST);
-        let point = Point { cycles, deviation: normal_deviation((self.within)(cycles)) };
+        let point = Point { cycles, ln: quick_ln(cycles + 1.0), deviation: normal_deviation((self.within)(cycles)) };
         let place = self.points.partition_point(|known| known.cycles < cycles);
         self.points.insert(place, point);
         point
@@ -249,7 +280,7 @@ impl<F: Fn(f64) -> f64> Curve<F> {
             }
             // A little farther than it would be if the curve were straight.
             let far = (deviation - end.deviation).abs().min(LARGEST_STEP) + BEYOND;
-            let ln = quick_ln(end.cycles + 1.0) + sign * far * step;
+            let ln = end.ln + sign * far * step;
             self.know(quick_exp(ln.min(20.0)) - 1.0);
             step *= 2.0;
         }
@@ -289,4 +320,33 @@ impl<F: Fn(f64) -> f64> Curve<F> {
 /// exponential distribution.
 pub(crate) fn waits(resume: f64) -> [f64; 3] {
     [0.18, 0.69, 1.99].map(|share| share / resume)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn registers_of_any_width_give_the_same_bits() {
+        let line = |i: u32| {
+            let k = f64::from(i);
+            let growth = 0.002 * (1.0 + k);
+            Line {
+                weight: 0.1,
+                level: 0.03 * k,
+                growth,
+                var_level: 1e-3 * k,
+                var_growth: 1e-6,
+                turns: 1e-8,
+                ..Line::default()
+            }
+        };
+        let lines: Vec<Line> = (0..10).map(line).collect();
+        let mut blocks = Vec::new();
+        Block::all(&mut blocks, lines.iter().map(|line| (line.weight, 0.0, line)));
+        for t in 0..400_u32 {
+            let within = || Within { blocks: &blocks, cycles: 1.7 * f64::from(t) };
+            assert_eq!(within().run().to_bits(), widely(within()).to_bits(), "after {t}");
+        }
+    }
 }

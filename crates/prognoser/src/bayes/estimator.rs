@@ -78,7 +78,7 @@ impl BayesEstimator {
         let record = &mut self.record;
         let first = record.readings == 0;
         let shape = f64::from(record.shape);
-        let Workspace { hypotheses, turning, .. } = workspace;
+        let Workspace { hypotheses, turning, meeting, .. } = workspace;
         if first {
             let sd = match config.noise {
                 Noise::Known { sd_s } | Noise::Estimated { prior_sd_s: sd_s, .. } => sd_s.max(SMALLEST_NOISE_S),
@@ -98,8 +98,15 @@ impl BayesEstimator {
         };
         let cycles = if first { 0.0 } else { reading.cycle.saturating_sub(record.cycle) as f64 };
         let rates = RatePrior::new(config);
-        let outcome =
-            bank::step((hypotheses, turning), &plant, config, &rates, &observed, cycles, record.readings as f64);
+        let outcome = bank::step(
+            (hypotheses, turning, meeting),
+            &plant,
+            config,
+            &rates,
+            &observed,
+            cycles,
+            record.readings as f64,
+        );
         let told = observed.time_s.iter().zip(outcome.update.inlier).filter(|(time, _)| time.is_some());
         let gained: f64 = told.map(|(_, inlier)| 0.5 * inlier * weight).sum();
         let grown = shape + gained;

@@ -199,14 +199,24 @@ impl Hypothesis {
     }
 
     /// Replaces the growth by a fresh guess, independent of everything else.
-    pub(crate) fn with_growth(mut self, WideGrowth { mean, sd }: WideGrowth, sigma2: f64) -> Self {
+    pub(crate) fn with_growth(mut self, growth: WideGrowth, sigma2: f64) -> Self {
+        self.begin_growth(growth, sigma2);
+        self
+    }
+
+    /// The same in place.
+    pub(crate) fn begin_growth(&mut self, WideGrowth { mean, sd }: WideGrowth, sigma2: f64) {
         for i in 0..SIZE {
             self.cov[i][1] = 0.0;
             self.cov[1][i] = 0.0;
         }
         self.mean[1] = mean;
         self.cov[1][1] = sd * sd / sigma2;
-        self
+    }
+
+    /// Lets the growth go on at a pace that is off by some share.
+    pub(crate) fn unsettle(&mut self, relative_sd: f64, shape: f64) {
+        self.cov[1][1] += (relative_sd * self.mean[1]).powi(2) * shape / self.scale;
     }
 
     /// One hypothesis with the weight, mean and covariance of several, at most [`MOST_MERGED`].

@@ -22,6 +22,7 @@ mod special;
 mod start;
 mod state;
 mod two_leaks;
+mod wide;
 mod workspace;
 
 pub(crate) use assimilate::PROPER_FROM;

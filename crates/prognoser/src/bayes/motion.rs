@@ -81,13 +81,6 @@ pub(crate) fn late(hypothesis: &Hypothesis, shape: f64) -> Mode {
     if hypothesis.mean[1] + SLOW_SIGMAS * sd < SLOW_BELOW { Mode::Slow } else { Mode::Late }
 }
 
-/// A growth that goes on at a pace that is off by some share.
-fn repaced(hypothesis: &Hypothesis, relative_sd: f64, shape: f64) -> Hypothesis {
-    let mut hypothesis = *hypothesis;
-    hypothesis.cov[1][1] += (relative_sd * hypothesis.mean[1]).powi(2) * shape / hypothesis.scale;
-    hypothesis
-}
-
 /// The pace of a hypothesis that has turned into another one.
 #[derive(Clone, Copy, Debug)]
 enum Pace {
@@ -180,7 +173,10 @@ pub(crate) fn turn(
         hypotheses.iter().filter(|hypothesis| hypothesis.mode == Mode::Steady && hypothesis.cause != Cause::Other)
     {
         let left = if hypothesis.cause == Cause::None { leaves } else { 0.0 };
-        made.push(Hypothesis { ln_weight: hypothesis.ln_weight + left, ..*hypothesis });
+        made.extend_from_slice(std::slice::from_ref(hypothesis));
+        if let Some(same) = made.last_mut() {
+            same.ln_weight += left;
+        }
     }
     for wear in 0..plant.wears() {
         let cause = Cause::Wear(wear);
@@ -203,12 +199,14 @@ pub(crate) fn turn(
                 if ln_weight < top + LN_NOTHING {
                     continue;
                 }
-                made.push(match pace {
-                    Pace::Same => *hypothesis,
-                    Pace::Off(by) => repaced(hypothesis, by, shape),
-                    Pace::Fresh => hypothesis.with_growth(WideGrowth::of(mode), hypothesis.scale / shape),
-                });
+                // Copied once, and changed where it is then.
+                made.extend_from_slice(std::slice::from_ref(hypothesis));
                 if let Some(moved) = made.last_mut() {
+                    match pace {
+                        Pace::Same => {}
+                        Pace::Off(by) => moved.unsettle(by, shape),
+                        Pace::Fresh => moved.begin_growth(WideGrowth::of(mode), hypothesis.scale / shape),
+                    }
                     (moved.cause, moved.law, moved.mode, moved.ln_weight) = (cause, Law::Linear, mode, ln_weight);
                 }
             }

@@ -64,7 +64,7 @@ impl NoiseState {
     /// correlations it speaks for; beside it the Gaussian density of a time that strays.
     /// `model_spread` is the spread of the innovation beside its noise, whose unit `scale` is
     /// (2 b of the inverse gamma), `shape` its shape, `far` the variance of a stray, in s2.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn densities(
         &mut self,
         stroke: usize,

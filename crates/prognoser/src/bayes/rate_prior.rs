@@ -5,6 +5,7 @@ use super::config::BayesConfig;
 use super::ending::SMALLEST_GROWTH;
 use super::hypothesis::Mode;
 use super::special::{normal_tail, quick_exp, quick_ln};
+use super::wide::{Wide, widely};
 
 /// The wide Gaussian, per cycle.
 #[derive(Clone, Copy, Debug)]
@@ -110,6 +111,24 @@ impl RatePrior {
             let shift = (sd * sd * slope).clamp(-sd, sd);
             return Corrected::Narrow { ln_factor: value + 0.5 * (sd * slope).powi(2).min(1.0), mean: mean + shift };
         }
+        widely(Nodes { prior: self, mean, sd, mode })
+    }
+}
+
+/// The prior put in place for a Gaussian growth that is wide.
+struct Nodes<'a> {
+    prior: &'a RatePrior,
+    mean: f64,
+    sd: f64,
+    mode: Mode,
+}
+
+impl Wide for Nodes<'_> {
+    type Out = Corrected;
+
+    #[inline(always)]
+    fn run(self) -> Corrected {
+        let Self { prior, mean, sd, mode } = self;
         let low = (mean - REACH * sd).max(SMALLEST_GROWTH);
         let high = (mean + REACH * sd).max(low + 0.5 * sd);
         // Evenly in the growth where it is bounded away from zero, evenly in
@@ -133,15 +152,15 @@ impl RatePrior {
                 ln_growth[i] = quick_ln(growth[i]);
             }
         }
-        let (by_prior, by_wide, by_sd) = (1.0 / self.ln_sd, 1.0 / wide.sd, 1.0 / sd);
+        let (by_prior, by_wide, by_sd) = (1.0 / prior.ln_sd, 1.0 / wide.sd, 1.0 / sd);
         let mut ln = [0.0; NODES];
         for i in 0..NODES {
-            let prior = (ln_growth[i] - self.ln_median) * by_prior;
+            let off = (ln_growth[i] - prior.ln_median) * by_prior;
             let flat = (growth[i] - wide.mean) * by_wide;
             let own = (growth[i] - mean) * by_sd;
             // Of a width that grows with the growth the logarithm takes that of the log-normal density away.
             let width = if spread { 0.0 } else { -ln_growth[i] };
-            ln[i] = width - 0.5 * (prior * prior + own * own) + (0.5 * flat * flat).min(FARTHEST);
+            ln[i] = width - 0.5 * (off * off + own * own) + (0.5 * flat * flat).min(FARTHEST);
         }
         let top = ln.into_iter().fold(f64::NEG_INFINITY, f64::max);
         let mut weight = [0.0; NODES];
@@ -152,9 +171,9 @@ impl RatePrior {
             for i in 0..NODES {
                 let slowness = 1.0 / (1.0 + (growth[i] * (1.0 / SLOW_BELOW)).powi(2));
                 weight[i] *= if mode == Mode::Slow {
-                    slowness / self.slow_share
+                    slowness / prior.slow_share
                 } else {
-                    (1.0 - slowness) / (1.0 - self.slow_share)
+                    (1.0 - slowness) / (1.0 - prior.slow_share)
                 };
             }
         }
@@ -168,5 +187,27 @@ impl RatePrior {
         let widths = step * by_sd * wide.sd * by_prior;
         let top = top + quick_ln(widths) - LN_SQRT_TAU;
         Corrected::Wide { ln_factor: top + quick_ln(total), nodes }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn registers_of_any_width_give_the_same_bits() {
+        let prior = RatePrior::new(&BayesConfig::default());
+        for (mean, sd) in [(0.02, 0.06), (-0.01, 0.02), (0.03, 0.005), (0.001, 0.01), (0.5, 0.2)] {
+            for mode in [Mode::Steady, Mode::Slow, Mode::Late] {
+                let nodes = || Nodes { prior: &prior, mean, sd, mode };
+                let bits = |told: Corrected| match told {
+                    Corrected::Wide { ln_factor, nodes } => {
+                        (ln_factor.to_bits(), nodes.map(|node| [node.growth, node.weight].map(f64::to_bits)))
+                    }
+                    Corrected::Narrow { .. } => panic!("{mean} by {sd} is wide"),
+                };
+                assert_eq!(bits(nodes().run()), bits(widely(nodes())), "{mean} by {sd}, {mode:?}");
+            }
+        }
     }
 }

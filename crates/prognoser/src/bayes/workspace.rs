@@ -1,5 +1,6 @@
 //! Memory that an update works in.
 
+use super::assimilate::Meeting;
 use super::ending::{Block, Line};
 use super::hypothesis::Hypothesis;
 use super::rate_prior::Corrected;
@@ -12,6 +13,8 @@ pub(crate) struct Workspace {
     pub hypotheses: Vec<Hypothesis>,
     /// What becomes of them in the course of a cycle.
     pub turning: Turning,
+    /// How they meet a reading.
+    pub meeting: Meeting,
     /// The weight of each, its prior put in place.
     pub weights: Vec<f64>,
     /// The growth of each, likewise, where it was looked at.
