@@ -173,7 +173,7 @@ fn a_sensor_that_is_stuck_on_the_way_is_found_and_one_that_is_in_order_is_not() 
         let mut held = values.clone();
         held[from..to].fill(values[from]);
         looked_at += 1;
-        found += usize::from(stuck(&time_s, &held) == [from + 1..to]);
+        found += usize::from(stuck(&time_s, &held).iter().eq([&(from + 1..to)]));
     }
     assert!(looked_at > 20 && found == looked_at, "{found} of {looked_at}");
 }
