@@ -11,6 +11,8 @@ use crate::noise::{estimate_resolution, quantile, range};
 const NEIGHBOURS: usize = 4;
 /// Rows on each side whose noise counts: that of a sensor may change.
 const VICINITY: usize = 50;
+/// Fewer of them tell no noise: two outliers can be in half of their second differences.
+const FEWEST: usize = 14;
 /// Bad readings in a row, whatever their values.
 const LONGEST_GROUP: usize = 3;
 /// Bad readings in a row that all are one code, as of a loose plug.
@@ -167,7 +169,7 @@ impl<'a> Record<'a> {
     /// The length of the group of outliers that begins here.
     fn group_at(&self, first: usize, found: &[usize]) -> Option<usize> {
         let left: Vec<usize> =
-            (0..first).rev().filter(|index| found.binary_search(index).is_err()).take(NEIGHBOURS).collect();
+            (0..first).rev().filter(|index| found.binary_search(index).is_err()).take(2 * NEIGHBOURS).collect();
         // Nothing to ask where the reading is near the one before.
         if left.first().is_some_and(|before| (self.value[first] - self.value[*before]).abs() <= self.least) {
             return None;
@@ -185,13 +187,11 @@ impl<'a> Record<'a> {
             return false;
         }
         let at_end = left.is_empty() || end == count;
-        let side = if at_end { 2 * NEIGHBOURS } else { NEIGHBOURS };
-        let right = end..(end + side).min(count);
-        let neighbours: Vec<usize> = if end == count {
-            (0..first).rev().take(side).collect()
-        } else {
-            left.iter().copied().chain(right).collect()
-        };
+        // Where one side has too few of them the other gives more.
+        let right = (count - end).min(NEIGHBOURS);
+        let before = left.len().min(2 * NEIGHBOURS - right);
+        let right = end..(end + 2 * NEIGHBOURS - before).min(count);
+        let neighbours: Vec<usize> = left[..before].iter().copied().chain(right).collect();
         if neighbours.len() < NEIGHBOURS + 2 {
             return false;
         }
@@ -201,7 +201,9 @@ impl<'a> Record<'a> {
         // One of the neighbours may be an outlier itself.
         let spread = apart[apart.len() - 2];
         let (before, after) = (first.saturating_sub(VICINITY)..first, end..(end + VICINITY).min(count));
-        let sigma = quiet_sigma(&self.value[before]).max(quiet_sigma(&self.value[after]));
+        let noise =
+            |rows: std::ops::Range<usize>| if rows.len() < FEWEST { 0.0 } else { quiet_sigma(&self.value[rows]) };
+        let sigma = noise(before).max(noise(after));
         let mut least = self.least.max(SPREADS * spread).max(SIGMAS * sigma);
         if at_end {
             least = FARTHER_AT_END * least.max(self.fastest);

@@ -177,3 +177,16 @@ fn a_sensor_that_is_stuck_on_the_way_is_found_and_one_that_is_in_order_is_not() 
     }
     assert!(looked_at > 20 && found == looked_at, "{found} of {looked_at}");
 }
+
+#[test]
+fn two_outliers_close_to_an_end_do_not_hide_each_other() {
+    let mut seed = 5;
+    let time_s: Vec<f64> = (0..400).map(|row| f64::from(row) * 0.01).collect();
+    let values: Vec<f64> = time_s.iter().map(|time| 0.1 * (time - 3.0).max(0.0) + 5e-5 * normal(&mut seed)).collect();
+    for (one, other) in [(395, 398), (1, 4), (394, 397), (2, 5)] {
+        let mut spiked = values.clone();
+        spiked[one] += 0.13;
+        spiked[other] += 0.03;
+        assert_eq!(find(&time_s, &spiked, &[3.0]).rows, [one, other], "{one} and {other}");
+    }
+}
