@@ -2,7 +2,7 @@
 //!
 //! A tolerated parameter p moves as p0 exp(sigma u) with u ~ N(0, 1): u counts its own tolerances. The
 //! size of an effect moves linearly from its neutral value (u = 0) through its typical size (u = 1),
-//! its shape parameters logarithmically about their defaults.
+//! its shape parameters logarithmically about what is typical of the valve.
 
 use identify::special::chi_squared_quantile_99;
 use valve_file::Tolerance;
@@ -425,8 +425,10 @@ fn effect_coordinate(
             step: 0.02,
         },
         Search::Share => Coordinate { prior: Some((0.5, 0.5)), ..linear(0.0, 1.0, 0.5) },
-        // Shape parameters: about their defaults, within a factor of three or so.
-        Search::Shape | Search::Refinement => {
+        // Shape parameters: about what is typical of this valve, within a factor of three or so. Refinements: about what the model
+        // does without them.
+        Search::Shape => logarithmic(range.typical, Some((0.0, 1.0))),
+        Search::Refinement => {
             let centre = match parameter.default {
                 DefaultValue::Value(value) => value,
                 _ => range.typical,
