@@ -35,6 +35,9 @@ const ALIKE: f64 = 2.0;
 const TRIED: usize = 41;
 const REFINEMENTS: usize = 12;
 
+/// Of the values tried so many on each side of the best one are tried again with what the run's instruments may be off by.
+const NEAR: usize = 4;
+
 /// How far a condition may be from what was written: a digit more or less of the gauge pressure; leaks as shares of the solenoid's orifice,
 /// least and most, or none; temperatures, K.
 const PRESSURES: f64 = 10.0;
@@ -135,9 +138,13 @@ pub(super) fn mistyped(
             // What the run's pressure may be off by is what is looked for.
             entries.retain(|entry| !matches!(entry.nuisance, Nuisance::Supply(_)));
         }
-        let about =
-            least(&tried.values, |value| errors_at(&ValveProblem::new(&under(value), space.clone(), &entries, stop)))?;
+        let at_means = |value: f64| errors_at(&ValveProblem::new(&under(value), space.clone(), &entries, stop));
         let fitted = |value: f64| fitted(&under(value), &space, &entries, stop).unwrap_or(f64::INFINITY);
+        // What the run's instruments are off by moves the least by a little.
+        let best = least(&tried.values, at_means)?;
+        let near = &tried.values[best.saturating_sub(NEAR)..(best + NEAR + 1).min(tried.values.len())];
+        let best = least(near, fitted)?;
+        let about = [best.saturating_sub(1), best, (best + 1).min(near.len() - 1)].map(|index| near[index]);
         let (right, right_rmse_m) = refined(about, fitted);
         Some(LeftOut {
             run: campaign.runs[run].file.clone(),
@@ -208,12 +215,11 @@ fn errors_at(problem: &ValveProblem<'_>) -> f64 {
     })
 }
 
-/// Of values in order the one with the least error between its neighbours; nothing where the valve strokes with none of them.
-fn least(values: &[f64], error: impl Fn(f64) -> f64 + Sync) -> Option<[f64; 3]> {
+/// The index of the value with the least error; nothing where the valve strokes with none of them.
+fn least(values: &[f64], error: impl Fn(f64) -> f64 + Sync) -> Option<usize> {
     let errors: Vec<f64> = values.par_iter().map(|value| error(*value)).collect();
     let best = (0..values.len()).min_by(|a, b| errors[*a].total_cmp(&errors[*b]))?;
-    let around = [best.saturating_sub(1), best, (best + 1).min(values.len() - 1)];
-    errors[best].is_finite().then_some(around.map(|index| values[index]))
+    errors[best].is_finite().then_some(best)
 }
 
 /// The value with the least error between the outer two of three, and that error, by golden sections.
