@@ -241,21 +241,21 @@ fn without_unsure<'f, 'a>(
 }
 
 /// By how many of its standard deviations the size of an effect differs from none, the one that differs most where it has
-/// several; infinite where none is no value of it.
+/// several; infinite where none is no value of it. What the datasheet may be off by makes a size another, not none.
 fn deviations_from_none(model: &Fitted<'_>, certainty: &Certainty, kind: EffectKind) -> f64 {
-    let neutral = kind.info().neutral;
-    let fitted = effect_parameters(&model.problem, &model.fit, certainty, &[kind], false);
-    let sizes = kind.parameters().iter().zip(&fitted).filter(|(parameter, _)| parameter.is_size());
-    let deviations = sizes.map(|(parameter, fitted)| {
+    let (problem, u) = (&model.problem, &model.fit.u);
+    let sizes = kind.parameters().iter().enumerate().filter(|(_, parameter)| parameter.is_size());
+    let deviations = sizes.map(|(index, parameter)| {
         // None of an effect that is absent at infinity is as far as its inverse is from nothing.
-        let from = if parameter.search == Search::InverseSize { 0.0 } else { neutral };
-        let off = (fitted.value - from).abs();
+        let from = if parameter.search == Search::InverseSize { 0.0 } else { kind.info().neutral };
+        let of = |u: &[f64]| problem.space.effect_values(kind, u).map_or(from, |values| values[index]);
+        let (off, sigma) = ((of(u) - from).abs(), certainty.sigma(problem, u, of));
         if off == 0.0 {
             0.0
-        } else if off.is_nan() || fitted.sigma == 0.0 {
+        } else if off.is_nan() || sigma == 0.0 {
             f64::INFINITY
         } else {
-            off / fitted.sigma
+            off / sigma
         }
     });
     deviations.fold(0.0, f64::max)
