@@ -100,7 +100,7 @@ fn base_at<F: Family>(family: &F, level: Level, from: Option<&Model<F::Member>>)
 }
 
 /// From more starts than these the empty set is looked at on a few of the records, and fitted to all from the best.
-const FEW_STARTS: usize = 2;
+const FEW_STARTS: usize = 3;
 
 /// Derivatives of such a look, before and after the errors' sizes are free.
 const LOOKED_AT: [usize; 2] = [6, 4];
@@ -175,26 +175,24 @@ pub fn select<F: Family>(family: &F, options: &SelectOptions) -> Option<Selectio
         family.tell(News::Reached { set: &best, gain: search.gain(&best) });
         steps.push(best);
     }
-    let accepted = search.judged(steps[steps.len() - 1].clone(), Companion::Promising);
-    let accepted = if family.stop().is_asked() { accepted } else { search.exchanged(accepted) };
-    let accepted = search.judged(accepted, Companion::Completing);
+    let mut accepted = steps[steps.len() - 1].clone();
+    if !family.stop().is_asked() {
+        // Before anything is judged: a pair that the evidence has and that does not predict what was held out may stand for another
+        // pair none of whose effects does anything alone.
+        accepted = search.exchanged(accepted);
+    }
+    let reached = accepted.len();
+    accepted = search.judged(accepted);
+    if accepted.len() < reached && !family.stop().is_asked() {
+        accepted = search.best_rival(accepted);
+        accepted = search.judged(accepted);
+    }
     steps.retain(|set| set.iter().all(|one| accepted.contains(one)) && *set != accepted);
     if !accepted.is_empty() || steps.is_empty() {
         steps.push(accepted);
     }
     let interrupted = family.stop().is_asked();
     Some(Selection { steps, models: search.models.into_values().collect(), interrupted })
-}
-
-/// What a companion of another effect is asked for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Companion {
-    /// To take a good part of the error, or to leave nothing: it is worth to look what goes better with the other.
-    Promising,
-    /// To leave nothing, or hardly anything. Two effects that together leave a good part of the error each take what suits
-    /// them of a third that is not there: of eleven such pairs in drawn campaigns ten held a wrong one, of seventeen single
-    /// effects that left something three.
-    Completing,
 }
 
 struct Search<'a, F: Family> {
@@ -356,8 +354,11 @@ impl<F: Family> Search<'_, F> {
         set
     }
 
-    /// The set without effects that are not worth their place: by evidence, and by what was held out.
-    fn judged(&mut self, mut set: Set, companion: Companion) -> Set {
+    /// The set without effects that are not worth their place: by evidence, and by what was held out. A companion of another effect
+    /// must leave nothing, or hardly anything: two effects that together leave a good part of the error each take what suits them
+    /// of a third that is not there (of eleven such pairs in drawn campaigns ten held a wrong one, of seventeen single effects that
+    /// left something three).
+    fn judged(&mut self, mut set: Set) -> Set {
         while !set.is_empty() {
             let smaller = self.with_smaller(&set);
             let Some(model) = self.models.get(&(set.clone(), Level::High)) else { return set };
@@ -373,11 +374,7 @@ impl<F: Family> Search<'_, F> {
                     (Some(error), Some(without)) => (0..2).any(|kind| {
                         let fall = excess(without[kind]) - excess(error[kind]);
                         let of_base = base.map_or(0.0, |base| excess(base[kind]));
-                        let completes = is_whole
-                            || match companion {
-                                Companion::Promising => fall >= self.options.companion * of_base,
-                                Companion::Completing => excess(error[kind]) <= self.options.nearly_whole * of_base,
-                            };
+                        let completes = is_whole || excess(error[kind]) <= self.options.nearly_whole * of_base;
                         let has_place =
                             set.len() < 2 || completes && told(without[kind], error[kind]) >= self.options.accept;
                         fall > 0.0 && fall >= self.options.held_out_fall * excess(without[kind]) && has_place

@@ -9,9 +9,6 @@ pub struct SelectOptions {
     pub accept: f64,
     /// And when the error on what was held out falls by this share without noise.
     pub held_out_fall: f64,
-    /// A companion of other effects that leaves something to be explained must take at least this share of the calibrated
-    /// model's error that was held out for others to be tried in its place.
-    pub companion: f64,
     /// In the end two effects must leave nothing to be explained, or no more than this share of that error.
     pub nearly_whole: f64,
     /// Effects at most.
@@ -48,7 +45,6 @@ impl Default for SelectOptions {
         Self {
             accept: 10.0,
             held_out_fall: 0.1,
-            companion: 0.05,
             nearly_whole: 0.1,
             most: 2,
             rounds: [2, 3],

@@ -273,8 +273,16 @@ pub fn nuisances(
         if let Beginning::Venting { pressure_sigma_pa, .. } = recording.beginning {
             all.push((Nuisance::StartPressure(record), pressure_sigma_pa));
         }
-        if let Beginning::Moving { position_m, position_sigma_m, velocity_sigma_m_per_s, .. } = recording.beginning {
-            all.push((Nuisance::StartPressure(record), balance_sigma_pa(parameters, position_m)));
+        if let Beginning::Moving {
+            position_m,
+            position_sigma_m,
+            velocity_sigma_m_per_s,
+            acceleration_sigma_m_per_s2,
+            ..
+        } = recording.beginning
+        {
+            let pressure_sigma_pa = balance_sigma_pa(parameters, position_m, acceleration_sigma_m_per_s2);
+            all.push((Nuisance::StartPressure(record), pressure_sigma_pa));
             all.push((Nuisance::StartPosition(record), position_sigma_m));
             all.push((Nuisance::StartSpeed(record), velocity_sigma_m_per_s));
         }

@@ -1,5 +1,5 @@
-//! Where fits begin of which little is known beforehand: of a cylinder that flies from stop to stop, and of parameters whose
-//! tolerance says hardly more than their order.
+//! Where fits begin beside the values of the valve file: scattered over what these may be off by. A piston that swings on its gas, or is
+//! thrown back, makes valleys that no fit leaves, and a datasheet's value may lie in the wrong one.
 
 use identify::Problem;
 use identify::problem::{error_in_activity, predict_all};
@@ -10,12 +10,13 @@ use super::problem::ValveProblem;
 /// A tolerance from which a parameter's value says hardly more than its order.
 const WIDE: f64 = 0.3;
 
+/// How far points lie from the values of the valve file, in prior deviations: at most one, and for wide tolerances over what may be.
+const REACH: f64 = 1.0;
+const WIDE_REACH: f64 = 2.5;
+
 /// Points that are looked at, and those of them that are tried.
 const LOOKED_AT: usize = 64;
 const TRIED: usize = 2;
-
-/// How far they lie from the values of the valve file, in prior deviations.
-const REACH: f64 = 2.5;
 
 /// The damping of stops from which nothing bounces, in prior deviations.
 const DEAD_STOP: f64 = 2.0;
@@ -28,13 +29,15 @@ pub(super) struct Scattered {
 }
 
 impl Scattered {
-    /// The best of many points, by what is predicted at each, for a problem without any effect but its own; nothing where
-    /// the values of the valve file are a good start.
+    /// The best of many points, by what is predicted at each, for a problem without any effect but its own.
     pub(super) fn find(problem: &ValveProblem<'_>) -> Self {
         let of_space = &problem.space.coordinates;
-        let is_wide = |index: &usize| of_space[*index].tolerance().is_some_and(|sigma| sigma >= WIDE);
-        let wide: Vec<usize> = (0..of_space.len()).filter(is_wide).collect();
-        if wide.is_empty() && !problem.setup().is_prescribed {
+        let reach = |index: usize| {
+            let tolerance = of_space[index].tolerance()?;
+            Some((index, if tolerance >= WIDE { WIDE_REACH } else { REACH }))
+        };
+        let tolerated: Vec<(usize, f64)> = (0..of_space.len()).filter_map(reach).collect();
+        if tolerated.is_empty() && !problem.setup().is_prescribed {
             return Self::default();
         }
         let start = problem.start();
@@ -42,8 +45,8 @@ impl Scattered {
         let points: Vec<Vec<f64>> = (0..LOOKED_AT)
             .map(|index| {
                 let mut u = start.clone();
-                for (place, coordinate) in wide.iter().enumerate() {
-                    u[*coordinate] += REACH * (2.0 * evenly(index / 2, place, wide.len()) - 1.0);
+                for (place, (coordinate, reach)) in tolerated.iter().enumerate() {
+                    u[*coordinate] += reach * (2.0 * evenly(index / 2, place, tolerated.len()) - 1.0);
                 }
                 if let Some(damping) = damping {
                     u[damping] = if index % 2 == 0 { 0.0 } else { DEAD_STOP };
