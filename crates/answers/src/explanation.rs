@@ -106,8 +106,17 @@ fn condition_id(condition: Condition) -> &'static str {
     }
 }
 
+/// What is left is more than noise from here, nats: as much as an effect must gain.
+const SEEN_NATS: f64 = 10.0;
+
 fn verdict_in(answer: &Explanation, length: &dyn Fn(f64) -> String) -> String {
     match answer.verdict {
+        Verdict::Adequate if answer.remainder.nats > SEEN_NATS => {
+            format!(
+                "nothing is missing that is larger than what instruments and small laws are off by; an error of {} is left",
+                left(answer, length)
+            )
+        }
         Verdict::Adequate => {
             "nothing is missing beyond noise, tolerances and what instruments and conditions may be off by".into()
         }
