@@ -21,8 +21,12 @@ mod open;
 #[cfg(feature = "parquet")]
 mod parquet;
 mod source;
-#[cfg(any(feature = "mat", feature = "parquet"))]
+#[cfg(any(feature = "mat", feature = "parquet", feature = "tdms"))]
 mod table;
+#[cfg(feature = "tdms")]
+mod tables;
+#[cfg(feature = "tdms")]
+mod tdms;
 mod text;
 mod timestamp;
 
@@ -31,6 +35,6 @@ pub use heading::Heading;
 pub use naming::{any_unit_at_end, did_you_mean, listed, named, unit_at_end, without_unit, written_out};
 pub use notice::{Notice, NoticeKind};
 pub use open::{open, recognised};
-pub use source::ColumnSource;
+pub use source::{ColumnSource, find_table};
 pub use text::{Comments, TextSource};
 pub use timestamp::{Clock, Dates};

@@ -23,12 +23,12 @@ fn formats_that_are_not_read_are_named_with_a_way_out() {
     for hdf5 in [b"\x89HDF\r\n\x1a\n".to_vec(), late] {
         assert!(refused(&hdf5).contains("v7.3, which this program does not read; save it with"), "{}", refused(&hdf5));
     }
-    assert!(refused(b"TDSm\x0e\0\0\0").contains("npTDMS"));
+    assert!(refused(b"TDSh\x0e\0\0\0").contains("name the .tdms file beside it"));
     for workbook in [&b"PK\x03\x04\x14\0"[..], b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1\0"] {
         assert!(refused(workbook).contains("which this program does not read; save the sheet as CSV"));
     }
     // What is cut off or made up is refused, not read as text.
-    for start in [&b"PAR1"[..], b"MATLAB 5.0 MAT-file"] {
+    for start in [&b"PAR1"[..], b"MATLAB 5.0 MAT-file", b"TDSm"] {
         let words = refused(start);
         assert!(words.contains("built without a reader") || words.contains("cannot be read as a"), "{words}");
     }
