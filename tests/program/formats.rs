@@ -5,7 +5,13 @@ use serde_json::Value;
 use crate::support::{Sandbox, shown};
 
 #[path = "../../crates/column-source/tests/made/tdms.rs"]
+#[expect(dead_code, reason = "other tests write more")]
 mod tdms;
+
+#[cfg(feature = "mat73")]
+#[path = "../../crates/column-source/tests/made/hdf5.rs"]
+#[expect(dead_code, reason = "other tests write more")]
+mod hdf5;
 
 const VALVE: &str = include_str!("../../data/sticking-valve/valve.toml");
 const CAMPAIGN: &str = include_str!("../../data/sticking-valve/campaign.toml");
@@ -42,6 +48,14 @@ fn as_tdms(text: &str) -> Vec<u8> {
         sampled(Object::channel("Bench", "position", Data::Double(position_mm))).with("unit_string", Value::Text("mm")),
     ];
     tdms::segment(&objects, PLAIN)
+}
+
+/// A trace as MATLAB writes it with -v7.3.
+#[cfg(feature = "mat73")]
+fn as_mat73(text: &str) -> Vec<u8> {
+    let [time_s, command, position_mm] = columns(text);
+    let [time_s, command, position_mm] = [time_s, command, position_mm].map(|values| hdf5::Member::vector(&values));
+    hdf5::file(&[("time_s", time_s), ("command", command), ("position_mm", position_mm)])
 }
 
 /// What `compare` says of the sample campaign.
@@ -89,17 +103,18 @@ fn assert_near(one: &Value, other: &Value, place: &str) {
 #[test]
 fn tdms_files_are_read_as_their_text() {
     let sandbox = same_as_text(".tdms", as_tdms);
-    let files = ["traces/run-1.tdms", "traces/run-2.tdms", "traces/run-3.tdms", "traces/run-4.tdms"];
-    let call = [&["init", "campaign"][..], &files, &["--valve", "valve.toml", "--out", "new.toml"]].concat();
-    let output = sandbox.valve(&call);
-    assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
-    assert_near(
-        &compared(&sandbox, "other.toml")["overall"]["rmse_m"],
-        &compared(&sandbox, "new.toml")["overall"]["rmse_m"],
-        "init",
-    );
-    let told = shown(&output);
-    assert!(told.contains("group \"Bench\" was read, and not group \"Noise\""), "{told}");
+    // A look at them finds what a look at the text finds.
+    let [of_text, of_tdms] = ["csv", "tdms"].map(|ending| {
+        let files = [1, 2, 3, 4].map(|number| format!("traces/run-{number}.{ending}"));
+        let files: Vec<&str> = files.iter().map(String::as_str).collect();
+        let out = format!("of-{ending}.toml");
+        let options = ["--valve", "valve.toml", "--one-means", "close", "--supply", "75 psig", "--out", &out];
+        let output = sandbox.valve(&[&["init", "campaign"][..], &files, &options].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
+        assert!(ending == "csv" || shown(&output).contains("group \"Bench\" was read, and not group \"Noise\""));
+        compared(&sandbox, &out)["overall"].clone()
+    });
+    assert_near(&of_text, &of_tdms, "init");
     // A name that is in no group is told with all that are.
     let named = CAMPAIGN.replace(".csv", ".tdms") + "\n[columns]\nposition = \"Weg\"\n";
     sandbox.write("named.toml", &named);
@@ -107,4 +122,10 @@ fn tdms_files_are_read_as_their_text() {
     for part in ["traces/run-1.tdms", "\"Weg\"", "group \"Noise\": \"microphone\"; group \"Bench\": \"time_s\""] {
         assert!(refused.contains(part), "{part} in {refused}");
     }
+}
+
+#[cfg(feature = "mat73")]
+#[test]
+fn matlab_files_of_v7_3_are_read_as_their_text() {
+    same_as_text(".mat", as_mat73);
 }

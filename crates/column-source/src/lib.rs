@@ -8,12 +8,18 @@
 //!
 //! It knows no valve, and what a column means is the caller's business.
 
+#[cfg(any(feature = "mat73", feature = "tdms"))]
+mod bits;
 mod decode;
 mod error;
 mod heading;
 mod layout;
 #[cfg(feature = "mat")]
 mod mat;
+#[cfg(feature = "mat73")]
+mod mat73;
+#[cfg(any(feature = "mat", feature = "mat73"))]
+mod matrix;
 mod naming;
 mod notice;
 mod number;
@@ -21,7 +27,7 @@ mod open;
 #[cfg(feature = "parquet")]
 mod parquet;
 mod source;
-#[cfg(any(feature = "mat", feature = "parquet", feature = "tdms"))]
+#[cfg(any(feature = "mat", feature = "mat73", feature = "parquet", feature = "tdms"))]
 mod table;
 #[cfg(feature = "tdms")]
 mod tables;

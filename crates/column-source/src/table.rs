@@ -16,7 +16,7 @@ pub(crate) enum Values {
     )]
     Texts(Vec<String>),
     /// Something else: a column that is there and refused when it is asked for.
-    #[cfg(feature = "tdms")]
+    #[cfg(any(feature = "mat73", feature = "tdms"))]
     NotRead {
         /// How many values.
         rows: usize,
@@ -33,7 +33,7 @@ impl Values {
         match self {
             Self::Numbers(numbers) => numbers.len(),
             Self::Texts(texts) => texts.len(),
-            #[cfg(feature = "tdms")]
+            #[cfg(any(feature = "mat73", feature = "tdms"))]
             Self::NotRead { rows, .. } => *rows,
         }
     }
@@ -53,8 +53,8 @@ pub(crate) struct TableSource {
 impl TableSource {
     /// A table of named columns. Of columns of several lengths the longest are the recording; others, such as a sampling
     /// rate, are left out, and that is said.
-    #[cfg(any(feature = "mat", feature = "parquet"))]
-    pub(crate) fn new(file: &str, named: Vec<(String, Values)>) -> Result<Self, RecordError> {
+    #[cfg(any(feature = "mat", feature = "mat73", feature = "parquet"))]
+    pub(crate) fn new(file: &str, named: Vec<(Heading, Values)>) -> Result<Self, RecordError> {
         let rows = named.iter().map(|(_, values)| values.len()).max().unwrap_or(0);
         if rows == 0 {
             return Err(RecordError { file: file.to_owned(), line: 1, problem: RecordProblem::Empty });
@@ -62,10 +62,9 @@ impl TableSource {
         let (kept, others): (Vec<_>, Vec<_>) = named.into_iter().partition(|(_, values)| values.len() == rows);
         let mut notices = Vec::new();
         if !others.is_empty() {
-            let names: Vec<String> = others.into_iter().map(|(name, _)| name).collect();
+            let names: Vec<String> = others.into_iter().map(|(heading, _)| heading.name).collect();
             notices.push(Notice { line: 1, kind: NoticeKind::OtherLengths { names: names.join(", "), rows } });
         }
-        let kept = kept.into_iter().map(|(name, values)| (Heading::new(&name), values)).collect();
         Ok(Self { notices, ..Self::of(file, kept) })
     }
 
@@ -135,7 +134,7 @@ impl ColumnSource for TableSource {
                     self.error(self.row, RecordProblem::NotANumber { column, found: text.to_owned() })
                 })
             }
-            #[cfg(feature = "tdms")]
+            #[cfg(any(feature = "mat73", feature = "tdms"))]
             Values::NotRead { found, instead, .. } => {
                 let found = format!("{found} in column \"{}\"", self.headings[column].name);
                 Err(self.error(self.row, RecordProblem::PartNotRead { found, instead }))
@@ -148,7 +147,7 @@ impl ColumnSource for TableSource {
             Values::Numbers(numbers) if numbers[self.row - 1].is_nan() => Cow::Borrowed(""),
             Values::Numbers(numbers) => Cow::Owned(numbers[self.row - 1].to_string()),
             Values::Texts(texts) => Cow::Borrowed(&texts[self.row - 1]),
-            #[cfg(feature = "tdms")]
+            #[cfg(any(feature = "mat73", feature = "tdms"))]
             Values::NotRead { .. } => Cow::Borrowed(""),
         }
     }

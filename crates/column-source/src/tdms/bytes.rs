@@ -1,5 +1,7 @@
 //! Bytes in the order that a segment has them in.
 
+use crate::bits::unsigned;
+
 /// Why a file cannot be read.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Fault {
@@ -42,16 +44,4 @@ impl<'a> Bytes<'a> {
         let length = self.u32()?;
         Ok(String::from_utf8_lossy(self.take(length.into())?).into_owned())
     }
-}
-
-/// Up to eight bytes as a number.
-pub(super) fn unsigned(bytes: &[u8], big: bool) -> u64 {
-    let add = |number: u64, byte: &u8| number << 8 | u64::from(*byte);
-    if big { bytes.iter().fold(0, add) } else { bytes.iter().rev().fold(0, add) }
-}
-
-/// The same with a sign.
-pub(super) fn signed(bytes: &[u8], big: bool) -> i64 {
-    let unused = 64 - 8 * u32::try_from(bytes.len()).unwrap_or(8).clamp(1, 8);
-    unsigned(bytes, big).cast_signed() << unused >> unused
 }

@@ -1,6 +1,7 @@
 //! Types of values, and the values of a channel.
 
-use super::bytes::{Fault, signed, unsigned};
+use super::bytes::Fault;
+use crate::bits::{floating, signed, unsigned};
 
 /// Seconds from the beginning of TDMS times, 1904, to that of Unix times, 1970.
 const UNIX_EPOCH_S: i64 = 2_082_844_800;
@@ -72,9 +73,7 @@ impl Kind {
             Self::Signed(_) => signed(bytes, big) as f64,
             Self::Unsigned(_) => unsigned(bytes, big) as f64,
             Self::Boolean => f64::from(u8::from(unsigned(bytes, big) != 0)),
-            // Four bytes fit.
-            Self::Single => f64::from(f32::from_bits(u32::try_from(unsigned(bytes, big)).unwrap_or_default())),
-            Self::Double => f64::from_bits(unsigned(bytes, big)),
+            Self::Single | Self::Double => floating(bytes, big),
             Self::Text | Self::Time | Self::Unknown(..) => f64::NAN,
         }
     }
