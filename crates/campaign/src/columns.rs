@@ -185,6 +185,15 @@ pub(crate) fn find(
     Ok(Some(Column { index, factor: scale * unit.difference_to_si(1.0), offset }))
 }
 
+/// How many of these channels a table has.
+pub(crate) fn count(source: &dyn ColumnSource, channels: &[Channel], mappings: &[Mapping]) -> usize {
+    let has = |channel: &&Channel| {
+        let mapping = mappings.iter().find(|mapping| mapping.channel == channel.0);
+        matches!(find(source, **channel, mapping, 0.0), Ok(Some(_)))
+    };
+    channels.iter().filter(has).count()
+}
+
 fn usual_unit(dimension: Dimension) -> &'static str {
     match dimension {
         Dimension::Length => "mm",

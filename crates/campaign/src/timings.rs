@@ -47,7 +47,11 @@ pub(crate) fn read(
     warnings: &mut Vec<Warning>,
 ) -> Result<Vec<TimingRow>, DataError> {
     let mut source = column_source::open(bytes, file, Comments::WhereNoNames)?;
-    let (found, close, open) = find_table(source.as_mut(), |source| find_columns(source, mappings, valve))?;
+    let (found, close, open) = find_table(
+        source.as_mut(),
+        |source| find_columns(source, mappings, valve),
+        |source| columns::count(source, &TIMING_CHANNELS, mappings),
+    )?;
     let [_, _, supply, temperature, to_atmosphere, from_supply] = found;
     let header_line = source.header_line();
     let mut warn = |doubt| warnings.push(Warning { file: file.to_owned(), line: header_line, doubt });

@@ -164,7 +164,11 @@ pub(crate) fn read_source(
     rows: usize,
     format: &TraceFormat<'_>,
 ) -> Result<ReadTrace, DataError> {
-    let (columns, doubts) = find_table(source, |source| find_columns(source, format))?;
+    let (columns, doubts) = find_table(
+        source,
+        |source| find_columns(source, format),
+        |source| columns::count(source, &CHANNELS, format.mappings),
+    )?;
     let header_line = source.header_line();
     let mut doubts: Vec<(usize, Doubt)> = doubts.into_iter().map(|doubt| (header_line, doubt)).collect();
     let mut trace = Trace {

@@ -59,18 +59,24 @@ pub trait ColumnSource {
     }
 }
 
-/// Goes to the table in which `find` finds what it looks for, and gives what it found.
+/// Goes to the table in which `find` finds what it looks for, and gives what it found; `found` counts how much of that a
+/// table has.
 ///
 /// # Errors
-/// That of the largest table where none has it; [`RecordProblem::SeveralTables`] where more than one has.
+/// That of the table with the most of it where none has all, the largest of them; [`RecordProblem::SeveralTables`] where more than one has.
 pub fn find_table<T, E: From<RecordError>>(
     source: &mut dyn ColumnSource,
     find: impl Fn(&dyn ColumnSource) -> Result<T, E>,
+    found: impl Fn(&dyn ColumnSource) -> usize,
 ) -> Result<T, E> {
-    let mut answers = Vec::new();
+    let (mut answers, mut most) = (Vec::new(), (0, 0));
     for table in 0..source.tables() {
         source.go_to(table);
         answers.push(find(source));
+        let count = found(source);
+        if count > most.1 {
+            most = (table, count);
+        }
     }
     let having: Vec<usize> = (0..answers.len()).filter(|table| answers[*table].is_ok()).collect();
     if let [_, _, ..] = having[..] {
@@ -81,7 +87,7 @@ pub fn find_table<T, E: From<RecordError>>(
         let tables = having.iter().map(name).collect::<Vec<_>>().join(" and ");
         return Err(source.error(1, RecordProblem::SeveralTables { tables }).into());
     }
-    let table = having.first().copied().unwrap_or(0);
+    let table = having.first().copied().unwrap_or(most.0);
     source.go_to(table);
     answers.swap_remove(table)
 }

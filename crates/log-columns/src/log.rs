@@ -52,11 +52,14 @@ impl ColumnLog {
     pub fn read(bytes: &[u8], name: &str, wanted: &Wanted) -> Result<Self, ColumnLogError> {
         let mut source = column_source::open(bytes, name, Comments::WhereNoNames)?;
         let line = source.header_line();
-        let places =
-            find_table(source.as_mut(), |source| {
+        let places = find_table(
+            source.as_mut(),
+            |source| {
                 Places::find(source, &wanted.columns, wanted.valve.is_some())
                     .map_err(|problem| ColumnLogError::Columns { file: name.to_owned(), line, problem })
-            })?;
+            },
+            |source| Places::count(source, &wanted.columns),
+        )?;
         let mut notices: Vec<(usize, Notice)> =
             source.notices().iter().map(|one| (one.line, one.kind.clone().into())).collect();
         if !places.taken.is_empty() {

@@ -72,6 +72,12 @@ impl Places {
         Ok(Self { valve, cycle, time, strokes, supply_pressure, temperature, taken })
     }
 
+    /// How many of a log's columns a table has.
+    pub fn count(source: &dyn ColumnSource, wanted: &[NamedColumn]) -> usize {
+        let all = [Channel::Valve, Channel::Cycle, Channel::Time, Channel::CloseTime, Channel::OpenTime];
+        all.into_iter().filter(|channel| matches!(index(source, *channel, wanted), Ok(Some(_)))).count()
+    }
+
     /// The columns that are not read.
     pub fn unread<'a>(&self, headings: &'a [Heading]) -> impl Iterator<Item = &'a Heading> {
         let measured = [&self.supply_pressure, &self.temperature].map(|one| one.as_ref().map(|one| one.index));
