@@ -1,4 +1,4 @@
-//! Recordings of any format: text, gzip, Parquet, MATLAB.
+//! Recordings of any format: text, gzip, TDMS, Parquet, MATLAB, HDF5.
 
 use column_source::{Comments, open};
 
@@ -14,12 +14,15 @@ pub fn look(bytes: &[u8]) {
             return;
         }
     };
-    for _ in 0..ROWS {
-        let Ok(Some(_)) = source.next_row() else { return };
-        for column in 0..source.headings().len() {
-            // A number is finite or a gap.
-            if let Ok(number) = source.number(column) {
-                assert!(number.is_finite() || number.is_nan());
+    for table in 0..source.tables() {
+        source.go_to(table);
+        for _ in 0..ROWS {
+            let Ok(Some(_)) = source.next_row() else { break };
+            for column in 0..source.headings().len() {
+                // A number is finite or a gap.
+                if let Ok(number) = source.number(column) {
+                    assert!(number.is_finite() || number.is_nan());
+                }
             }
         }
     }

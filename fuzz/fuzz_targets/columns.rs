@@ -1,4 +1,4 @@
-//! Recordings of any format: text, gzip, Parquet, MATLAB.
+//! Recordings of any format: text, gzip, TDMS, Parquet, MATLAB, HDF5.
 #![no_main]
 
 #[path = "../bodies/columns.rs"]

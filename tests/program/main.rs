@@ -12,6 +12,7 @@ mod docs;
 mod error;
 mod explain;
 mod fleet;
+mod formats;
 mod init;
 mod kills;
 mod lab;

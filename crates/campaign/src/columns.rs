@@ -1,7 +1,7 @@
 //! Which column holds which channel, and how its numbers become SI.
 
 use checked_toml::{QuantityKind, Section, TomlFileError};
-use column_source::{ColumnSource, Heading, did_you_mean, listed, named, unit_at_end};
+use column_source::{ColumnSource, Heading, did_you_mean, named, unit_at_end};
 use quantity::{Dimension, Reference, Unit, suggest};
 
 use crate::error::{DataError, DataProblem};
@@ -148,7 +148,10 @@ pub(crate) fn find(
     let headings = source.headings();
     let found: Vec<usize> = match &mapping.name {
         None => (0..headings.len()).filter(|index| is_channel(&headings[*index], channel, dimension)).collect(),
-        Some(name) => named(&headings.iter().map(|it| (it.name.as_str(), it.bare())).collect::<Vec<_>>(), name),
+        Some(name) => {
+            let all: Vec<_> = headings.iter().map(|it| (it.name.as_str(), it.bare())).collect();
+            named(&all, source.within_table(name))
+        }
     };
     let error = |problem| DataError::new(source.file(), source.header_line(), problem);
     let index = match (found[..].first(), found.get(1)) {
@@ -182,6 +185,15 @@ pub(crate) fn find(
     Ok(Some(Column { index, factor: scale * unit.difference_to_si(1.0), offset }))
 }
 
+/// How many of these channels a table has.
+pub(crate) fn count(source: &dyn ColumnSource, channels: &[Channel], mappings: &[Mapping]) -> usize {
+    let has = |channel: &&Channel| {
+        let mapping = mappings.iter().find(|mapping| mapping.channel == channel.0);
+        matches!(find(source, **channel, mapping, 0.0), Ok(Some(_)))
+    };
+    channels.iter().filter(has).count()
+}
+
 fn usual_unit(dimension: Dimension) -> &'static str {
     match dimension {
         Dimension::Length => "mm",
@@ -196,7 +208,7 @@ pub(crate) fn missing(source: &dyn ColumnSource, column: &str, expected: &str) -
     let problem = DataProblem::MissingColumn {
         column: format!("\"{column}\"{hint}"),
         expected: expected.to_owned(),
-        found: listed(source.headings().iter().map(|heading| heading.name.as_str())),
+        found: source.listed(),
     };
     DataError::new(source.file(), source.header_line(), problem)
 }

@@ -1,6 +1,6 @@
 //! Stroke times that were written down without a trace.
 
-use column_source::Comments;
+use column_source::{ColumnSource, Comments, find_table};
 
 use crate::columns::{self, Column, Mapping, TIMING_CHANNELS};
 use crate::conditions;
@@ -17,7 +17,28 @@ const KNOWN: [&str; 6] = [
     "open_time_s",
 ];
 
-/// Reads a CSV of stroke times: a row a cycle.
+/// All columns that a file of stroke times has, and the two that it must have.
+type Found = ([Option<Column>; TIMING_CHANNELS.len()], Column, Column);
+
+fn find_columns(source: &dyn ColumnSource, mappings: &[Mapping], valve: &ValveFacts) -> Result<Found, DataError> {
+    let mut found = [None; TIMING_CHANNELS.len()];
+    for (channel, slot) in TIMING_CHANNELS.into_iter().zip(&mut found) {
+        let mapping = mappings.iter().find(|mapping| mapping.channel == channel.0);
+        *slot = columns::find(source, channel, mapping, valve.ambient_pressure_pa)?;
+    }
+    let needed = |column: Option<Column>, channel: &str| {
+        column.ok_or_else(|| {
+            let usual = format!("{channel}_s");
+            let expected = format!(
+                "{usual}, {channel}_ms, or its name in [timings.columns]; an empty field where the valve did not get there"
+            );
+            columns::missing(source, &usual, &expected)
+        })
+    };
+    Ok((found, needed(found[0], "close_time")?, needed(found[1], "open_time")?))
+}
+
+/// Reads a file of stroke times: a row a cycle.
 pub(crate) fn read(
     bytes: &[u8],
     file: &str,
@@ -26,22 +47,12 @@ pub(crate) fn read(
     warnings: &mut Vec<Warning>,
 ) -> Result<Vec<TimingRow>, DataError> {
     let mut source = column_source::open(bytes, file, Comments::WhereNoNames)?;
-    let mut found = [None; TIMING_CHANNELS.len()];
-    for (channel, slot) in TIMING_CHANNELS.into_iter().zip(&mut found) {
-        let mapping = mappings.iter().find(|mapping| mapping.channel == channel.0);
-        *slot = columns::find(source.as_ref(), channel, mapping, valve.ambient_pressure_pa)?;
-    }
-    let [close, open, supply, temperature, to_atmosphere, from_supply] = found;
-    let needed = |column: Option<Column>, channel: &str| {
-        column.ok_or_else(|| {
-            let usual = format!("{channel}_s");
-            let expected = format!(
-                "{usual}, {channel}_ms, or its name in [timings.columns]; an empty field where the valve did not get there"
-            );
-            columns::missing(source.as_ref(), &usual, &expected)
-        })
-    };
-    let (close, open) = (needed(close, "close_time")?, needed(open, "open_time")?);
+    let (found, close, open) = find_table(
+        source.as_mut(),
+        |source| find_columns(source, mappings, valve),
+        |source| columns::count(source, &TIMING_CHANNELS, mappings),
+    )?;
+    let [_, _, supply, temperature, to_atmosphere, from_supply] = found;
     let header_line = source.header_line();
     let mut warn = |doubt| warnings.push(Warning { file: file.to_owned(), line: header_line, doubt });
     if supply.is_none() {

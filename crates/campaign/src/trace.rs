@@ -1,7 +1,7 @@
 //! From a CSV text to a trace and its command edges.
 
 use checked_toml::{QuantityKind, Section, TomlFileError};
-use column_source::{Clock, ColumnSource, Comments, NoticeKind, without_unit};
+use column_source::{Clock, ColumnSource, Comments, NoticeKind, find_table, without_unit};
 use quantity::Dimension;
 
 use crate::columns::{self, CHANNELS, Column, Mapping};
@@ -164,8 +164,12 @@ pub(crate) fn read_source(
     rows: usize,
     format: &TraceFormat<'_>,
 ) -> Result<ReadTrace, DataError> {
+    let (columns, doubts) = find_table(
+        source,
+        |source| find_columns(source, format),
+        |source| columns::count(source, &CHANNELS, format.mappings),
+    )?;
     let header_line = source.header_line();
-    let (columns, doubts) = find_columns(source, format)?;
     let mut doubts: Vec<(usize, Doubt)> = doubts.into_iter().map(|doubt| (header_line, doubt)).collect();
     let mut trace = Trace {
         time_s: Vec::with_capacity(rows),

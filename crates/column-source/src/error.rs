@@ -49,6 +49,14 @@ pub enum RecordProblem {
         /// What to do.
         instead: &'static str,
     },
+    /// A file of a format that is read, with something in it that is not.
+    #[error("holds {found}, which this program does not read; {instead}")]
+    PartNotRead {
+        /// What it is.
+        found: String,
+        /// What to do.
+        instead: &'static str,
+    },
     /// A file of a format whose content is no table of columns.
     #[error("cannot be read as a {format} file with a table of columns: {reason}")]
     NotATable {
@@ -56,6 +64,15 @@ pub enum RecordProblem {
         format: &'static str,
         /// The reason.
         reason: String,
+    },
+    /// Several tables that could be meant.
+    #[error(
+        "{tables} all have the columns that are looked for; expected one: write it before the name of a column, \
+         as in \"Bench/Position\""
+    )]
+    SeveralTables {
+        /// The tables.
+        tables: String,
     },
     /// A line no recorder writes.
     #[error("a line of {bytes} bytes; expected lines of at most {most} bytes")]

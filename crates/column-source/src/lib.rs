@@ -8,12 +8,18 @@
 //!
 //! It knows no valve, and what a column means is the caller's business.
 
+#[cfg(any(feature = "mat73", feature = "tdms"))]
+mod bits;
 mod decode;
 mod error;
 mod heading;
 mod layout;
 #[cfg(feature = "mat")]
 mod mat;
+#[cfg(feature = "mat73")]
+mod mat73;
+#[cfg(any(feature = "mat", feature = "mat73"))]
+mod matrix;
 mod naming;
 mod notice;
 mod number;
@@ -21,8 +27,12 @@ mod open;
 #[cfg(feature = "parquet")]
 mod parquet;
 mod source;
-#[cfg(any(feature = "mat", feature = "parquet"))]
+#[cfg(any(feature = "mat", feature = "mat73", feature = "parquet", feature = "tdms"))]
 mod table;
+#[cfg(feature = "tdms")]
+mod tables;
+#[cfg(feature = "tdms")]
+mod tdms;
 mod text;
 mod timestamp;
 
@@ -31,6 +41,6 @@ pub use heading::Heading;
 pub use naming::{any_unit_at_end, did_you_mean, listed, named, unit_at_end, without_unit, written_out};
 pub use notice::{Notice, NoticeKind};
 pub use open::{open, recognised};
-pub use source::ColumnSource;
+pub use source::{ColumnSource, find_table};
 pub use text::{Comments, TextSource};
 pub use timestamp::{Clock, Dates};

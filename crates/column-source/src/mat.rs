@@ -6,8 +6,9 @@ use std::io::Read;
 use flate2::read::ZlibDecoder;
 use matfile::{Array, MatFile, NumericData};
 
+use crate::matrix;
 use crate::table::{TableSource, Values};
-use crate::{ColumnSource, RecordError, RecordProblem};
+use crate::{ColumnSource, Heading, RecordError, RecordProblem};
 
 /// Opens a MATLAB file; structures, texts and complex numbers in it are passed over.
 pub(crate) fn open(bytes: &[u8], file: &str) -> Result<Box<dyn ColumnSource>, RecordError> {
@@ -95,23 +96,14 @@ fn word(bytes: &[u8], big: bool) -> Option<u32> {
 }
 
 /// The columns of an array: itself if it is a vector, lying or standing.
-fn columns(array: &Array) -> Vec<(String, Values)> {
+fn columns(array: &Array) -> Vec<(Heading, Values)> {
     let [rows, count] = array.size().as_slice() else { return Vec::new() };
     let Some(values) = real(array.data()) else { return Vec::new() };
     let name = array.name();
     if rows.checked_mul(*count) != Some(values.len()) || values.is_empty() {
         return Vec::new();
     }
-    if *rows == 1 || *count == 1 {
-        return vec![(name.to_owned(), Values::Numbers(values))];
-    }
-    let numbered = |(index, signal): (usize, Vec<f64>)| (format!("{name}_{}", index + 1), Values::Numbers(signal));
-    let row = |row: usize| values.iter().skip(row).step_by(*rows).copied().collect::<Vec<_>>();
-    // Simulink's "To File" lays signals down as rows, the time first.
-    if rows < count && row(0).windows(2).all(|pair| pair[1] > pair[0]) {
-        return (0..*rows).map(row).enumerate().map(numbered).collect();
-    }
-    values.chunks(*rows).map(<[f64]>::to_vec).enumerate().map(numbered).collect()
+    matrix::columns(name, *rows, values)
 }
 
 /// The numbers of an array; none where they are complex.
@@ -124,7 +116,7 @@ fn real(data: &NumericData) -> Option<Vec<f64>> {
             }
         };
     }
-    #[expect(clippy::cast_lossless, clippy::unnecessary_cast, reason = "one line for ten types")]
+    #[expect(clippy::cast_lossless, reason = "one line for ten types")]
     {
         numbers!(Int8, UInt8, Int16, UInt16, Int32, UInt32, Int64, UInt64, Single, Double)
     }

@@ -69,6 +69,14 @@ pub enum NoticeKind {
         /// Rows of the recording.
         rows: usize,
     },
+    /// Other tables of the same file.
+    #[error("{taken} was read, and not {others}")]
+    OtherTables {
+        /// The table that was read.
+        taken: String,
+        /// The others.
+        others: String,
+    },
     /// The last row was cut off.
     #[error("the last row is cut off; it was left out")]
     CutRow,

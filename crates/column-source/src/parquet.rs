@@ -5,7 +5,7 @@ use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
 
 use crate::table::{TableSource, Values};
-use crate::{ColumnSource, RecordError, RecordProblem};
+use crate::{ColumnSource, Heading, RecordError, RecordProblem};
 
 /// Opens a Parquet file.
 pub(crate) fn open(bytes: &[u8], file: &str) -> Result<Box<dyn ColumnSource>, RecordError> {
@@ -41,7 +41,7 @@ pub(crate) fn open(bytes: &[u8], file: &str) -> Result<Box<dyn ColumnSource>, Re
             Values::Numbers(cells.into_iter().map(Cell::into_number).collect())
         }
     };
-    let named = columns.into_iter().map(|(name, cells)| (name, values(cells))).collect();
+    let named = columns.into_iter().map(|(name, cells)| (Heading::new(&name), values(cells))).collect();
     Ok(Box::new(TableSource::new(file, named)?))
 }
 

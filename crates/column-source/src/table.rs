@@ -10,15 +10,31 @@ pub(crate) enum Values {
     /// Numbers; NaN for a gap.
     Numbers(Vec<f64>),
     /// Texts, such as timestamps and names.
-    #[cfg_attr(not(feature = "parquet"), expect(dead_code, reason = "MATLAB files give numbers alone"))]
+    #[cfg_attr(
+        not(any(feature = "parquet", feature = "tdms")),
+        expect(dead_code, reason = "MATLAB files give numbers alone")
+    )]
     Texts(Vec<String>),
+    /// Something else: a column that is there and refused when it is asked for.
+    #[cfg(any(feature = "mat73", feature = "tdms"))]
+    NotRead {
+        /// How many values.
+        rows: usize,
+        /// What they are.
+        found: String,
+        /// What to do.
+        instead: &'static str,
+    },
 }
 
 impl Values {
-    fn len(&self) -> usize {
+    /// How many.
+    pub(crate) fn len(&self) -> usize {
         match self {
             Self::Numbers(numbers) => numbers.len(),
             Self::Texts(texts) => texts.len(),
+            #[cfg(any(feature = "mat73", feature = "tdms"))]
+            Self::NotRead { rows, .. } => *rows,
         }
     }
 }
@@ -37,7 +53,8 @@ pub(crate) struct TableSource {
 impl TableSource {
     /// A table of named columns. Of columns of several lengths the longest are the recording; others, such as a sampling
     /// rate, are left out, and that is said.
-    pub(crate) fn new(file: &str, named: Vec<(String, Values)>) -> Result<Self, RecordError> {
+    #[cfg(any(feature = "mat", feature = "mat73", feature = "parquet"))]
+    pub(crate) fn new(file: &str, named: Vec<(Heading, Values)>) -> Result<Self, RecordError> {
         let rows = named.iter().map(|(_, values)| values.len()).max().unwrap_or(0);
         if rows == 0 {
             return Err(RecordError { file: file.to_owned(), line: 1, problem: RecordProblem::Empty });
@@ -45,12 +62,34 @@ impl TableSource {
         let (kept, others): (Vec<_>, Vec<_>) = named.into_iter().partition(|(_, values)| values.len() == rows);
         let mut notices = Vec::new();
         if !others.is_empty() {
-            let names: Vec<String> = others.into_iter().map(|(name, _)| name).collect();
+            let names: Vec<String> = others.into_iter().map(|(heading, _)| heading.name).collect();
             notices.push(Notice { line: 1, kind: NoticeKind::OtherLengths { names: names.join(", "), rows } });
         }
-        let headings = kept.iter().map(|(name, _)| Heading::new(name)).collect();
-        let columns = kept.into_iter().map(|(_, values)| values).collect();
-        Ok(Self { file: file.to_owned(), headings, columns, row: 0, notices })
+        Ok(Self { notices, ..Self::of(file, kept) })
+    }
+
+    /// A table of columns that are all as long as each other.
+    pub(crate) fn of(file: &str, columns: Vec<(Heading, Values)>) -> Self {
+        let (headings, columns) = columns.into_iter().unzip();
+        Self { file: file.to_owned(), headings, columns, row: 0, notices: Vec::new() }
+    }
+
+    /// Says something of how the file was read.
+    #[cfg(feature = "tdms")]
+    pub(crate) fn say(&mut self, kind: NoticeKind) {
+        self.notices.push(Notice { line: 1, kind });
+    }
+
+    /// How many values there are.
+    #[cfg(feature = "tdms")]
+    pub(crate) fn values(&self) -> usize {
+        self.columns.iter().map(Values::len).sum()
+    }
+
+    /// Goes back before the first row.
+    #[cfg(feature = "tdms")]
+    pub(crate) fn rewind(&mut self) {
+        self.row = 0;
     }
 }
 
@@ -78,7 +117,13 @@ impl ColumnSource for TableSource {
 
     fn number(&self, column: usize) -> Result<f64, RecordError> {
         match &self.columns[column] {
-            Values::Numbers(numbers) => Ok(numbers[self.row - 1]),
+            Values::Numbers(numbers) => match numbers[self.row - 1] {
+                number if number.is_infinite() => {
+                    let column = self.headings[column].name.clone();
+                    Err(self.error(self.row, RecordProblem::NotANumber { column, found: number.to_string() }))
+                }
+                number => Ok(number),
+            },
             Values::Texts(texts) => {
                 let text = texts[self.row - 1].trim();
                 if text.is_empty() {
@@ -89,6 +134,11 @@ impl ColumnSource for TableSource {
                     self.error(self.row, RecordProblem::NotANumber { column, found: text.to_owned() })
                 })
             }
+            #[cfg(any(feature = "mat73", feature = "tdms"))]
+            Values::NotRead { found, instead, .. } => {
+                let found = format!("{found} in column \"{}\"", self.headings[column].name);
+                Err(self.error(self.row, RecordProblem::PartNotRead { found, instead }))
+            }
         }
     }
 
@@ -97,6 +147,8 @@ impl ColumnSource for TableSource {
             Values::Numbers(numbers) if numbers[self.row - 1].is_nan() => Cow::Borrowed(""),
             Values::Numbers(numbers) => Cow::Owned(numbers[self.row - 1].to_string()),
             Values::Texts(texts) => Cow::Borrowed(&texts[self.row - 1]),
+            #[cfg(any(feature = "mat73", feature = "tdms"))]
+            Values::NotRead { .. } => Cow::Borrowed(""),
         }
     }
 

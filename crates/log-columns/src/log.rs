@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use column_source::{ColumnSource, Comments, Dates, Heading};
+use column_source::{ColumnSource, Comments, Dates, Heading, find_table};
 use prognoser::fields::{self, StrokeField};
 use prognoser::{LogError, LogErrorKind, LogRow, Reading};
 
@@ -50,10 +50,16 @@ impl ColumnLog {
     /// # Errors
     /// If it is no table, or the valve, a stroke time or its unit cannot be told.
     pub fn read(bytes: &[u8], name: &str, wanted: &Wanted) -> Result<Self, ColumnLogError> {
-        let source = column_source::open(bytes, name, Comments::WhereNoNames)?;
+        let mut source = column_source::open(bytes, name, Comments::WhereNoNames)?;
         let line = source.header_line();
-        let places = Places::find(source.as_ref(), &wanted.columns, wanted.valve.is_some())
-            .map_err(|problem| ColumnLogError::Columns { file: name.to_owned(), line, problem })?;
+        let places = find_table(
+            source.as_mut(),
+            |source| {
+                Places::find(source, &wanted.columns, wanted.valve.is_some())
+                    .map_err(|problem| ColumnLogError::Columns { file: name.to_owned(), line, problem })
+            },
+            |source| Places::count(source, &wanted.columns),
+        )?;
         let mut notices: Vec<(usize, Notice)> =
             source.notices().iter().map(|one| (one.line, one.kind.clone().into())).collect();
         if !places.taken.is_empty() {

@@ -44,7 +44,7 @@ impl Places {
         let headings = source.headings();
         let mut taken = Vec::new();
         let mut place = |channel: Channel| {
-            let index = index(headings, channel, wanted)?;
+            let index = index(source, channel, wanted)?;
             if let Some(index) = index.filter(|_| wanted.iter().all(|one| one.channel != channel)) {
                 let heading = &headings[index];
                 if plain(heading) != channel.name() {
@@ -53,7 +53,7 @@ impl Places {
             }
             Ok(index)
         };
-        let missing = |what, remedy: String| ColumnProblem::Missing { what, found: listed(headings), remedy };
+        let missing = |what, remedy: String| ColumnProblem::Missing { what, found: listed(source), remedy };
         let valve = if one_valve { None } else { place(Channel::Valve)? };
         if valve.is_none() && !one_valve {
             let remedy = "Say which one, --column valve=NAME, or --valve-name NAME if all rows are of one valve";
@@ -72,6 +72,12 @@ impl Places {
         Ok(Self { valve, cycle, time, strokes, supply_pressure, temperature, taken })
     }
 
+    /// How many of a log's columns a table has.
+    pub fn count(source: &dyn ColumnSource, wanted: &[NamedColumn]) -> usize {
+        let all = [Channel::Valve, Channel::Cycle, Channel::Time, Channel::CloseTime, Channel::OpenTime];
+        all.into_iter().filter(|channel| matches!(index(source, *channel, wanted), Ok(Some(_)))).count()
+    }
+
     /// The columns that are not read.
     pub fn unread<'a>(&self, headings: &'a [Heading]) -> impl Iterator<Item = &'a Heading> {
         let measured = [&self.supply_pressure, &self.temperature].map(|one| one.as_ref().map(|one| one.index));
@@ -82,13 +88,14 @@ impl Places {
 }
 
 /// The column of a channel, if there is one.
-fn index(headings: &[Heading], channel: Channel, wanted: &[NamedColumn]) -> Result<Option<usize>, ColumnProblem> {
+fn index(source: &dyn ColumnSource, channel: Channel, wanted: &[NamedColumn]) -> Result<Option<usize>, ColumnProblem> {
+    let headings = source.headings();
     let found = if let Some(one) = wanted.iter().find(|one| one.channel == channel) {
         let names: Vec<(&str, &str)> = headings.iter().map(|it| (it.name.as_str(), it.bare())).collect();
-        let found = named(&names, &one.name);
+        let found = named(&names, source.within_table(&one.name));
         if found.is_empty() {
             let suggestion = did_you_mean(names.into_iter(), &one.name);
-            let (name, found) = (one.name.clone(), listed(headings));
+            let (name, found) = (one.name.clone(), listed(source));
             return Err(ColumnProblem::NoSuchColumn { name, suggestion, found });
         }
         found
@@ -142,6 +149,9 @@ fn measured(
     }
 }
 
-fn listed(headings: &[Heading]) -> String {
-    headings.iter().map(|heading| format!("\"{}\"", heading.name)).collect::<Vec<_>>().join(", ")
+fn listed(source: &dyn ColumnSource) -> String {
+    if source.table().is_some() {
+        return source.listed();
+    }
+    source.headings().iter().map(|heading| format!("\"{}\"", heading.name)).collect::<Vec<_>>().join(", ")
 }

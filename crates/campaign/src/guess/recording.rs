@@ -2,12 +2,26 @@
 
 use std::borrow::Cow;
 
-use column_source::{Clock, Comments, Notice, any_unit_at_end, listed, named, without_unit};
+use column_source::{Clock, ColumnSource, Comments, Notice, any_unit_at_end, listed, named, without_unit};
 use quantity::{Reference, Unit};
 
 use super::words;
 use crate::DataError;
 use crate::trace::newest_first;
+
+/// Of several tables in a file, goes to the one whose names fit the most channels, the largest of them.
+fn go_to_best(source: &mut dyn ColumnSource) {
+    let mut best = (0, 0);
+    for table in 0..source.tables() {
+        source.go_to(table);
+        let known = |words: &&words::Words| source.headings().iter().any(|one| words::fit(one.bare(), words) > 0);
+        let fitting = words::CHANNELS.iter().filter(known).count();
+        if fitting > best.1 {
+            best = (table, fitting);
+        }
+    }
+    source.go_to(best.0);
+}
 
 /// A file with all its columns.
 #[derive(Debug, Clone)]
@@ -32,6 +46,7 @@ impl Recording {
     /// Reads a file.
     pub fn read(bytes: &[u8], file: &str) -> Result<Self, DataError> {
         let mut source = column_source::open(bytes, file, Comments::WhereNoNames)?;
+        go_to_best(source.as_mut());
         let count = source.headings().len();
         let mut columns = vec![Vec::new(); count];
         let mut clocks = vec![Clock::default(); count];
