@@ -187,6 +187,7 @@ pub fn select<F: Family>(family: &F, options: &SelectOptions) -> Option<Selectio
         accepted = search.best_rival(accepted);
         accepted = search.judged(accepted);
     }
+    search.end_smaller(&accepted);
     steps.retain(|set| set.iter().all(|one| accepted.contains(one)) && *set != accepted);
     if !accepted.is_empty() || steps.is_empty() {
         steps.push(accepted);
@@ -280,6 +281,16 @@ impl<F: Family> Search<'_, F> {
             self.reduced.insert(set.to_vec(), evidence);
         }
         smaller
+    }
+
+    /// Fits to the end what a set is told beside: the sets with one effect less, however far behind they are.
+    fn end_smaller(&mut self, set: &[usize]) {
+        let smaller = set.iter().map(|one| set.iter().copied().filter(|other| other != one).collect());
+        let is_ended = |set: &Set| self.models.contains_key(&(set.clone(), Level::High));
+        let missing: Vec<Set> = smaller.filter(|set| !is_ended(set)).collect();
+        for (set, problem, fit) in self.ended_from(set, &missing) {
+            self.keep(set, Level::High, problem, fit);
+        }
     }
 
     /// Fits sets from the optimum of another. At first a little and cheaply: one that is then far less likely is not

@@ -143,12 +143,16 @@ fn hypothesis<'a>(model: &'a Fitted<'_>, certainty: &'a Certainty) -> Hypothesis
 /// The share of the calibrated model's error on what was held out that the accepted effects leave, noise aside; nothing
 /// without effects, or where nothing was held out.
 fn share_left(found: &Selection<ValveProblem<'_>>, best: &Fitted<'_>) -> Option<f64> {
-    let base = found.model(&[]).filter(|_| !best.set.is_empty())?;
+    share_of(found.model(&[]).filter(|_| !best.set.is_empty())?, best)
+}
+
+/// The share of one model's error on what was held out that another one leaves, noise aside.
+fn share_of(of: &Fitted<'_>, left_by: &Fitted<'_>) -> Option<f64> {
     let error = |model: &Fitted<'_>| {
         let held = model.held_out.as_ref()?;
-        Some(excess(normalised_rms(&model.problem, &best.fit.noise, &held.own)))
+        Some(excess(normalised_rms(&model.problem, &left_by.fit.noise, &held.own)))
     };
-    Some(error(best)? / error(base)?.max(f64::MIN_POSITIVE))
+    Some(error(left_by)? / error(of)?.max(f64::MIN_POSITIVE))
 }
 
 /// The model whose effects are named: the accepted one, but for effects that the evidence has for reasons that it does not
@@ -213,7 +217,8 @@ fn doubts(best: &Fitted<'_>, recommended: &[EffectKind], strange: &[EffectKind])
 }
 
 /// The accepted model without effects whose size cannot be told from none: what records disagree by can be more than the
-/// evidence knows of, and shapes that fit where the size does not are of something else.
+/// evidence knows of, and shapes that fit where the size does not are of something else. An effect that takes most of the error
+/// on records that were held out is there, however much its size differs from one to the other.
 fn without_unsure<'f, 'a>(
     catalogue: &Catalogue<'a>,
     found: &'f Selection<ValveProblem<'a>>,
@@ -227,7 +232,8 @@ fn without_unsure<'f, 'a>(
             let deviations = deviations_from_none(model, &certainty, kind);
             let rest: Vec<usize> = model.set.iter().copied().filter(|other| other != one).collect();
             let smaller = found.model(&rest).filter(|smaller| smaller.level == Level::High)?;
-            (deviations < t_quantile_95(f64::INFINITY)).then_some((deviations, kind, smaller))
+            let is_needed = share_of(smaller, model).is_some_and(|share| share < NAMED_SHARE);
+            (deviations < t_quantile_95(f64::INFINITY) && !is_needed).then_some((deviations, kind, smaller))
         });
         let Some((_, kind, smaller)) = unsure.min_by(|a, b| a.0.total_cmp(&b.0)) else { break };
         let beside = if smaller.set.is_empty() { "" } else { " beside it" };

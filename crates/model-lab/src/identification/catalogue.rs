@@ -321,13 +321,16 @@ impl Subject {
             .collect();
         let longest = shares.last().copied().unwrap_or(0.0);
         let entries = self.nuisances.split_off(first);
+        // A recorder that a command starts writes it down in the first row of every record; where it does not in one, it does in none, and
+        // the best time at the values of the valve file may be none for what these are off by.
+        let is_started = best.iter().all(|best| *best <= 0.0 || *best >= longest);
         for ((recording, best), mut entry) in filling.into_iter().zip(best).zip(entries) {
-            if best >= longest || best <= 0.0 {
-                if best > 0.0 {
-                    self.low.begin_closed(recording);
-                } else {
-                    self.low.begin_open(recording);
-                }
+            if best >= longest {
+                self.low.begin_closed(recording);
+                continue;
+            }
+            if is_started {
+                self.low.begin_open(recording);
                 continue;
             }
             let coordinate = &mut entry.coordinate;
