@@ -287,8 +287,9 @@ impl Shard {
         self.order.sort_unstable();
         self.spans.clear();
         self.spans.resize(self.order.len(), Span::default());
-        for (_, place, at) in &self.order {
+        for (k, (_, place, at)) in self.order.iter().enumerate() {
             let row = &chunk.rows[*at];
+            let next = self.order.get(k + 1).map(|(_, _, at)| &chunk.rows[*at]);
             let (out, notes) = (self.out.len(), self.notes.len());
             let valve = &chunk.texts[row.valve.clone()];
             let time = row.time.clone().map(|time| &chunk.texts[time]);
@@ -303,7 +304,14 @@ impl Shard {
                 self.touched.insert(valve.to_owned());
             }
             let before = self.prognoser.last(valve).map(|last| last.status);
-            let prognosis = self.prognoser.push(&LogRow { valve, reading: row.reading, time, line: row.line });
+            // Of a row that is not told and whose valve goes on within the chunk only the status is looked at.
+            let passes = !format.tells_rows()
+                && self.history.is_none()
+                && next.is_some_and(|next| {
+                    chunk.texts[next.valve.clone()] == *valve && next.reading.cycle > row.reading.cycle
+                });
+            let one = LogRow { valve, reading: row.reading, time, line: row.line };
+            let prognosis = if passes { self.prognoser.pass(&one) } else { self.prognoser.push(&one) };
             let repeats = prognosis.notices.contains(&Notice::RepeatedCycle);
             self.batch.rows += 1;
             self.batch.duplicates += u64::from(repeats);
