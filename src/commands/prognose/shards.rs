@@ -19,8 +19,10 @@ use answers::figures::life::History;
 /// Valves that are in memory while the others are in a store.
 const MOST_AT_HAND: usize = 1 << 14;
 
-/// Rows that are read before they are worked on.
+/// Rows that are read before they are worked on: so many that their results take some megabytes. Where neither rows nor
+/// states are told, more of them, of which most valves have several then.
 const CHUNK: usize = 1 << 14;
+const UNTOLD_CHUNK: usize = 1 << 16;
 
 /// Shards for each thread: so that one that has been kept waiting leaves its work to others.
 const SHARDS_A_THREAD: usize = 4;
@@ -187,7 +189,11 @@ impl Shards {
         for shard in &mut self.all {
             shard.order.clear();
         }
-        let size = if self.way.one_by_one { 1 } else { CHUNK };
+        let size = match () {
+            () if self.way.one_by_one => 1,
+            () if self.way.format.tells_rows() || self.store.is_some() => CHUNK,
+            () => UNTOLD_CHUNK,
+        };
         let hasher = BuildHasherDefault::<DefaultHasher>::default();
         while self.chunk.rows.len() < size {
             let row = match rows.next()? {
