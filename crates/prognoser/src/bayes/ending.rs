@@ -20,6 +20,8 @@ pub(crate) const LONGEST: f64 = 1e5;
 pub(crate) const SMALLEST_GROWTH: f64 = 1e-6;
 /// Share of a remaining life by which weighing by its inverse moves it at most: beyond, the first order no longer holds.
 const LARGEST_WEIGHING: f64 = 0.3;
+/// Share of the variance of leaps to come that counts for the best single estimate.
+const LEAPS_TOLD: f64 = 0.2;
 /// Gaussian deviations that a step towards a quantile goes at most, and what it goes beyond, so that it soon lies between two.
 const LARGEST_STEP: f64 = 4.0;
 const BEYOND: f64 = 0.3;
@@ -218,17 +220,20 @@ impl<'a> Ending<'a> {
     }
 
     /// The remaining life with the smallest expected relative error: the median
-    /// with every possible life weighed by its inverse.
+    /// with every possible life weighed by its inverse. Leaps to come count for less: of lives that they make very short the
+    /// error is 100 % whatever is told, and weighing those would move the estimate of all others.
     pub(crate) fn best(&self, blocks: &mut Vec<Block>) -> f64 {
+        let lines: Vec<Line> = self.lines.iter().map(|line| Line { rough: LEAPS_TOLD * line.rough, ..*line }).collect();
+        let ends: Vec<(f64, f64)> = lines.iter().map(Line::end).collect();
         let weight = |(line, (t, _)): (&Line, &(f64, f64))| line.weight / t.max(SOON);
-        let total: f64 = self.lines.iter().zip(&self.ends).map(weight).sum();
-        let weighed = self.lines.iter().zip(&self.ends).map(|(line, (t, sd))| {
+        let total: f64 = lines.iter().zip(&ends).map(weight).sum();
+        let weighed = lines.iter().zip(&ends).map(|(line, (t, sd))| {
             // Within a line the weighing moves the median by variance over life.
             (line.weight / t.max(SOON) / total, (sd * sd / t.max(SOON)).min(LARGEST_WEIGHING * t), line)
         });
         Block::all(blocks, weighed);
         let within = |cycles: f64| widely(Within { blocks, cycles });
-        Curve::new(within, self.lines.iter().zip(&self.ends).map(weight), &self.ends).place_of(0.5)
+        Curve::new(within, lines.iter().zip(&ends).map(weight), &ends).place_of(0.5)
     }
 
     /// How many cycles ago the level was 1, where that is over.

@@ -307,7 +307,7 @@ impl BayesEstimator {
         let slope = hypothesis.law.severity(1.0).1;
         let nearer: f64 = (0..2).map(|stroke| hypothesis.mean[2 + stroke] * by_unit[stroke] / slope).sum();
         let nearer = nearer + 1.0 - hypothesis.law.coordinate(self.expected_end(wear, plant));
-        let roughness = self.config.growth_prior.roughness;
+        let leaps = self.config.growth_prior.leaps;
         let [var_level, cov, var_growth] =
             [hypothesis.cov[0][0], hypothesis.cov[0][1], hypothesis.cov[1][1]].map(|v| v * sigma2);
         let level = hypothesis.mean[0] + nearer;
@@ -322,7 +322,7 @@ impl BayesEstimator {
                 lines.push(line);
             }
         };
-        let rough = |growth: f64| if hypothesis.mode == Mode::Rough { (roughness * growth).powi(2) } else { 0.0 };
+        let rough = |growth: f64| if hypothesis.mode == Mode::Rough { (leaps * growth).powi(2) } else { 0.0 };
         let unsteadiness = self.config.growth_prior.unsteadiness_of(hypothesis.law, hypothesis.mode);
         let turns = |growth: f64| (unsteadiness * growth).powi(2);
         match pace {
