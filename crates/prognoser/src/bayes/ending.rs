@@ -95,7 +95,7 @@ pub(crate) struct Block {
 
 impl Block {
     /// Lines with their weights, and by how many cycles each is looked at later.
-    fn all<'a>(blocks: &mut Vec<Self>, lines: impl Iterator<Item = (f64, f64, &'a Line)>) {
+    fn all(blocks: &mut Vec<Self>, lines: impl Iterator<Item = (f64, f64, Line)>) {
         blocks.clear();
         for (count, (weight, later, line)) in lines.enumerate() {
             let k = count % SIDE;
@@ -184,7 +184,7 @@ impl<'a> Ending<'a> {
         probabilities: [f64; N],
         blocks: &mut Vec<Block>,
     ) -> ([f64; N], f64) {
-        Block::all(blocks, self.lines.iter().map(|line| (line.weight, 0.0, line)));
+        Block::all(blocks, self.lines.iter().map(|line| (line.weight, 0.0, *line)));
         let within = |cycles: f64| widely(Within { blocks, cycles });
         let mut curve = Curve::new(within, self.lines.iter().map(|line| line.weight), &self.ends);
         (probabilities.map(|probability| curve.place_of(probability)), within(1.0))
@@ -199,7 +199,7 @@ impl<'a> Ending<'a> {
         cycles: [f64; N],
         blocks: &mut Vec<Block>,
     ) -> Option<(f64, f64)> {
-        Block::all(blocks, self.lines.iter().map(|line| (line.weight, 0.0, line)));
+        Block::all(blocks, self.lines.iter().map(|line| (line.weight, 0.0, *line)));
         let within = |cycles: f64| widely(Within { blocks, cycles });
         if normal_deviation(within(0.0)) > -CLEAR {
             return None;
@@ -223,17 +223,19 @@ impl<'a> Ending<'a> {
     /// with every possible life weighed by its inverse. Leaps to come count for less: of lives that they make very short the
     /// error is 100 % whatever is told, and weighing those would move the estimate of all others.
     pub(crate) fn best(&self, blocks: &mut Vec<Block>) -> f64 {
-        let lines: Vec<Line> = self.lines.iter().map(|line| Line { rough: LEAPS_TOLD * line.rough, ..*line }).collect();
-        let ends: Vec<(f64, f64)> = lines.iter().map(Line::end).collect();
+        let told = |line: &Line| Line { rough: LEAPS_TOLD * line.rough, ..*line };
+        let ends = self.lines.iter().zip(&self.ends);
+        let ends: Vec<(f64, f64)> =
+            ends.map(|(line, end)| if line.rough > 0.0 { told(line).end() } else { *end }).collect();
         let weight = |(line, (t, _)): (&Line, &(f64, f64))| line.weight / t.max(SOON);
-        let total: f64 = lines.iter().zip(&ends).map(weight).sum();
-        let weighed = lines.iter().zip(&ends).map(|(line, (t, sd))| {
+        let total: f64 = self.lines.iter().zip(&ends).map(weight).sum();
+        let weighed = self.lines.iter().zip(&ends).map(|(line, (t, sd))| {
             // Within a line the weighing moves the median by variance over life.
-            (line.weight / t.max(SOON) / total, (sd * sd / t.max(SOON)).min(LARGEST_WEIGHING * t), line)
+            (line.weight / t.max(SOON) / total, (sd * sd / t.max(SOON)).min(LARGEST_WEIGHING * t), told(line))
         });
         Block::all(blocks, weighed);
         let within = |cycles: f64| widely(Within { blocks, cycles });
-        Curve::new(within, lines.iter().zip(&ends).map(weight), &ends).place_of(0.5)
+        Curve::new(within, self.lines.iter().zip(&ends).map(weight), &ends).place_of(0.5)
     }
 
     /// How many cycles ago the level was 1, where that is over.
@@ -379,7 +381,7 @@ mod tests {
         };
         let lines: Vec<Line> = (0..10).map(line).collect();
         let mut blocks = Vec::new();
-        Block::all(&mut blocks, lines.iter().map(|line| (line.weight, 0.0, line)));
+        Block::all(&mut blocks, lines.iter().map(|line| (line.weight, 0.0, *line)));
         for t in 0..400_u32 {
             let within = || Within { blocks: &blocks, cycles: 1.7 * f64::from(t) };
             assert_eq!(within().run().to_bits(), widely(within()).to_bits(), "after {t}");
