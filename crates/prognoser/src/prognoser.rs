@@ -6,7 +6,9 @@ use std::sync::Arc;
 use leak_table::{Stroke, TableBundle};
 use serde::{Deserialize, Serialize};
 
-use crate::bayes::{BayesConfig, BayesEstimate, BayesEstimator, Change, Noise, PROPER_FROM, ValveRecord, Workspace};
+use crate::bayes::{
+    BayesConfig, BayesEstimate, BayesEstimator, Change, Noise, PROPER_FROM, ValveRecord, Wanted, Workspace,
+};
 use crate::calendar::Calendar;
 use crate::kept::KeptPrognosis;
 use crate::log::LogRow;
@@ -15,7 +17,7 @@ use crate::ols::OlsEstimator;
 use crate::output::{blank, findings, from_bayes, from_ols, limits, remark};
 use crate::reading::Reading;
 use crate::record::Prognosis;
-use crate::status::Ladder;
+use crate::status::{ASKED, Ladder};
 
 /// Rows in rising order below the latest cycle after which the cycle counter
 /// counts as restarted.
@@ -105,6 +107,7 @@ struct Means<'a> {
     tables: &'a TableBundle,
     method: &'a Method,
     workspace: &'a mut Workspace,
+    wanted: Wanted,
 }
 
 struct Valve {
@@ -189,7 +192,18 @@ impl Prognoser {
     /// Takes in one row and gives the prognosis after it. A row that cannot be
     /// used gives the last prognosis of its valve again, with a notice.
     pub fn push(&mut self, row: &LogRow<'_>) -> Prognosis {
-        let means = &mut Means { tables: &self.tables, method: &self.method, workspace: &mut self.workspace };
+        self.push_wanted(row, Wanted::Numbers)
+    }
+
+    /// Takes in a row of which nobody looks at more than how the valve stands: status and notices are those of
+    /// [`push`](Self::push), the end of life is only told as closely as they ask, in less time. The next row must be one of
+    /// this valve with a higher cycle, and [`last`](Self::last) be looked at only then.
+    pub fn pass(&mut self, row: &LogRow<'_>) -> Prognosis {
+        self.push_wanted(row, Wanted::Standing(ASKED))
+    }
+
+    fn push_wanted(&mut self, row: &LogRow<'_>, wanted: Wanted) -> Prognosis {
+        let means = &mut Means { tables: &self.tables, method: &self.method, workspace: &mut self.workspace, wanted };
         let mut prognosis = match self.valves.get_mut(row.valve) {
             Some(valve) => valve.push(means, row),
             None => self
@@ -254,7 +268,7 @@ impl Valve {
 
     fn take(
         &mut self,
-        Means { tables, method, workspace }: &mut Means<'_>,
+        Means { tables, method, workspace, wanted }: &mut Means<'_>,
         name: &str,
         reading: &Reading,
         time: Option<&str>,
@@ -275,7 +289,7 @@ impl Valve {
         let mut repaired = false;
         let mut prognosis = match (&mut self.estimator, method) {
             (Estimator::Bayes(estimator), Method::Bayes(config)) => {
-                let estimate = estimator.update_in(workspace, tables, reading);
+                let estimate = estimator.update_in(workspace, tables, reading, *wanted);
                 remark(tables, reading, &estimate, &mut notices);
                 repaired = estimate.change == Some(Change::Repaired);
                 let prognosis = from_bayes(name, tables, reading, &estimate, config);

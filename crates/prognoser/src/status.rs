@@ -7,6 +7,8 @@ use crate::record::{Prognosis, Status};
 
 /// Cycles before `replace_by_cycle` at which a replacement should be planned.
 const PLAN_CYCLES: u64 = 10;
+/// What the rungs ask of an end: whether it comes within less than so many cycles.
+pub(crate) const ASKED: [f64; 2] = [1.0, PLAN_CYCLES as f64 + 1.0];
 /// Rows in a row that must speak for a lower rung before it is taken: a ladder
 /// that goes up and down with the noise is not believed.
 const CALM_ROWS: u8 = 3;

@@ -2,6 +2,9 @@
 
 mod common;
 
+use std::collections::HashSet;
+use std::sync::Arc;
+
 use common::{log, notices, row, run, tables};
 use leak_table::Fault;
 use prognoser::{Method, Prognoser, Prognosis, Reading, Status};
@@ -156,4 +159,24 @@ fn a_state_that_was_kept_goes_on_as_if_nothing_had_happened() {
     for (reading, expected) in readings[12..].iter().zip(&all[12..]) {
         assert_eq!(second.push(&row("V", reading)), *expected);
     }
+}
+
+#[test]
+fn a_row_that_is_passed_leaves_status_notices_and_what_comes_later_as_they_are() {
+    let tables = Arc::new(tables());
+    let mut statuses = HashSet::new();
+    for (seed, noise_s) in [(1, 0.002), (2, 0.01), (3, 0.031_6), (4, 0.031_6)] {
+        let leak = |k: f64| if seed == 4 { (k / 40.0).powi(2) } else { k / 40.0 };
+        let readings = log(&tables, Fault::Supply, 44, noise_s, seed, leak);
+        let told = run(Method::default(), &readings);
+        let mut prognoser = Prognoser::new(Arc::clone(&tables), Method::default());
+        let (last, passed) = readings.split_last().expect("rows");
+        for (reading, told) in passed.iter().zip(&told) {
+            let one = prognoser.pass(&row("V", reading));
+            assert_eq!((one.status, &one.notices), (told.status, &told.notices), "{seed}, {}", one.cycle);
+            statuses.insert(told.status.name());
+        }
+        assert_eq!(Some(&prognoser.push(&row("V", last))), told.last(), "{seed}");
+    }
+    assert!(["watch", "plan", "act-now", "eol-reached"].iter().all(|rung| statuses.contains(rung)), "{statuses:?}");
 }

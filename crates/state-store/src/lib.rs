@@ -29,8 +29,8 @@ const VALVES: TableDefinition<&str, &[u8]> = TableDefinition::new("valves");
 const TAKEN: TableDefinition<u64, &Fingerprint> = TableDefinition::new("taken");
 /// What was made up once and stays, by name.
 const NAMES: TableDefinition<&str, &str> = TableDefinition::new("names");
-/// Memory for pages of the file, bytes.
-const CACHE: usize = 16 << 20;
+/// Memory for pages of the file, bytes: with four times as much a fleet takes no less time, and 25 MB more.
+const CACHE: usize = 4 << 20;
 
 /// Something that a state depends on: a state that was kept under others is of no use.
 #[derive(Debug, Clone, PartialEq, Eq)]

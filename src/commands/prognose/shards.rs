@@ -19,8 +19,10 @@ use answers::figures::life::History;
 /// Valves that are in memory while the others are in a store.
 const MOST_AT_HAND: usize = 1 << 14;
 
-/// Rows that are read before they are worked on.
+/// Rows that are read before they are worked on: so many that their results take some megabytes. Where neither rows nor
+/// states are told, more of them, of which most valves have several then.
 const CHUNK: usize = 1 << 14;
+const UNTOLD_CHUNK: usize = 1 << 16;
 
 /// Shards for each thread: so that one that has been kept waiting leaves its work to others.
 const SHARDS_A_THREAD: usize = 4;
@@ -187,7 +189,11 @@ impl Shards {
         for shard in &mut self.all {
             shard.order.clear();
         }
-        let size = if self.way.one_by_one { 1 } else { CHUNK };
+        let size = match () {
+            () if self.way.one_by_one => 1,
+            () if self.way.format.tells_rows() || self.store.is_some() => CHUNK,
+            () => UNTOLD_CHUNK,
+        };
         let hasher = BuildHasherDefault::<DefaultHasher>::default();
         while self.chunk.rows.len() < size {
             let row = match rows.next()? {
@@ -287,8 +293,9 @@ impl Shard {
         self.order.sort_unstable();
         self.spans.clear();
         self.spans.resize(self.order.len(), Span::default());
-        for (_, place, at) in &self.order {
+        for (k, (_, place, at)) in self.order.iter().enumerate() {
             let row = &chunk.rows[*at];
+            let next = self.order.get(k + 1).map(|(_, _, at)| &chunk.rows[*at]);
             let (out, notes) = (self.out.len(), self.notes.len());
             let valve = &chunk.texts[row.valve.clone()];
             let time = row.time.clone().map(|time| &chunk.texts[time]);
@@ -303,7 +310,14 @@ impl Shard {
                 self.touched.insert(valve.to_owned());
             }
             let before = self.prognoser.last(valve).map(|last| last.status);
-            let prognosis = self.prognoser.push(&LogRow { valve, reading: row.reading, time, line: row.line });
+            // Of a row that is not told and whose valve goes on within the chunk only the status is looked at.
+            let passes = !format.tells_rows()
+                && self.history.is_none()
+                && next.is_some_and(|next| {
+                    chunk.texts[next.valve.clone()] == *valve && next.reading.cycle > row.reading.cycle
+                });
+            let one = LogRow { valve, reading: row.reading, time, line: row.line };
+            let prognosis = if passes { self.prognoser.pass(&one) } else { self.prognoser.push(&one) };
             let repeats = prognosis.notices.contains(&Notice::RepeatedCycle);
             self.batch.rows += 1;
             self.batch.duplicates += u64::from(repeats);

@@ -28,6 +28,11 @@ pub struct RowFormat {
 }
 
 impl RowFormat {
+    /// Whether rows are written one by one.
+    pub fn tells_rows(self) -> bool {
+        self.format != StreamFormat::Text || self.rows_as_text
+    }
+
     /// Appends a row, without what separates it from others.
     pub fn row(self, out: &mut Vec<u8>, one: &Prognosis) -> anyhow::Result<()> {
         match self.format {

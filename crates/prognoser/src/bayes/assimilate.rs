@@ -167,12 +167,21 @@ pub(crate) struct Meeting {
     pub before: Vec<Hypothesis>,
     /// How each met it.
     pub updates: Vec<Update>,
-    courses: Vec<Course>,
-    looks: Vec<Look>,
+    together: Together,
     /// Those that are linearised once more.
     open: Vec<usize>,
     /// Those that are looked at node by node.
     vague: Vec<usize>,
+    /// Their nodes, one hypothesis after the other, and the places of those.
+    nodes: Vec<Hypothesis>,
+    places: Vec<usize>,
+}
+
+/// Hypotheses that are linearised together: what each is linearised about, and what a stroke tells it.
+#[derive(Default)]
+struct Together {
+    courses: Vec<Course>,
+    looks: Vec<Look>,
 }
 
 /// Updates a hypothesis by a reading. It is linearised where it is expected, and
@@ -207,26 +216,51 @@ fn is_vague(before: &Hypothesis, observed: &Observation) -> bool {
 /// Updates a hypothesis by a reading met at each of some nodes over its coordinate, and takes what comes out together for
 /// a Gaussian again.
 fn by_nodes(hypothesis: &mut Hypothesis, before: &Hypothesis, plant: &Plant, observed: &Observation) -> Update {
+    let mut updates = [Update::default(); NODES];
+    let mut nodes = nodes_of(before, observed);
+    for (node, update) in nodes.iter_mut().zip(&mut updates) {
+        let mut course = Course::new(node);
+        course.pass(node, plant, observed);
+        *update = course.update;
+    }
+    from_nodes(hypothesis, before, &nodes, updates.into_iter(), observed)
+}
+
+/// A hypothesis at each of some nodes over its coordinate.
+fn nodes_of(before: &Hypothesis, observed: &Observation) -> [Hypothesis; NODES] {
     let sd = (before.cov[0][0] * before.scale / observed.shape).sqrt();
     let step = 2.0 * REACH / (NODES - 1) as f64;
     let ln_step = quick_ln(step) - LN_SQRT_TAU;
-    let mut best: Option<(f64, Update)> = None;
-    let nodes: [Hypothesis; NODES] = std::array::from_fn(|node| {
+    // But for the means all are the same.
+    let mut at = before.given(0, before.mean[0]);
+    // Known exactly, which rounding must not make a little less.
+    for i in 0..SIZE {
+        (at.cov[0][i], at.cov[i][0]) = (0.0, 0.0);
+    }
+    std::array::from_fn(|node| {
         let z = node as f64 * step - REACH;
-        let mut at = before.given(0, before.mean[0] + z * sd);
-        // Known exactly, which rounding must not make a little less.
-        for i in 0..SIZE {
-            (at.cov[0][i], at.cov[i][0]) = (0.0, 0.0);
-        }
+        let mut at = at;
+        at.mean = before.means_given(0, before.mean[0] + z * sd);
         at.ln_weight += ln_step - 0.5 * z * z;
-        let mut course = Course::new(&at);
-        course.pass(&mut at, plant, observed);
-        if best.is_none_or(|(ln_weight, _)| ln_weight < at.ln_weight) {
-            best = Some((at.ln_weight, course.update));
-        }
         at
-    });
-    *hypothesis = Hypothesis::merged(&nodes, observed.shape);
+    })
+}
+
+/// What has become of a hypothesis whose nodes have met the reading.
+fn from_nodes(
+    hypothesis: &mut Hypothesis,
+    before: &Hypothesis,
+    nodes: &[Hypothesis],
+    updates: impl Iterator<Item = Update>,
+    observed: &Observation,
+) -> Update {
+    let mut best: Option<(f64, Update)> = None;
+    for (at, update) in nodes.iter().zip(updates) {
+        if best.is_none_or(|(ln_weight, _)| ln_weight < at.ln_weight) {
+            best = Some((at.ln_weight, update));
+        }
+    }
+    *hypothesis = Hypothesis::merged(nodes, observed.shape);
     let mut update = best.map(|(_, update)| update).unwrap_or_default();
     update.ln = hypothesis.ln_weight - before.ln_weight;
     for stroke in 0..2 {
@@ -242,43 +276,71 @@ fn by_nodes(hypothesis: &mut Hypothesis, before: &Hypothesis, plant: &Plant, obs
 /// next one: a step waits for the one before, and a processor works on several hypotheses while it does.
 pub(crate) fn assimilate_all(
     hypotheses: &mut [Hypothesis],
-    Meeting { before, updates, courses, looks, open, vague }: &mut Meeting,
+    Meeting { before, updates, together, open, vague, nodes, places }: &mut Meeting,
     plant: &Plant,
     observed: &Observation,
 ) {
-    courses.clear();
-    courses.extend(before.iter().map(Course::new));
-    looks.resize(hypotheses.len(), Look::default());
     open.clear();
     vague.clear();
     for (i, hypothesis) in before.iter().enumerate() {
         if is_vague(hypothesis, observed) { &mut *vague } else { &mut *open }.push(i);
     }
-    for &i in vague.iter() {
-        courses[i].update = by_nodes(&mut hypotheses[i], &before[i], plant, observed);
+    updates.clear();
+    updates.resize(before.len(), Update::default());
+    if !vague.is_empty() {
+        nodes.clear();
+        for &i in vague.iter() {
+            nodes.extend(nodes_of(&before[i], observed));
+        }
+        places.clear();
+        places.extend(0..nodes.len());
+        together.begin(nodes);
+        together.pass(nodes, places, plant, observed);
+        for ((&i, nodes), courses) in vague.iter().zip(nodes.chunks(NODES)).zip(together.courses.chunks(NODES)) {
+            let met = courses.iter().map(|course| course.update);
+            updates[i] = from_nodes(&mut hypotheses[i], &before[i], nodes, met, observed);
+        }
     }
+    together.begin(before);
     while !open.is_empty() {
-        for &i in open.iter() {
+        together.pass(hypotheses, open, plant, observed);
+        open.retain(|&i| {
+            let course = &mut together.courses[i];
+            updates[i] = course.update;
+            course.goes_on(&mut hypotheses[i], &before[i], observed)
+        });
+    }
+}
+
+impl Together {
+    /// Begins with some hypotheses.
+    fn begin(&mut self, before: &[Hypothesis]) {
+        self.courses.clear();
+        self.courses.extend(before.iter().map(Course::new));
+        self.looks.resize(before.len(), Look::default());
+    }
+
+    /// A linearised update of some of them.
+    fn pass(&mut self, hypotheses: &mut [Hypothesis], open: &[usize], plant: &Plant, observed: &Observation) {
+        let Self { courses, looks } = self;
+        for &i in open {
             courses[i].expect(&hypotheses[i], plant);
         }
         for stroke in 0..2 {
             if observed.tells(stroke) {
-                for &i in open.iter() {
+                for &i in open {
                     looks[i].at(&hypotheses[i], &courses[i], plant, observed, stroke);
                 }
                 widely(Weighing { looks, hypotheses, open, observed, stroke });
             }
-            for &i in open.iter() {
+            for &i in open {
                 courses[i].learn(&looks[i], &mut hypotheses[i], plant, observed, stroke);
             }
         }
-        open.retain(|&i| {
+        for &i in open {
             courses[i].finish(&mut hypotheses[i]);
-            courses[i].goes_on(&mut hypotheses[i], &before[i], observed)
-        });
+        }
     }
-    updates.clear();
-    updates.extend(courses.iter().map(|course| course.update));
 }
 
 impl Observation {

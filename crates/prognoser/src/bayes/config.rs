@@ -69,6 +69,8 @@ pub struct GrowthPrior {
     pub wander: f64,
     /// Coefficient of variation of the increments of varying growth.
     pub roughness: f64,
+    /// The same as the bounds of the end have it: larger, since leaps to come are no Gaussian.
+    pub leaps: f64,
     /// Probability a cycle that wear begins on a valve of which nothing is known yet.
     pub onset: f64,
     /// Probability a cycle that a second leak begins beside the one that is there.
@@ -208,7 +210,8 @@ impl Default for GrowthPrior {
             rough: 0.15,
             unsteadiness: 0.1,
             wander: 0.12,
-            roughness: 1.2,
+            roughness: 1.1,
+            leaps: 1.5,
             onset: 0.01,
             second: 0.001,
             turn: 0.004,

@@ -20,6 +20,8 @@ pub(crate) const LONGEST: f64 = 1e5;
 pub(crate) const SMALLEST_GROWTH: f64 = 1e-6;
 /// Share of a remaining life by which weighing by its inverse moves it at most: beyond, the first order no longer holds.
 const LARGEST_WEIGHING: f64 = 0.3;
+/// Share of the variance of leaps to come that counts for the best single estimate.
+const LEAPS_TOLD: f64 = 0.2;
 /// Gaussian deviations that a step towards a quantile goes at most, and what it goes beyond, so that it soon lies between two.
 const LARGEST_STEP: f64 = 4.0;
 const BEYOND: f64 = 0.3;
@@ -31,6 +33,8 @@ const MOST_STEPS: usize = 18;
 const CLOSE: f64 = 0.05;
 /// Remaining cycles below which an error is no longer counted relative to them.
 const SOON: f64 = 0.5;
+/// Gaussian deviations from a probability from which on it is clear, without a search, on which side of it another one lies.
+const CLEAR: f64 = 0.3;
 /// Weight below which a way to end does not count.
 const NEGLIGIBLE: f64 = 5e-4;
 
@@ -91,7 +95,7 @@ pub(crate) struct Block {
 
 impl Block {
     /// Lines with their weights, and by how many cycles each is looked at later.
-    fn all<'a>(blocks: &mut Vec<Self>, lines: impl Iterator<Item = (f64, f64, &'a Line)>) {
+    fn all(blocks: &mut Vec<Self>, lines: impl Iterator<Item = (f64, f64, Line)>) {
         blocks.clear();
         for (count, (weight, later, line)) in lines.enumerate() {
             let k = count % SIDE;
@@ -180,24 +184,58 @@ impl<'a> Ending<'a> {
         probabilities: [f64; N],
         blocks: &mut Vec<Block>,
     ) -> ([f64; N], f64) {
-        Block::all(blocks, self.lines.iter().map(|line| (line.weight, 0.0, line)));
+        Block::all(blocks, self.lines.iter().map(|line| (line.weight, 0.0, *line)));
         let within = |cycles: f64| widely(Within { blocks, cycles });
         let mut curve = Curve::new(within, self.lines.iter().map(|line| line.weight), &self.ends);
         (probabilities.map(|probability| curve.place_of(probability)), within(1.0))
     }
 
+    /// Whether the end comes with a probability within each of some cycles, which is far less work than when it does: the
+    /// last of them within which it does not, half a cycle if it does within the first, and the probability that it comes
+    /// within one. None where that is not clear, or the end may be now.
+    pub(crate) fn standing<const N: usize>(
+        &self,
+        probability: f64,
+        cycles: [f64; N],
+        blocks: &mut Vec<Block>,
+    ) -> Option<(f64, f64)> {
+        Block::all(blocks, self.lines.iter().map(|line| (line.weight, 0.0, *line)));
+        let within = |cycles: f64| widely(Within { blocks, cycles });
+        if normal_deviation(within(0.0)) > -CLEAR {
+            return None;
+        }
+        let wanted = normal_deviation(probability);
+        let mut at_least = 0.5;
+        for cycles in cycles {
+            let off = normal_deviation(within(cycles)) - wanted;
+            if off.abs() < CLEAR {
+                return None;
+            }
+            if off > 0.0 {
+                break;
+            }
+            at_least = cycles;
+        }
+        Some((at_least, within(1.0)))
+    }
+
     /// The remaining life with the smallest expected relative error: the median
-    /// with every possible life weighed by its inverse.
+    /// with every possible life weighed by its inverse. Leaps to come count for less: of lives that they make very short the
+    /// error is 100 % whatever is told, and weighing those would move the estimate of all others.
     pub(crate) fn best(&self, blocks: &mut Vec<Block>) -> f64 {
+        let told = |line: &Line| Line { rough: LEAPS_TOLD * line.rough, ..*line };
+        let ends = self.lines.iter().zip(&self.ends);
+        let ends: Vec<(f64, f64)> =
+            ends.map(|(line, end)| if line.rough > 0.0 { told(line).end() } else { *end }).collect();
         let weight = |(line, (t, _)): (&Line, &(f64, f64))| line.weight / t.max(SOON);
-        let total: f64 = self.lines.iter().zip(&self.ends).map(weight).sum();
-        let weighed = self.lines.iter().zip(&self.ends).map(|(line, (t, sd))| {
+        let total: f64 = self.lines.iter().zip(&ends).map(weight).sum();
+        let weighed = self.lines.iter().zip(&ends).map(|(line, (t, sd))| {
             // Within a line the weighing moves the median by variance over life.
-            (line.weight / t.max(SOON) / total, (sd * sd / t.max(SOON)).min(LARGEST_WEIGHING * t), line)
+            (line.weight / t.max(SOON) / total, (sd * sd / t.max(SOON)).min(LARGEST_WEIGHING * t), told(line))
         });
         Block::all(blocks, weighed);
         let within = |cycles: f64| widely(Within { blocks, cycles });
-        Curve::new(within, self.lines.iter().zip(&self.ends).map(weight), &self.ends).place_of(0.5)
+        Curve::new(within, self.lines.iter().zip(&ends).map(weight), &ends).place_of(0.5)
     }
 
     /// How many cycles ago the level was 1, where that is over.
@@ -343,7 +381,7 @@ mod tests {
         };
         let lines: Vec<Line> = (0..10).map(line).collect();
         let mut blocks = Vec::new();
-        Block::all(&mut blocks, lines.iter().map(|line| (line.weight, 0.0, line)));
+        Block::all(&mut blocks, lines.iter().map(|line| (line.weight, 0.0, *line)));
         for t in 0..400_u32 {
             let within = || Within { blocks: &blocks, cycles: 1.7 * f64::from(t) };
             assert_eq!(within().run().to_bits(), widely(within()).to_bits(), "after {t}");

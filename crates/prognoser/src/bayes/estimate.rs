@@ -142,6 +142,16 @@ pub(crate) fn fault_call(cause: Cause, plant: &Plant) -> FaultCall {
     }
 }
 
+/// What is asked of an estimate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Wanted {
+    /// Its numbers.
+    Numbers,
+    /// Of its end, no more than whether it is now, and whether what is left of the risk is used up within less than each of
+    /// some cycles, in rising order.
+    Standing([f64; 2]),
+}
+
 /// The estimate after a cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BayesEstimate {

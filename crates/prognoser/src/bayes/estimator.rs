@@ -6,7 +6,7 @@ use super::assimilate::Observation;
 use super::bank::{self, Outcome};
 use super::config::{BayesConfig, Noise};
 use super::ending::{Block, Ending, LONGEST, Line, Quantiles, waits};
-use super::estimate::{BayesEstimate, Change, EndEstimate, FaultProbability, fault_call};
+use super::estimate::{BayesEstimate, Change, EndEstimate, FaultProbability, Wanted, fault_call};
 use super::hypothesis::{Cause, Hypothesis, Mode, SEEN_FROM};
 use super::law::Law;
 use super::motion::drift_turn;
@@ -61,7 +61,7 @@ impl BayesEstimator {
     /// Takes in one cycle and gives the estimate after it. Cycles must rise;
     /// sorting out repeats is the caller's work.
     pub fn update(&mut self, tables: &TableBundle, reading: &Reading) -> BayesEstimate {
-        self.update_in(&mut Workspace::default(), tables, reading)
+        self.update_in(&mut Workspace::default(), tables, reading, Wanted::Numbers)
     }
 
     /// The same in memory that is there.
@@ -70,6 +70,7 @@ impl BayesEstimator {
         workspace: &mut Workspace,
         tables: &TableBundle,
         reading: &Reading,
+        wanted: Wanted,
     ) -> BayesEstimate {
         let stated =
             CycleConditions { supply_pressure_pa: reading.supply_pressure_pa, temperature_k: reading.temperature_k };
@@ -128,7 +129,7 @@ impl BayesEstimator {
         record.cycle = reading.cycle;
         record.readings += 1;
         record.keep(hypotheses);
-        let estimate = self.estimate(workspace, &plant, &rates, &outcome, reading.cycle as f64);
+        let estimate = self.estimate(workspace, &plant, &rates, &outcome, reading.cycle as f64, wanted);
         let soon = estimate.end.map_or(0.0, |end| end.soon);
         let spent = if estimate.change == Some(Change::Repaired) { 0.0 } else { f64::from(self.record.spent) };
         self.record.spent = single(spent + soon);
@@ -147,6 +148,7 @@ impl BayesEstimator {
         prior: &RatePrior,
         outcome: &Outcome,
         cycle: f64,
+        wanted: Wanted,
     ) -> BayesEstimate {
         let shape = f64::from(self.record.shape);
         let sigma2 = |hypothesis: &Hypothesis| hypothesis.scale / shape;
@@ -248,13 +250,19 @@ impl BayesEstimator {
             estimate.rough += if matches!(hypothesis.mode, Mode::Rough | Mode::Wander) { own } else { 0.0 };
             estimate.resting += if hypothesis.mode == Mode::Rest { own } else { 0.0 };
         }
-        estimate.end = (wears && !lines.is_empty()).then(|| self.end(lines, blocks, cycle));
+        estimate.end = (wears && !lines.is_empty()).then(|| self.end(lines, blocks, cycle, wanted));
         estimate
     }
 
     /// The end that some lines lead to.
-    fn end(&self, lines: &mut Vec<Line>, blocks: &mut Vec<Block>, cycle: f64) -> EndEstimate {
+    fn end(&self, lines: &mut Vec<Line>, blocks: &mut Vec<Block>, cycle: f64, wanted: Wanted) -> EndEstimate {
         let ending = Ending::new(lines);
+        if let Wanted::Standing(cycles) = wanted
+            && let Some((at_least, soon)) = ending.standing(self.risk_left(), cycles, blocks)
+        {
+            let at = cycle + at_least;
+            return EndEstimate { cycle: at, quantiles: Quantiles { p05: at, p50: at, p95: at }, at_risk: at, soon };
+        }
         let (left, soon) = ending.quantiles([0.05, 0.5, 0.95, self.risk_left()], blocks);
         let at = left.map(|left| cycle + left.min(LONGEST));
         EndEstimate {
@@ -299,7 +307,7 @@ impl BayesEstimator {
         let slope = hypothesis.law.severity(1.0).1;
         let nearer: f64 = (0..2).map(|stroke| hypothesis.mean[2 + stroke] * by_unit[stroke] / slope).sum();
         let nearer = nearer + 1.0 - hypothesis.law.coordinate(self.expected_end(wear, plant));
-        let roughness = self.config.growth_prior.roughness;
+        let leaps = self.config.growth_prior.leaps;
         let [var_level, cov, var_growth] =
             [hypothesis.cov[0][0], hypothesis.cov[0][1], hypothesis.cov[1][1]].map(|v| v * sigma2);
         let level = hypothesis.mean[0] + nearer;
@@ -314,7 +322,7 @@ impl BayesEstimator {
                 lines.push(line);
             }
         };
-        let rough = |growth: f64| if hypothesis.mode == Mode::Rough { (roughness * growth).powi(2) } else { 0.0 };
+        let rough = |growth: f64| if hypothesis.mode == Mode::Rough { (leaps * growth).powi(2) } else { 0.0 };
         let unsteadiness = self.config.growth_prior.unsteadiness_of(hypothesis.law, hypothesis.mode);
         let turns = |growth: f64| (unsteadiness * growth).powi(2);
         match pace {

@@ -181,6 +181,16 @@ impl Hypothesis {
         self.matched(number, value, 0.0)
     }
 
+    /// The means with one of the numbers known.
+    pub(crate) fn means_given(&self, number: usize, value: f64) -> [f64; SIZE] {
+        let row = &self.cov[number];
+        if row[number] <= 0.0 {
+            return self.mean;
+        }
+        let off = (value - self.mean[number]) / row[number];
+        std::array::from_fn(|i| self.mean[i] + row[i] * off)
+    }
+
     /// The same with another mean and variance, in units of the noise variance, of one of its numbers, which the others follow.
     pub(crate) fn matched(mut self, number: usize, mean: f64, variance: f64) -> Self {
         let row = self.cov[number];

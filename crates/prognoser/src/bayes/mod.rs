@@ -28,6 +28,7 @@ mod workspace;
 pub(crate) use assimilate::PROPER_FROM;
 pub use config::{BayesConfig, GrowthLaw, GrowthPrior, Noise, StartPrior};
 pub use ending::Quantiles;
+pub(crate) use estimate::Wanted;
 pub use estimate::{BayesEstimate, Change, FaultProbability};
 pub use estimator::BayesEstimator;
 pub use state::{STATE_VERSION, ValveRecord};
