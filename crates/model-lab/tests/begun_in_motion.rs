@@ -2,7 +2,7 @@
 
 mod recorded;
 
-use campaign::Campaign;
+use campaign::{Campaign, CommandEdge};
 use identify::{Problem, Request, Stop};
 use model_lab::diagnosis::{DiagnoseOptions, Verdict, explain};
 use model_lab::identification::{Nuisance, NuisanceSizes, Subject};
@@ -92,4 +92,29 @@ fn a_slow_sensor_is_found_with_its_size() {
     assert_eq!(found.recommended, [EffectKind::SENSOR_LAG]);
     let size = &found.parameters[0];
     assert!((size.value / lag_s - 1.0).abs() < 0.1, "{size:?}");
+}
+
+#[test]
+fn where_some_records_begin_after_their_command_none_is_taken_for_one_that_it_started() {
+    let file = testbed();
+    // Slower than its file says: of the first record the best time before it is none.
+    let mut parameters = file.valve().parameters().clone();
+    parameters.solenoid_orifice_area_m2 *= 0.93;
+    let valve = Valve::new(parameters, file.valve().switches(), Vec::new(), Vec::new()).expect("possible");
+    let mut noise = Noise(12);
+    let after_s = [0.01, 0.2, 0.15, 0.15];
+    let runs = SUPPLIES_PA.iter().zip(after_s).map(|(supply_pa, after_s)| {
+        let run = commanded(&valve, *supply_pa, (&COMMANDS, END_S), &Off::default(), &mut noise);
+        let mut run = from_s(run, COMMANDS[0].0 + after_s);
+        run.commands.insert(0, CommandEdge { time_s: 0.0, close: true });
+        run
+    });
+    let campaign = campaign(runs.collect());
+    let subject = Subject::new(&file, &campaign, &NuisanceSizes::default());
+    let model = subject.stated(Stop::never()).expect("it strokes");
+    // Each run holds two cycles.
+    for run in 0..after_s.len() {
+        let place = model.problem.place_of(Nuisance::UnseenEdge(2 * run));
+        assert!(place.is_some(), "run {run} is simulated from rest at its first row");
+    }
 }
