@@ -64,9 +64,12 @@ impl Scattered {
         Self { points: ranked.into_iter().take(TRIED).map(|(_, u)| point(u)).collect() }
     }
 
-    /// The same points in a problem that may have effects beside: all else as at `start`.
+    /// The same points in a problem that may have effects beside: all else as at `start`; none where the parameters are held at the
+    /// values of the valve file.
     pub(super) fn starts(&self, problem: &ValveProblem<'_>, start: &[f64]) -> Vec<Vec<f64>> {
         let damping = problem.place_of(Nuisance::StopDamping);
+        let own = problem.space.coordinates.len();
+        let points = self.points.iter().filter(|(parameters, _)| parameters.len() <= own);
         let of_point = |(parameters, size): &(Vec<f64>, f64)| {
             let mut u = start.to_vec();
             u[..parameters.len()].copy_from_slice(parameters);
@@ -75,7 +78,7 @@ impl Scattered {
             }
             u
         };
-        self.points.iter().map(of_point).collect()
+        points.map(of_point).collect()
     }
 }
 
