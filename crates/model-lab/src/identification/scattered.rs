@@ -26,6 +26,8 @@ const DEAD_STOP: f64 = 2.0;
 pub(super) struct Scattered {
     /// The tolerated parameters, and the damping of the stops, in prior deviations.
     points: Vec<(Vec<f64>, f64)>,
+    /// How many of them are tolerated parameters.
+    tolerated: usize,
 }
 
 impl Scattered {
@@ -61,15 +63,15 @@ impl Scattered {
         let mut ranked: Vec<(f64, Vec<f64>)> = errors.zip(points).filter(|(error, _)| error.is_finite()).collect();
         ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
         let point = |u: Vec<f64>| (u[..of_space.len()].to_vec(), damping.map_or(0.0, |damping| u[damping]));
-        Self { points: ranked.into_iter().take(TRIED).map(|(_, u)| point(u)).collect() }
+        Self { points: ranked.into_iter().take(TRIED).map(|(_, u)| point(u)).collect(), tolerated: tolerated.len() }
     }
 
     /// The same points in a problem that may have effects beside: all else as at `start`; none where the parameters are held at the
     /// values of the valve file.
     pub(super) fn starts(&self, problem: &ValveProblem<'_>, start: &[f64]) -> Vec<Vec<f64>> {
         let damping = problem.place_of(Nuisance::StopDamping);
-        let own = problem.space.coordinates.len();
-        let points = self.points.iter().filter(|(parameters, _)| parameters.len() <= own);
+        let tolerated = problem.space.coordinates.iter().filter(|coordinate| coordinate.tolerance().is_some());
+        let are_free = tolerated.count() == self.tolerated;
         let of_point = |(parameters, size): &(Vec<f64>, f64)| {
             let mut u = start.to_vec();
             u[..parameters.len()].copy_from_slice(parameters);
@@ -78,7 +80,7 @@ impl Scattered {
             }
             u
         };
-        points.map(of_point).collect()
+        self.points.iter().filter(|_| are_free).map(of_point).collect()
     }
 }
 
