@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
+use identify::select::BY_CHANCE;
 use leak_table::mm2_from_m2;
 use model_lab::diagnosis::discrepancy::ModelDiscrepancy;
 use model_lab::diagnosis::experiment::Experiment;
@@ -106,12 +107,9 @@ fn condition_id(condition: Condition) -> &'static str {
     }
 }
 
-/// What is left is more than noise from here, nats: as much as an effect must gain.
-const SEEN_NATS: f64 = 10.0;
-
 fn verdict_in(answer: &Explanation, length: &dyn Fn(f64) -> String) -> String {
     match answer.verdict {
-        Verdict::Adequate if answer.remainder.nats > SEEN_NATS => {
+        Verdict::Adequate if answer.remainder.nats > BY_CHANCE => {
             format!(
                 "nothing is missing that is larger than what instruments and small laws are off by; an error of {} is left",
                 left(answer, length)

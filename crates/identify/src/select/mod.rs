@@ -16,7 +16,7 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 pub use family::{Family, Level, News, Set};
-pub use options::SelectOptions;
+pub use options::{BY_CHANCE, SelectOptions};
 
 use self::race::{best_start, settling};
 use crate::fit::{Fit, FitOptions, fit};
@@ -82,9 +82,6 @@ pub fn base<F: Family>(family: &F) -> Option<[Model<F::Member>; 2]> {
 /// The values of the empty set are told to people: half a nat short of the optimum is one standard deviation beside it.
 const TOLD_TOLERANCE: f64 = 0.02;
 
-/// Fits of one model from different starts end this far from each other, nats: farther behind one is stuck.
-const STUCK: f64 = 10.0;
-
 fn base_at<F: Family>(family: &F, level: Level, from: Option<&Model<F::Member>>) -> Option<Model<F::Member>> {
     let problem = family.member(&[], level)?;
     let starts = match from {
@@ -98,7 +95,7 @@ fn base_at<F: Family>(family: &F, level: Level, from: Option<&Model<F::Member>>)
     let fits: Vec<Fit> = starts.par_iter().filter_map(|start| fit(&problem, start, &options)).collect();
     // The first start is the one that everybody expects: another is taken where that one is stuck.
     let most = fits.iter().map(|fit| fit.log_evidence).fold(f64::NEG_INFINITY, f64::max);
-    let fit = fits.into_iter().find(|fit| fit.log_evidence > most - STUCK)?;
+    let fit = fits.into_iter().find(|fit| fit.log_evidence > most - BY_CHANCE)?;
     let fit = if level == Level::Low { freed(&problem, fit, &options) } else { fit };
     let held_out = (level == Level::High).then(|| held_out(&problem, &fit, &folds(&problem))).flatten();
     Some(Model { set: Vec::new(), level, problem, fit, held_out })

@@ -1,11 +1,14 @@
 //! Numbers that steer a search, each with its reason.
 
+/// Fits of one model from different starts end within 5 to 10 nats of each other, and chance alone gains less than 8: what is
+/// nearer than this is neither better nor worse.
+pub const BY_CHANCE: f64 = 10.0;
+
 /// Numbers that steer a search.
 #[derive(Debug, Clone)]
 pub struct SelectOptions {
-    /// An effect is accepted from this gain of evidence, nats. Fits of one model from different starts end within 5 to
-    /// 10 nats of each other, and chance alone gains less than 8. For the same reason sets that are no farther apart cannot
-    /// be told from each other.
+    /// An effect is accepted from this gain of evidence, nats: [`BY_CHANCE`]. Sets that are no farther apart cannot be told from each
+    /// other.
     pub accept: f64,
     /// And when the error on what was held out falls by this share without noise.
     pub held_out_fall: f64,
@@ -43,7 +46,7 @@ pub struct SelectOptions {
 impl Default for SelectOptions {
     fn default() -> Self {
         Self {
-            accept: 10.0,
+            accept: BY_CHANCE,
             held_out_fall: 0.1,
             nearly_whole: 0.1,
             most: 2,

@@ -175,18 +175,23 @@ pub fn beginning(
     if !moves && position < ON_STOP * stroke_m && opens_first {
         return Beginning::Closed;
     }
-    let motion = Motion::at(&rows, times_s[0], noise_m);
-    let (position, velocity) =
-        motion.as_ref().map_or((position, velocity), |motion| (motion.position, motion.velocity));
-    let unsure = motion.as_ref().map_or((0.0, 0.0), |motion| (motion.position_sigma, motion.velocity_sigma));
-    let acceleration = motion.map_or((0.0, 0.0), |motion| (motion.acceleration, motion.acceleration_sigma));
+    let line = Motion {
+        position,
+        position_sigma,
+        velocity,
+        velocity_sigma: sigma,
+        acceleration: 0.0,
+        acceleration_sigma: 0.0,
+    };
+    let motion = Motion::at(&rows, times_s[0], noise_m).unwrap_or(line);
+    // Errors of rows that hang together are not seen in how these lie about a curve.
     Beginning::Moving {
-        position_m: position,
-        position_sigma_m: position_sigma.max(unsure.0),
-        velocity_m_per_s: velocity,
-        velocity_sigma_m_per_s: sigma.max(unsure.1),
-        acceleration_m_per_s2: acceleration.0,
-        acceleration_sigma_m_per_s2: acceleration.1,
+        position_m: motion.position,
+        position_sigma_m: motion.position_sigma.max(position_sigma),
+        velocity_m_per_s: motion.velocity,
+        velocity_sigma_m_per_s: motion.velocity_sigma.max(sigma),
+        acceleration_m_per_s2: motion.acceleration,
+        acceleration_sigma_m_per_s2: motion.acceleration_sigma,
     }
 }
 
@@ -203,14 +208,14 @@ struct Motion {
 
 /// Rows that each coefficient of such a polynomial needs, at least, and its highest power.
 const ROWS_A_COEFFICIENT: usize = 4;
-const HIGHEST_POWER: usize = 5;
+const HIGHEST_POWER: u8 = 5;
 
 impl Motion {
     /// Nothing where the rows are too few for more than a line.
     fn at(rows: &[(f64, f64)], at_s: f64, noise_m: f64) -> Option<Self> {
-        let highest = (rows.len() / ROWS_A_COEFFICIENT).saturating_sub(1).min(HIGHEST_POWER);
-        let fits: Vec<Polynomial> =
-            (1..=highest).map_while(|power| Polynomial::through(rows, at_s, noise_m, power)).collect();
+        let has_rows = |power: &u8| rows.len() >= ROWS_A_COEFFICIENT * (usize::from(*power) + 1);
+        let powers = (1..=HIGHEST_POWER).take_while(has_rows);
+        let fits: Vec<Polynomial> = powers.map_while(|power| Polynomial::through(rows, at_s, noise_m, power)).collect();
         let (_, below) = fits.split_last()?;
         let more = below.windows(2).take_while(|pair| pair[1].information < pair[0].information).count();
         // The next power is not ruled out by being the less likely one.
@@ -240,22 +245,24 @@ struct Polynomial {
 }
 
 impl Polynomial {
-    fn through(rows: &[(f64, f64)], at_s: f64, noise_m: f64, power: usize) -> Option<Self> {
+    fn through(rows: &[(f64, f64)], at_s: f64, noise_m: f64, power: u8) -> Option<Self> {
+        let terms = usize::from(power) + 1;
         // In units of the rows' span: powers of seconds differ by orders.
         let span_s = rows.iter().map(|(time, _)| (time - at_s).abs()).fold(0.0, f64::max);
-        let powers = |time: f64| (0..=power).map(move |k| ((time - at_s) / span_s).powi(i32::try_from(k).unwrap_or(0)));
-        let matrix = DMatrix::from_row_iterator(rows.len(), power + 1, rows.iter().flat_map(|row| powers(row.0)));
+        let powers = |time: f64| (0..=power).map(move |k| ((time - at_s) / span_s).powi(i32::from(k)));
+        let matrix = DMatrix::from_row_iterator(rows.len(), terms, rows.iter().flat_map(|row| powers(row.0)));
         let positions = DVector::from_iterator(rows.len(), rows.iter().map(|row| row.1));
         let inverse = (matrix.transpose() * &matrix).try_inverse()?;
         let scaled = &inverse * (matrix.transpose() * &positions);
         let left = (&positions - matrix * &scaled).norm_squared();
         let count = rows.len() as f64;
-        let error = (left / (count - power as f64 - 1.0)).sqrt().max(noise_m);
-        let unit = |k: usize| span_s.powi(-i32::try_from(k).unwrap_or(0));
-        let coefficients = (0..=power).map(|k| scaled[k] * unit(k)).collect();
-        let sigmas = (0..=power).map(|k| error * inverse[(k, k)].max(0.0).sqrt() * unit(k)).collect();
+        let error = (left / (count - terms as f64)).sqrt().max(noise_m);
+        let per_time = (0..=power).map(|k| span_s.powi(-i32::from(k)));
+        let sigma = |k: usize| error * inverse[(k, k)].max(0.0).sqrt();
+        let (coefficients, sigmas) =
+            per_time.enumerate().map(|(k, per_time)| (scaled[k] * per_time, sigma(k) * per_time)).unzip();
         let likely = left.max(count * noise_m * noise_m);
-        Some(Self { coefficients, sigmas, information: count * likely.ln() + power as f64 * count.ln() })
+        Some(Self { coefficients, sigmas, information: count * likely.ln() + f64::from(power) * count.ln() })
     }
 }
 
