@@ -86,6 +86,24 @@ pub struct InitValveArgs {
     /// Volume between solenoid and cylinder, such as "40 cm3", or "6 mm x 1.4 m" for a hose
     #[arg(long, value_name = "VOLUME")]
     pub pipe: Option<String>,
+    /// Stiffness of the end stops, such as "1 MN/m"
+    #[arg(long, value_name = "STIFFNESS", hide_short_help = true)]
+    pub contact_stiffness: Option<String>,
+    /// Discharge coefficient of the orifices
+    #[arg(long, value_name = "NUMBER", hide_short_help = true)]
+    pub flow_coefficient: Option<String>,
+    /// Which way the rod points: upright (the weight opens the valve), inverted or horizontal
+    #[arg(long, value_name = "WORD", hide_short_help = true)]
+    pub orientation: Option<String>,
+    /// How well a value is known, one standard deviation, such as spring.stiffness=0.02 or "port 20 %"; may be repeated
+    #[arg(long, value_name = "VALUE=SHARE", hide_short_help = true)]
+    pub tolerance: Vec<String>,
+    /// When the valve is told to open, after it was told to close, such as "4 s"
+    #[arg(long, value_name = "TIME", hide_short_help = true)]
+    pub open_at: Option<String>,
+    /// When the cycle ends, such as "12 s"
+    #[arg(long, value_name = "TIME", hide_short_help = true)]
+    pub cycle_end: Option<String>,
     /// Gas: air or nitrogen
     #[arg(long, value_name = "GAS", hide_short_help = true)]
     pub gas: Option<String>,

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use answers::CampaignInput;
 use answers::adoption::{Adoption, AdoptionError, needs_formula, with_formula};
 use answers::figures::explanation::staircase;
-use model_lab::diagnosis::{DiagnoseOptions, FittedParameter};
+use model_lab::diagnosis::{DiagnoseOptions, FittedParameter, NuisanceReport};
 use quantity::Dimension;
 use serde::Serialize;
 use serde_json::Value;
@@ -47,6 +47,7 @@ pub fn run(args: &AdoptArgs) -> anyhow::Result<Answer> {
                     let _ = writeln!(text, "{}: {} = {value:.6} {unit}", effect.name(), parameter.name);
                 }
             }
+            text.push_str(&beside_the_file(&adoption.sequence.nuisances));
             if let Some(lives) = &lives {
                 let _ = write!(text, "\n{}", lives.table());
             }
@@ -111,7 +112,7 @@ pub fn parameter_lines(parameters: &[FittedParameter]) -> String {
 /// A value of an SI unit and its standard error, in the unit that people read it in.
 pub fn with_error(value: f64, sigma: f64, unit: &str) -> String {
     let (shown, name) = scaled(value, unit);
-    format!("{shown:.4} +- {:.2} {name}", scaled(sigma, unit).0)
+    format!("{shown:.4} +- {:.2} {name}", scaled(sigma, unit).0).trim_end().to_owned()
 }
 
 /// A value in the unit that people read it in.
@@ -146,5 +147,16 @@ impl std::fmt::Display for Shown {
         #[expect(clippy::cast_possible_truncation, reason = "between -3 and 6")]
         let before = size.log10().floor() as i32 + 1;
         write!(formatter, "{:.*}", usize::try_from(digits - before).unwrap_or(0), self.0)
+    }
+}
+
+/// What a fit took out beside what it writes down, and what that means for the file.
+fn beside_the_file(nuisances: &[NuisanceReport]) -> String {
+    match explain::nuisance_text(nuisances) {
+        lines if lines.is_empty() => lines,
+        lines => format!(
+            "\n{lines}None of this stands in the valve file: by itself it is off by so much more. A parameter with a tolerance \
+             under [tolerance] is refitted instead.\n"
+        ),
     }
 }

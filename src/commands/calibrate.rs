@@ -160,12 +160,7 @@ fn significant(value: f64, digits: usize) -> String {
 
 /// How large the error is before and after, fitted and held out, and what instruments took.
 pub fn error_words(calibration: &Calibration) -> String {
-    let mut text = steps::table(&calibration.steps);
-    let nuisances = explain::nuisance_lines(&calibration.nuisances);
-    if !nuisances.is_empty() {
-        let _ = write!(text, "instruments and conditions were found to be off by:\n{nuisances}");
-    }
-    text
+    steps::table(&calibration.steps) + &explain::nuisance_text(&calibration.nuisances)
 }
 
 fn strong_correlations(calibration: &Calibration) -> Vec<(&'static str, &'static str, f64)> {

@@ -4,10 +4,12 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use model_lab::compare::{Comparison, Direction, Phase, PhaseScore};
+use model_lab::errors::Errors;
 use model_lab::residual_force::{ResidualForce, Signature};
 use quantity::Dimension;
 use valve_file::ValveFile;
 
+use super::explain::nuisance_text;
 use super::{campaign_input, steps};
 use crate::cli::{CompareArgs, Format};
 use crate::failure::{Answer, Hinted};
@@ -39,7 +41,7 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<Answer> {
     match args.format {
         Format::Text => {
             let text = text(&input, &compared_file, against.as_ref(), force.as_ref());
-            output::print_text(&(text + &next(args, &input, comparison)))?;
+            output::print_text(&(text + &next(args, &input, &compared_file)))?;
         }
         Format::Json => {
             output::print_json(&json::document(&input, &compared_file, against.as_ref(), force.as_ref()))?;
@@ -64,11 +66,16 @@ pub fn compared(input: &CampaignInput, file: &ValveFile) -> anyhow::Result<Compa
 const NOISE_ALONE: f64 = 1.1;
 
 /// What to do with what was found.
-fn next(args: &CompareArgs, input: &CampaignInput, comparison: &Comparison) -> String {
+fn next(args: &CompareArgs, input: &CampaignInput, compared: &Compared) -> String {
     let (valve, campaign) = (args.valve.display().to_string(), args.campaign.display().to_string());
-    if comparison.overall.errors.normalised_rms <= NOISE_ALONE {
-        let why = "the noise explains the error: build the tables that a timing log is read with";
+    let is_noise = |errors: &Errors| errors.normalised_rms <= NOISE_ALONE;
+    if is_noise(&compared.comparison.overall.errors) || is_noise(&compared.allowing.errors) && input.is_fitted() {
+        let why = "noise and instruments explain the error: build the tables that a timing log is read with";
         return next_step(why, &["build-tables", &valve, "--out", &free_name_beside(&args.valve, "tables")]);
+    }
+    if wants_force(args) {
+        let why = "describe what is missing as a custom effect in the valve file: [[effect]] tells how";
+        return next_step(why, &["help", "formats"]);
     }
     if input.file.tolerances().is_empty() {
         let why = "find the effect that is missing ([tolerance] would say which values are not known exactly)";
@@ -146,6 +153,12 @@ fn text(
     text.push('\n');
     for line in error_lines(compared) {
         push(&mut text, &line);
+    }
+    if compared.allowing.errors.normalised_rms <= NOISE_ALONE && comparison.overall.errors.normalised_rms > NOISE_ALONE
+    {
+        let words = nuisance_text(&compared.nuisances);
+        let none = "none of them by more than is usual of zeros, gains, delays and supply pressures\n".to_owned();
+        text.push_str(&if words.is_empty() { none } else { words });
     }
     text.push('\n');
     text.push_str(&run_table(comparison, against.map(|(_, other)| &other.comparison)).render());
@@ -280,7 +293,7 @@ fn phase_table(phases: &[PhaseScore]) -> TextTable {
 /// A model error below this share of the stroke is not worth a word.
 const LEAST_MODEL_ERROR: f64 = 1e-4;
 
-fn noise_words(input: &CampaignInput, Compared { comparison, allowing }: &Compared) -> String {
+fn noise_words(input: &CampaignInput, Compared { comparison, allowing, .. }: &Compared) -> String {
     let mut text = String::new();
     let source = input.noise_source();
     if let Some(noise) = comparison.noise_m {

@@ -34,7 +34,7 @@ pub fn run(args: &ExplainArgs) -> anyhow::Result<Answer> {
     let answer = search(&input, &options)?;
     match args.format {
         Format::Text => {
-            let (why, words) = next(&args.valve, &args.campaign, &answer);
+            let (why, words) = next(&args.valve, &input, &answer);
             let words: Vec<&str> = words.iter().map(String::as_str).collect();
             output::print_text(&(text(&answer, &input) + &next_step(&why, &words)))?;
         }
@@ -103,17 +103,13 @@ fn show(line: &ProgressLine, done: &AtomicUsize, round: &AtomicUsize, progress: 
 fn text(answer: &Explanation, input: &CampaignInput) -> String {
     let mut groups = String::new();
     answer.indistinguishable.iter().for_each(|group| indistinguishable_text(&mut groups, group));
-    let nuisances = match nuisance_lines(&answer.nuisances) {
-        lines if lines.is_empty() => lines,
-        lines => format!("Instruments and conditions were found to be off by:\n{lines}"),
-    };
     let mut sections = vec![
         format!("{}: {}", input.campaign.name, headline(answer)),
         parameter_lines(&answer.parameters),
         steps::table(&pictures::steps(answer)),
         groups,
         answer.discrepancy.as_ref().map_or_else(String::new, discrepancy_text),
-        nuisances,
+        nuisance_text(&answer.nuisances),
         candidate_table(answer),
     ];
     sections.extend(explanation::notes(answer).iter().map(|note| format!("note: {note}")));
@@ -151,6 +147,14 @@ fn indistinguishable_text(text: &mut String, group: &Indistinguishable) {
 
 /// So many records are told one by one, with what each is off by or that it is at a bound; of more, the range and how many.
 const TOLD_ALONE: usize = 2;
+
+/// What instruments and conditions were found to be off by; nothing where that is not much.
+pub fn nuisance_text(nuisances: &[NuisanceReport]) -> String {
+    match nuisance_lines(nuisances) {
+        lines if lines.is_empty() => lines,
+        lines => format!("Instruments and conditions were found to be off by:\n{lines}"),
+    }
+}
 
 /// A line for each instrument or condition that was found to be off by much, one for all records where these are many.
 pub fn nuisance_lines(nuisances: &[NuisanceReport]) -> String {
@@ -195,8 +199,8 @@ fn in_unit(nuisance: &NuisanceReport, value: f64) -> (String, String, String) {
 }
 
 /// What to do with an answer: why, and the call that does it.
-pub fn next(valve: &Path, campaign: &Path, answer: &Explanation) -> (String, Vec<String>) {
-    let [file, strokes] = [valve, campaign].map(|path| path.display().to_string());
+pub fn next(valve: &Path, input: &CampaignInput, answer: &Explanation) -> (String, Vec<String>) {
+    let [file, strokes] = [valve, &input.campaign_path].map(|path| path.display().to_string());
     let call = |why: &str, words: &[&str]| (why.to_owned(), words.iter().map(|word| (*word).to_owned()).collect());
     let adopt = |why: &str, out: &str, effects: &[&str]| {
         let out = free_name_beside(valve, out);
@@ -214,6 +218,12 @@ pub fn next(valve: &Path, campaign: &Path, answer: &Explanation) -> (String, Vec
         return call(&why, &again);
     }
     match answer.verdict {
+        // What was fitted to these strokes once is not to be fitted to them for ever.
+        Verdict::Adequate if input.is_fitted() => {
+            let tables = free_name_beside(valve, "tables");
+            let why = "the valve file is fitted to these strokes: build the tables that a timing log is read with";
+            call(why, &["build-tables", &file, "--out", &tables])
+        }
         Verdict::Adequate => adopt("write the refitted parameters into a valve file", "calibrated.toml", &[]),
         Verdict::EffectFound | Verdict::PartlyExplained => {
             let effects: Vec<&str> = answer.recommended.iter().map(|kind| kind.id()).collect();
@@ -278,7 +288,11 @@ fn candidate_table(answer: &Explanation) -> String {
         ("held out", Align::Right),
         ("", Align::Left),
     ]);
-    for candidate in pictures::distinct(answer).into_iter().take(12) {
+    let candidates: Vec<_> = pictures::distinct(answer).into_iter().take(12).collect();
+    if candidates.is_empty() {
+        return String::new();
+    }
+    for candidate in candidates {
         let why = candidate.rejected.clone().unwrap_or_else(|| "chosen".into());
         let held_out = candidate.held_out.map_or_else(String::new, |errors| format!("{:.2}", errors.normalised_rms));
         table.row(vec![

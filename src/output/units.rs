@@ -39,6 +39,13 @@ impl Units {
     pub fn parse(list: &str) -> Result<Self, String> {
         let mut units = Self::default();
         for name in list.split(',') {
+            let is_told = |name: &str| Unit::parse(name).ok().and_then(|unit| told(&unit)).is_some();
+            if let Some((one, other)) = name.trim().split_once(' ')
+                && is_told(one)
+                && is_told(other)
+            {
+                return Err(format!("found {name:?}, expected a comma between two units: {one},{other}"));
+            }
             let unit = Unit::parse(name).map_err(|error| error.to_string())?;
             let Some(dimension) = told(&unit) else {
                 return Err(format!("no result is told in {name:?}; expected units such as psig, mm, degC, N or cm3"));

@@ -29,14 +29,20 @@ fn a_datasheet_becomes_a_valve_file_that_runs() {
     assert!(said.contains("Typical values with wide tolerances: ") && said.contains("The model closes in "), "{said}");
     let one_line = said.split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(one_line.contains("Assumed: air, closes within 3"), "{said}");
-    assert!(one_line.contains(" s, 20 degC, an atmosphere of 101.325 kPa, name my valve."), "{said}");
+    assert!(
+        one_line.contains(
+            " s, upright, a discharge coefficient of 0.86, 20 degC, an atmosphere of 101.325 kPa, name my valve."
+        ),
+        "{said}"
+    );
     let text = sandbox.read("new.toml");
     for line in [
         "stroke = \"25.4 mm\"",
         "piston_area = \"31.17 cm2\"                    # from a bore of 63 mm",
         "supply_pressure = \"5.2 barg\"",
         "solenoid_orifice_area = \"0.5027 mm2\"",
-        "\"actuator.dead_volume\" = 0.50",
+        "\"actuator.dead_volume\" = 0.5",
+        "\"stops.contact_stiffness\" = 0.5",
         "\"spring.stiffness\" = 0.03",
     ] {
         assert!(text.contains(line), "{line} in\n{text}");
@@ -44,6 +50,55 @@ fn a_datasheet_becomes_a_valve_file_that_runs() {
     let simulated = sandbox.valve(&["simulate", "new.toml"]);
     assert_eq!(simulated.status.code(), Some(0), "{}", shown(&simulated));
     assert_eq!(String::from_utf8(simulated.stderr).unwrap(), "", "no doubt about what init wrote");
+}
+
+#[test]
+fn what_else_a_datasheet_tells_goes_in_as_it_is_told() {
+    let sandbox = Sandbox::new();
+    let more = [
+        "--typical",
+        "--contact-stiffness",
+        "0.4 MN/m",
+        "--flow-coefficient",
+        "0.7",
+        "--orientation",
+        "horizontal",
+        "--open-at",
+        "7 s",
+        "--cycle-end",
+        "21 s",
+        "--tolerance",
+        "spring.stiffness=0.02",
+        "--tolerance",
+        "port_orifice_area 15 %",
+    ];
+    let output = sandbox.valve(&[&DATASHEET[..], &more].concat());
+    assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert!(!said.contains("upright") && !said.contains("coefficient of"), "{said}");
+    let text = sandbox.read("new.toml");
+    for line in [
+        "contact_stiffness = \"0.4 MN/m\"",
+        "flow_coefficient = 0.7 ",
+        "orientation = \"horizontal\"",
+        "open_at = \"7 s\"",
+        "end = \"21 s\"",
+        "\"stops.contact_stiffness\" = 0.1",
+        "\"spring.stiffness\" = 0.02",
+        "\"pneumatics.port_orifice_area\" = 0.15",
+    ] {
+        assert!(text.contains(line), "{line} in\n{text}");
+    }
+    let wrong =
+        ["--flow-coefficient", "2", "--orientation", "up", "--tolerance", "gas=0.1", "--tolerance", "stroke=0.1"];
+    let refused = sandbox
+        .valve(&[&["init", "--out", "b.toml", "--typical", "--stroke", "1 mm", "--bore", "9 mm"], &wrong[..]].concat());
+    let said = String::from_utf8(refused.stderr).unwrap();
+    for words in
+        ["--flow-coefficient: \"2\" is no", "expected upright,", "no \"gas\"", "actuator.stroke cannot be calibrated"]
+    {
+        assert!(said.contains(words), "{words} in\n{said}");
+    }
 }
 
 #[test]
@@ -218,6 +273,28 @@ fn raw_recordings_become_a_campaign_that_compares() {
     assert!(refused.contains("campaign.toml: exists already"), "{refused}");
 }
 
+#[test]
+fn the_model_tells_the_direction_where_recordings_do_not() {
+    let sandbox = Sandbox::new();
+    let files = recordings(&sandbox, "sol");
+    let mut call = vec!["init", "campaign", "--valve", "valve.toml", "--temperature", "20 degC"];
+    call.extend(files.iter().map(String::as_str));
+    let output = sandbox.valve(&call);
+    assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
+    let said = String::from_utf8(output.stdout).unwrap().split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(said.contains("1 means close (valve.toml is 0.0") && said.contains("the other way round"), "{said}");
+    // What is said against it is taken, with a doubt.
+    let output = sandbox.valve(&[&call[..], &["--one-means", "open", "--force"]].concat());
+    assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
+    let doubt = String::from_utf8(output.stderr).unwrap().split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(doubt.contains("is it right that 1 means open? With close valve.toml is 0.0"), "{doubt}");
+    // Without a model it is asked for.
+    let mut alone = vec!["init", "campaign", "--stroke", "25.4 mm", "--temperature", "20 degC", "--force"];
+    alone.extend(files.iter().map(String::as_str));
+    let refused = shown(&sandbox.valve(&alone));
+    assert!(refused.contains("--one-means close (or open)"), "{refused}");
+}
+
 /// A recording of a valve of 25.4 mm with its supply at 517 kPa above the atmosphere, in a gauge unit of so many Pa.
 fn with_supply(heading: &str, unit_pa: f64, late_s: f64) -> String {
     let mut text = format!("Zeit [s],Magnetventil zu,Hub [mm],{heading}\n");
@@ -340,7 +417,7 @@ fn what_recordings_do_not_tell_is_asked_for_by_its_option() {
         call.extend(more);
         shown(&sandbox.valve(&call))
     };
-    let refused = call(&["--valve", "valve.toml"]);
+    let refused = call(&["--stroke", "25.4 mm"]);
     assert!(refused.contains("do not tell whether a command of 1 tells the valve to close or to open"), "{refused}");
     assert!(refused.contains("hint: say it with --one-means close (or open)"), "{refused}");
     let refused = call(&["--valve", "valve.toml", "--column", "positon=Hub"]);

@@ -12,6 +12,7 @@ use valve_file::{HistoryEntry, ValveFile, ValveFileError};
 use valve_model::{EffectKind, ParameterId};
 
 use crate::explanation::EffectParameterDocument;
+use crate::moved::{self, NuisanceDocument};
 use crate::steps::StepDocument;
 use crate::{SCHEMA, explanation, steps, value_of};
 
@@ -93,7 +94,14 @@ impl Adoption {
             models.push((rung.step.step.clone(), adopted(&without, rung)?));
         }
         let names: Vec<String> = additions.iter().map(|addition| addition.name().to_owned()).collect();
-        let action = if names.is_empty() { "calibrated".to_owned() } else { format!("added {}", names.join(" and ")) };
+        let had = |name: &&String| file.valve().effects().iter().any(|effect| effect.kind().id() == name.as_str());
+        let (again, new): (Vec<&String>, Vec<&String>) = names.iter().partition(had);
+        let listed = |verb: &str, names: &[&String]| {
+            let names = names.iter().map(|name| name.as_str()).collect::<Vec<_>>().join(" and ");
+            (!names.is_empty()).then(|| format!("{verb} {names}"))
+        };
+        let actions: Vec<String> = [listed("added", &new), listed("refitted", &again)].into_iter().flatten().collect();
+        let action = if actions.is_empty() { "calibrated".to_owned() } else { actions.join(", ") };
         let [first, .., last] = &sequence.rungs[..] else { unreachable!("it begins with datasheet and calibrated") };
         let [before, after] = [first, last].map(|rung| rung.step.errors.normalised_rms);
         let entry = HistoryEntry::new(&action, &campaign.name, before, after);
@@ -118,6 +126,7 @@ impl Adoption {
             effects: &self.names,
             steps: steps::documents(&self.steps()),
             parameters: explanation::parameters(&self.sequence.parameters),
+            nuisances: moved::nuisances(&self.sequence.nuisances),
         })
     }
 }
@@ -129,6 +138,7 @@ struct AdoptionDocument<'a> {
     effects: &'a [String],
     steps: Vec<StepDocument>,
     parameters: Vec<EffectParameterDocument>,
+    nuisances: Vec<NuisanceDocument>,
 }
 
 /// Whether the formula of what no effect explains is asked for and not in the valve file yet, so that it has to be searched

@@ -5,6 +5,8 @@ use std::collections::BTreeMap;
 use identify::Stop;
 use model_lab::compare::{Comparison, Direction, Finding, Phase, PhaseError, RunComparison, Score, StrokeComparison};
 use model_lab::data::Channel;
+use model_lab::diagnosis::uncertainty::Certainty;
+use model_lab::diagnosis::{NuisanceReport, nuisance_reports};
 use model_lab::errors::StepReport;
 use model_lab::identification::{NuisanceSizes, Subject};
 use model_lab::residual_force::{Axis, Bin, ResidualForce, Signature};
@@ -14,6 +16,7 @@ use valve_file::ValveFile;
 use valve_model::Conditions;
 
 use crate::error::ErrorDocument;
+use crate::moved::{self, NuisanceDocument};
 use crate::steps::StepDocument;
 use crate::{CampaignInput, SCHEMA, value_of};
 
@@ -24,6 +27,8 @@ pub struct Compared {
     pub comparison: Comparison,
     /// With that fitted and nothing else, as all fits state their errors.
     pub allowing: StepReport,
+    /// What they were found to be off by then.
+    pub nuisances: Vec<NuisanceReport>,
 }
 
 impl Compared {
@@ -32,7 +37,8 @@ impl Compared {
         let subject = Subject::new(file, &input.campaign, &NuisanceSizes::default());
         let comparison = Comparison::new(&subject, file.valve(), &input.data)?;
         let stated = subject.stated(Stop::never())?;
-        Some(Self { comparison, allowing: StepReport::new("datasheet", &stated) })
+        let nuisances = nuisance_reports(&stated, &Certainty::new(&stated.problem, &stated.fit));
+        Some(Self { comparison, allowing: StepReport::new("datasheet", &stated), nuisances })
     }
 }
 
@@ -47,6 +53,7 @@ struct ComparedDocument<'a> {
     #[serde(flatten)]
     comparison: ComparisonDocument<'a>,
     allowing_for_instruments: StepDocument,
+    nuisances: Vec<NuisanceDocument>,
     #[serde(skip_serializing_if = "Option::is_none")]
     against: Option<Box<ComparedDocument<'a>>>,
     #[serde(flatten)]
@@ -61,6 +68,7 @@ impl<'a> ComparedDocument<'a> {
             campaign: None,
             comparison: ComparisonDocument::new(input, &compared.comparison),
             allowing_for_instruments: (&compared.allowing).into(),
+            nuisances: moved::nuisances(&compared.nuisances),
             against: None,
             missing: None,
         }

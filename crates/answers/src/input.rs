@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 
 use campaign::{Campaign, CampaignError};
 use identify::Stop;
+use model_lab::compare::Comparison;
 use model_lab::data::valve_facts;
+use model_lab::identification::{NuisanceSizes, Subject};
 use model_lab::{Dataset, strange_times};
 use valve_file::{ValveFile, ValveFileError};
 
@@ -46,6 +48,11 @@ pub struct CampaignInput {
 }
 
 impl CampaignInput {
+    /// Whether the last step in the valve file's history fitted it to this very campaign.
+    pub fn is_fitted(&self) -> bool {
+        self.file.history().last().is_some_and(|last| last.campaign == self.campaign.name)
+    }
+
     /// Reads both. Refuses a campaign that only plans. What looks wrong is in [`CampaignInput::doubts`].
     pub fn read(valve: &Path, campaign: &Path) -> Result<Self, InputError> {
         Self::of(ValveFile::read(valve)?, campaign)
@@ -88,4 +95,12 @@ impl CampaignInput {
         };
         if stated { "stated" } else { "estimated" }
     }
+}
+
+/// How far a valve file's model, as it stands, is from a campaign's positions, m (root mean square); nothing where its strokes cannot
+/// be simulated, or where no positions were recorded.
+pub fn position_error_m(file: &ValveFile, campaign: &Campaign) -> Option<f64> {
+    let data = Dataset::new(campaign, file.schedule());
+    let subject = Subject::new(file, campaign, &NuisanceSizes::default());
+    Comparison::new(&subject, file.valve(), &data)?.overall.errors.rmse_m
 }

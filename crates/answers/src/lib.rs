@@ -18,7 +18,7 @@ pub mod steps;
 pub mod strokes;
 pub mod tables;
 
-pub use input::{CampaignInput, InputError};
+pub use input::{CampaignInput, InputError, position_error_m};
 
 /// A document as JSON; what is not finite is null.
 fn value_of(document: &impl serde::Serialize) -> serde_json::Value {

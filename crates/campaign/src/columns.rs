@@ -118,6 +118,11 @@ fn unit(table: &Section<'_>, text: &str, dimension: Dimension) -> Result<Unit, T
             format!("\"{text}\""),
             format!("{text}g (gauge, above the atmosphere) or {text}a (absolute)"),
         )),
+        _ if dimension == Dimension::Length && matches!(text, "%" | "percent" | "pct") => Err(table.wrong(
+            "unit",
+            format!("\"{text}\""),
+            "unit = \"mm\" with the length of one percent of the stroke in mm as its scale",
+        )),
         _ => Err(table.wrong("unit", format!("\"{text}\"{hint}"), dimension.expectation())),
     }
 }

@@ -95,7 +95,7 @@ pub struct Fit {
 
 impl Fit {
     /// Whitened residuals of a record.
-    pub fn whitened<P: Problem + ?Sized>(&self, problem: &P, record: usize) -> Vec<f64> {
+    pub fn whitened(&self, problem: &dyn Problem, record: usize) -> Vec<f64> {
         Whitener::new(&problem.records()[record], &self.noise).whitened(&self.linear.residual[record])
     }
 }
@@ -171,8 +171,8 @@ enum Advance {
 }
 
 /// A fit under way.
-struct Fitting<'a, P: Problem + ?Sized> {
-    problem: &'a P,
+struct Fitting<'a> {
+    problem: &'a dyn Problem,
     options: &'a FitOptions,
     derivatives: usize,
     predictions: usize,
@@ -189,7 +189,7 @@ struct Fitting<'a, P: Problem + ?Sized> {
 }
 
 /// Fits a problem from a starting point; nothing where that is impossible, or was stopped on the way.
-pub fn fit<P: Problem + ?Sized>(problem: &P, start: &[f64], options: &FitOptions) -> Option<Fit> {
+pub fn fit(problem: &dyn Problem, start: &[f64], options: &FitOptions) -> Option<Fit> {
     let sigmas = vec![f64::INFINITY; start.len()];
     let mut fitting = Fitting {
         problem,
@@ -210,7 +210,7 @@ pub fn fit<P: Problem + ?Sized>(problem: &P, start: &[f64], options: &FitOptions
     fitting.settle(at)
 }
 
-impl<P: Problem + ?Sized> Fitting<'_, P> {
+impl Fitting<'_> {
     fn linearised(&mut self, u: Vec<f64>) -> Option<Linearised> {
         self.derivatives += 1;
         let coordinates = self.problem.coordinates().iter().zip(u.iter().zip(&self.sigmas));
@@ -467,7 +467,7 @@ impl<P: Problem + ?Sized> Fitting<'_, P> {
 }
 
 /// How large the error beyond the noise is in each group, in units of the activity (for single readings, none).
-pub fn error_sizes<P: Problem + ?Sized>(problem: &P, at: &Linearised) -> Vec<f64> {
+pub fn error_sizes(problem: &dyn Problem, at: &Linearised) -> Vec<f64> {
     let groups = problem.records().iter().flat_map(|record| &record.series).map(|series| series.group + 1).max();
     let mut sums = vec![(0.0, 0.0); groups.unwrap_or(0)];
     for (record, residual) in problem.records().iter().zip(&at.residual) {

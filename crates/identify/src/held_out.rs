@@ -22,7 +22,7 @@ pub struct HeldOut {
 type HeldOutRecord = (usize, Vec<f64>, Vec<f64>);
 
 /// Folds of records: by condition where there are several, else each record alone; empty for a single record.
-pub fn folds<P: Problem + ?Sized>(problem: &P) -> Vec<Vec<usize>> {
+pub fn folds(problem: &dyn Problem) -> Vec<Vec<usize>> {
     let mut folds: Vec<Vec<usize>> = Vec::new();
     let records = problem.records();
     for (index, record) in records.iter().enumerate() {
@@ -38,7 +38,7 @@ pub fn folds<P: Problem + ?Sized>(problem: &P) -> Vec<Vec<usize>> {
 }
 
 /// Holds out fold after fold; nothing where there is only one, or where somebody asks to stop.
-pub fn held_out<P: Problem + ?Sized>(problem: &P, fit: &Fit, folds: &[Vec<usize>]) -> Option<HeldOut> {
+pub fn held_out(problem: &dyn Problem, fit: &Fit, folds: &[Vec<usize>]) -> Option<HeldOut> {
     if folds.len() < 2 {
         return None;
     }
@@ -59,7 +59,7 @@ const DAMPINGS: [f64; 3] = [0.0, 0.01, 0.3];
 const CORRECTIONS: usize = 2;
 
 /// Holds out one fold: of each of its records the residuals with own coordinates at their means, and fitted.
-fn hold_out<P: Problem + ?Sized>(problem: &P, fit: &Fit, fold: &[usize]) -> Option<Vec<HeldOutRecord>> {
+fn hold_out(problem: &dyn Problem, fit: &Fit, fold: &[usize]) -> Option<Vec<HeldOutRecord>> {
     if problem.stop().is_asked() {
         return None;
     }
@@ -93,7 +93,7 @@ fn hold_out<P: Problem + ?Sized>(problem: &P, fit: &Fit, fold: &[usize]) -> Opti
 const PINNED: f64 = 1e-9;
 
 /// Observed minus predicted of some records at a point.
-fn predicted<P: Problem + ?Sized>(problem: &P, u: &[f64], records: &[usize]) -> Option<Vec<Vec<f64>>> {
+fn predicted(problem: &dyn Problem, u: &[f64], records: &[usize]) -> Option<Vec<Vec<f64>>> {
     let requests: Vec<Request> = records.iter().map(|record| Request { point: 0, record: *record }).collect();
     let predicted = problem.predict(&[u.to_vec()], &requests);
     let residual = records.iter().zip(predicted).map(|(record, predicted)| {
@@ -104,8 +104,8 @@ fn predicted<P: Problem + ?Sized>(problem: &P, u: &[f64], records: &[usize]) -> 
 }
 
 /// The optimum for some records near a point, by steps with derivatives taken close by; never worse than the point.
-fn optimum<P: Problem + ?Sized>(
-    problem: &P,
+fn optimum(
+    problem: &dyn Problem,
     whitened: &Whitened,
     records: &[usize],
     coordinates: &[Coordinate],

@@ -8,7 +8,7 @@ use crate::variance::{Effort, GroupPrior, components, evidence, log_prior};
 
 /// What another effect could gain at most, nats: what a model error explains, and what coordinates and noise had to leave
 /// their prior means for beyond what they do by chance.
-pub fn left_to_explain<P: Problem>(problem: &P, fit: &Fit, options: &FitOptions) -> f64 {
+pub fn left_to_explain(problem: &dyn Problem, fit: &Fit, options: &FitOptions) -> f64 {
     let coordinates = problem.coordinates();
     // By chance a coordinate leaves its mean as far as the data say where it is; one that they do not see stays there.
     let normal = fit.linear.normal(problem, &fit.noise);
@@ -22,7 +22,7 @@ pub fn left_to_explain<P: Problem>(problem: &P, fit: &Fit, options: &FitOptions)
 }
 
 /// What coordinates held at bounds hide, nats: what would be gained if nothing bounded them.
-pub fn hidden_by_bounds<P: Problem>(problem: &P, fit: &Fit) -> f64 {
+pub fn hidden_by_bounds(problem: &dyn Problem, fit: &Fit) -> f64 {
     let normal = fit.linear.normal(problem, &fit.noise);
     0.5 * Posterior::new(problem.coordinates(), &fit.u, &normal).beyond_bounds()
 }
@@ -33,7 +33,7 @@ pub fn excess(error: f64) -> f64 {
 }
 
 /// Root mean square of residuals in units of the rows' noise with its multiplier.
-pub fn normalised_rms<P: Problem>(problem: &P, noise: &Noise, residual: &[Vec<f64>]) -> f64 {
+pub fn normalised_rms(problem: &dyn Problem, noise: &Noise, residual: &[Vec<f64>]) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0);
     for (record, residual) in problem.records().iter().zip(residual) {
         let mut rest = residual.as_slice();
@@ -51,7 +51,7 @@ pub fn normalised_rms<P: Problem>(problem: &P, noise: &Noise, residual: &[Vec<f6
 
 /// How much more likely a model error makes the rows than noise alone does, nats: what is left to explain. Single readings
 /// have no model error; of them it is what a larger noise than stated makes more likely.
-pub fn left_nats<P: Problem>(problem: &P, fit: &Fit, options: &FitOptions) -> f64 {
+pub fn left_nats(problem: &dyn Problem, fit: &Fit, options: &FitOptions) -> f64 {
     let is_process = |group: usize| {
         let mut series = problem.records().iter().flat_map(|record| &record.series);
         series.any(|series| series.group == group && series.is_process)

@@ -71,7 +71,7 @@ pub struct Normal {
 
 impl Linearised {
     /// From predictions with derivatives.
-    pub fn new<P: Problem + ?Sized>(problem: &P, u: Vec<f64>, linear: Vec<Linear>) -> Self {
+    pub fn new(problem: &dyn Problem, u: Vec<f64>, linear: Vec<Linear>) -> Self {
         let (predicted, columns): (Vec<_>, Vec<_>) =
             linear.into_iter().map(|linear| (linear.predicted, linear.columns)).unzip();
         Self { u, residual: residuals(problem, &predicted), columns }
@@ -107,7 +107,7 @@ impl Linearised {
     }
 
     /// The normal equations of all records, one by one.
-    pub fn normals<P: Problem + ?Sized>(&self, problem: &P, noise: &Noise) -> Vec<Normal> {
+    pub fn normals(&self, problem: &dyn Problem, noise: &Noise) -> Vec<Normal> {
         let alone = |(part, record): (&(Jacobian, DMatrix<f64>), usize)| {
             let mut normal = Normal::empty(self.u.len());
             normal.add_record(part, &self.residual[record]);
@@ -117,7 +117,7 @@ impl Linearised {
     }
 
     /// The normal equations of all records.
-    pub fn normal<P: Problem + ?Sized>(&self, problem: &P, noise: &Noise) -> Normal {
+    pub fn normal(&self, problem: &dyn Problem, noise: &Noise) -> Normal {
         let mut sum = Normal::empty(self.u.len());
         for (part, residual) in self.whitened(problem, noise).iter().zip(&self.residual) {
             sum.add_record(part, residual);
@@ -126,7 +126,7 @@ impl Linearised {
     }
 
     /// The whitened derivatives of each record, and their products with each other.
-    fn whitened<P: Problem + ?Sized>(&self, problem: &P, noise: &Noise) -> Vec<(Jacobian, DMatrix<f64>)> {
+    fn whitened(&self, problem: &dyn Problem, noise: &Noise) -> Vec<(Jacobian, DMatrix<f64>)> {
         let records = problem.records().par_iter().zip(&self.columns);
         let of_record = |(record, columns): (_, &Vec<(usize, Vec<f64>)>)| {
             let jacobian = Jacobian::new(Whitener::new(record, noise), columns);
@@ -160,7 +160,7 @@ pub struct Whitened {
 
 impl Whitened {
     /// Of a linearised problem.
-    pub fn new<P: Problem + ?Sized>(problem: &P, at: &Linearised, noise: &Noise) -> Self {
+    pub fn new(problem: &dyn Problem, at: &Linearised, noise: &Noise) -> Self {
         let n = at.u.len();
         let all: Vec<usize> = (0..problem.records().len()).collect();
         let mut whitened = Self::of(problem, at, noise, &all);
@@ -171,7 +171,7 @@ impl Whitened {
     }
 
     /// Of some records of a linearised problem, without residuals yet.
-    pub fn of<P: Problem + ?Sized>(problem: &P, at: &Linearised, noise: &Noise, records: &[usize]) -> Self {
+    pub fn of(problem: &dyn Problem, at: &Linearised, noise: &Noise, records: &[usize]) -> Self {
         let n = at.u.len();
         let jacobians: Vec<Jacobian> = records
             .par_iter()

@@ -231,7 +231,7 @@ impl Differences {
 }
 
 /// The predictions of all records at each of several points; nothing for a point that is impossible.
-pub fn predict_all<P: Problem + ?Sized>(problem: &P, points: &[Vec<f64>]) -> Vec<Option<Vec<Vec<f64>>>> {
+pub fn predict_all(problem: &dyn Problem, points: &[Vec<f64>]) -> Vec<Option<Vec<Vec<f64>>>> {
     let records = problem.records().len();
     let requests: Vec<Request> =
         (0..points.len()).flat_map(|point| (0..records).map(move |record| Request { point, record })).collect();
@@ -245,7 +245,7 @@ pub fn error_in_activity(records: &[Record], predicted: &[Vec<f64>]) -> f64 {
 }
 
 /// Observed minus predicted, record by record.
-pub fn residuals<P: Problem + ?Sized>(problem: &P, predicted: &[Vec<f64>]) -> Vec<Vec<f64>> {
+pub fn residuals(problem: &dyn Problem, predicted: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let of = |(record, predicted): (&Record, &Vec<f64>)| {
         record.rows().zip(predicted).map(|(row, predicted)| row.observed - predicted).collect()
     };

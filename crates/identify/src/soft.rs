@@ -38,7 +38,7 @@ struct Soft {
 }
 
 /// A linearised problem with its derivatives measured along soft directions.
-pub fn refined<P: Problem + ?Sized>(problem: &P, mut at: Linearised, noise: &Noise) -> Linearised {
+pub fn refined(problem: &dyn Problem, mut at: Linearised, noise: &Noise) -> Linearised {
     let coordinates = problem.coordinates();
     let is_free = |index: &usize| !coordinates[*index].is_at_bound(at.u[*index]);
     let free: Vec<usize> = (0..coordinates.len()).filter(is_free).collect();
@@ -61,8 +61,8 @@ pub fn refined<P: Problem + ?Sized>(problem: &P, mut at: Linearised, noise: &Noi
 }
 
 /// The soft directions at a point; nothing where there are none.
-fn directions<P: Problem + ?Sized>(
-    problem: &P,
+fn directions(
+    problem: &dyn Problem,
     at: &Linearised,
     noise: &Noise,
     (common, own): (&[usize], &[usize]),
@@ -109,7 +109,7 @@ fn directions<P: Problem + ?Sized>(
 }
 
 /// Measures the derivatives along directions and mends those of the common coordinates by what they were wrong.
-fn measure<P: Problem + ?Sized>(problem: &P, at: &mut Linearised, soft: &[Soft], common: &[usize]) {
+fn measure(problem: &dyn Problem, at: &mut Linearised, soft: &[Soft], common: &[usize]) {
     let coordinates = problem.coordinates();
     let room = |direction: &[f64], sign: f64| {
         let of = |index: usize| {

@@ -65,15 +65,15 @@ struct Judged {
 }
 
 /// A linearised problem whose errors' sizes are looked for.
-struct Sizing<'a, P: Problem + ?Sized> {
-    problem: &'a P,
+struct Sizing<'a> {
+    problem: &'a dyn Problem,
     at: &'a Linearised,
     priors: &'a [GroupPrior],
 }
 
 /// The sizes that make what is left about a linearised problem most likely.
-pub fn components<P: Problem + ?Sized>(
-    problem: &P,
+pub fn components(
+    problem: &dyn Problem,
     at: &Linearised,
     priors: &[GroupPrior],
     from: &Noise,
@@ -120,7 +120,7 @@ pub fn components<P: Problem + ?Sized>(
     best.noise
 }
 
-impl<P: Problem + ?Sized> Sizing<'_, P> {
+impl Sizing<'_> {
     fn judged(&self, noise: Noise) -> Option<Judged> {
         let normal = self.at.normal(self.problem, &noise);
         let (step, log_evidence) = Posterior::new(self.problem.coordinates(), &self.at.u, &normal).least()?;
@@ -212,13 +212,7 @@ fn logarithms(one: GroupNoise, other: GroupNoise) -> [f64; 3] {
 }
 
 /// The evidence of a linearised problem with what is known of the errors' sizes, nats.
-pub fn evidence<P: Problem + ?Sized>(
-    problem: &P,
-    at: &Linearised,
-    normal: &Normal,
-    priors: &[GroupPrior],
-    noise: &Noise,
-) -> f64 {
+pub fn evidence(problem: &dyn Problem, at: &Linearised, normal: &Normal, priors: &[GroupPrior], noise: &Noise) -> f64 {
     let posterior = Posterior::new(problem.coordinates(), &at.u, normal);
     posterior.log_evidence().unwrap_or(f64::NEG_INFINITY) + log_prior(priors, noise)
 }

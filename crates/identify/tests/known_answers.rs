@@ -6,8 +6,9 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use common::{Function, Functions, options, record, shared, stated};
-use identify::select::{Family, Level, News, SelectOptions, select};
-use identify::{Coordinate, FitOptions, GroupPrior, Problem, Record, Request, Scope, Stop, fit};
+use identify::left::normalised_rms;
+use identify::select::{Family, Level, Model, News, SelectOptions, afresh, select};
+use identify::{Coordinate, FitOptions, GroupPrior, Noise, Problem, Record, Request, Scope, Stop, fit};
 use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng;
 use rand::rngs::StdRng;
@@ -108,6 +109,8 @@ fn variance_components_of_a_mixed_model_are_those_it_was_drawn_with() {
 struct Regressors {
     records: Vec<Record>,
     candidates: usize,
+    /// An error in units of the noise below which nothing more is looked for.
+    enough: f64,
     fitted: Mutex<usize>,
     asked: AtomicUsize,
 }
@@ -158,12 +161,22 @@ impl Regressors {
                 .collect();
             record(&observed, 0.1, true, one)
         });
-        Self { records: records.collect(), candidates: 12, fitted: Mutex::new(0), asked: AtomicUsize::new(0) }
+        Self {
+            records: records.collect(),
+            candidates: 12,
+            enough: 0.0,
+            fitted: Mutex::new(0),
+            asked: AtomicUsize::new(0),
+        }
     }
 }
 
 impl<'a> Family for &'a Regressors {
     type Member = Member<'a>;
+
+    fn is_enough(&self, model: &Model<Member<'a>>) -> bool {
+        normalised_rms(&model.problem, &Noise::white(1), &model.fit.linear.residual) < self.enough
+    }
 
     fn candidates(&self) -> usize {
         self.candidates
@@ -225,6 +238,16 @@ fn what_is_hidden_is_selected_and_nothing_else() {
             assert!(fitted < 40 + 90 * hidden.len(), "{fitted} fits for {hidden:?}");
             assert!(family.asked.load(Ordering::Relaxed) < 40_000, "{:?}", family.asked);
         }
+    }
+}
+
+#[test]
+fn a_search_ends_where_enough_is_explained() {
+    // The one makes an error of about 20 times the noise, the other of 3.
+    for (enough, expected) in [(100.0, vec![]), (8.0, vec![0]), (0.0, vec![0, 7])] {
+        let family = Regressors { enough, ..Regressors::drawn(&[(0, 2.0), (7, 0.25)], 4000) };
+        let found = select(&&family, &SelectOptions::default()).expect("fitted");
+        assert_eq!(found.accepted(), expected, "enough: {enough} times the noise");
     }
 }
 
@@ -326,6 +349,25 @@ impl<'a> Family for &'a Valleys {
 /// A frequency of what is observed, and one a few valleys off.
 const RIGHT_VALLEY: f64 = 0.31;
 const WRONG_VALLEY: f64 = 0.52;
+
+#[test]
+fn a_set_fitted_afresh_takes_the_better_of_both_starts() {
+    let observed = |seed: u64| -> Vec<f64> {
+        let rows = noise(60, 0.02, seed);
+        rows.iter().enumerate().map(|(row, noise)| (RIGHT_VALLEY * row as f64).sin() + noise).collect()
+    };
+    let frequency = || shared("frequency", 0.5, 0.3, 1.5);
+    let family = Valleys {
+        records: (0..4).map(|one| record(&observed(700 + one as u64), 0.02, true, one)).collect(),
+        coordinates: [vec![frequency()], vec![frequency(), shared("size", 0.0, 1.0, 20.0)]],
+    };
+    let problem = Valley(&family, false);
+    let stuck = fit(&problem, &[WRONG_VALLEY], &(&family).options()).expect("a start that is possible");
+    let base = Model { set: Vec::new(), level: Level::High, problem, fit: stuck, held_out: None };
+    // From the base it would end beside it.
+    let (_, fit) = afresh(&&family, &[0], &base).expect("fitted");
+    assert!((fit.u[0] - RIGHT_VALLEY).abs() < 1e-3, "{:?}", fit.u);
+}
 
 #[test]
 fn a_base_that_is_stuck_makes_no_effect_of_what_only_begins_elsewhere() {

@@ -19,6 +19,7 @@ mod fault_call;
 mod kept;
 mod learn;
 mod log;
+mod mistakes;
 mod notice;
 mod ols;
 mod output;

@@ -36,6 +36,19 @@ pub enum Notice {
         /// The stroke.
         stroke: Stroke,
     },
+    /// A time is so far from all that the tables know that it must be in another unit; it is not used.
+    OtherUnit {
+        /// The stroke.
+        stroke: Stroke,
+        /// The time in s.
+        found_s: f64,
+        /// Shortest time in the tables, in s.
+        shortest_s: f64,
+        /// Longest time in the tables, in s.
+        longest_s: f64,
+    },
+    /// The two times do not fit the tables, and would if they were exchanged; they are not used.
+    Exchanged,
     /// A time is above its limit.
     AboveLimit {
         /// The stroke.
@@ -103,6 +116,8 @@ impl Notice {
             Self::NotFinished { .. } => "not-finished",
             Self::DeadSwitch => "dead-switch",
             Self::NoStroke { .. } => "no-stroke",
+            Self::OtherUnit { .. } => "other-unit",
+            Self::Exchanged => "exchanged",
             Self::AboveLimit { .. } => "above-limit",
             Self::OutsideTables { .. } => "outside-tables",
             Self::Glitch { .. } => "glitch",
@@ -143,6 +158,21 @@ impl fmt::Display for Notice {
             }
             Self::NoStroke { stroke } => {
                 write!(f, "the {stroke} time is 0 s, which no stroke takes; it is not used")
+            }
+            Self::OtherUnit { stroke, found_s, shortest_s, longest_s } => {
+                write!(
+                    f,
+                    "the {stroke} time of {found_s:.4} s cannot be in s, by the tables ({shortest_s:.4} to {longest_s:.4} s); it is \
+                     not used (the word stalled tells a stroke that did not end)"
+                )?;
+                let in_ms = found_s / 1e3;
+                if shortest_s <= in_ms && in_ms <= longest_s { write!(f, ": is it in ms?") } else { Ok(()) }
+            }
+            Self::Exchanged => {
+                write!(
+                    f,
+                    "the closing and the opening time would fit if they were exchanged, and do not as they are; the row is not used"
+                )
             }
             Self::AboveLimit { stroke, limit_s } => {
                 write!(f, "the {stroke} time is above its limit of {limit_s} s")

@@ -12,6 +12,7 @@ use crate::bayes::{
 use crate::calendar::Calendar;
 use crate::kept::KeptPrognosis;
 use crate::log::LogRow;
+use crate::mistakes;
 use crate::notice::Notice;
 use crate::ols::OlsEstimator;
 use crate::output::{blank, findings, from_bayes, from_ols, limits, remark};
@@ -100,6 +101,8 @@ struct Rows {
     said: Vec<String>,
     /// Number and mean square of the residuals, in stated variances.
     residuals: (f64, f64),
+    /// The closing and the opening time of the last row that had both, s.
+    times_s: Option<[f64; 2]>,
 }
 
 /// What all valves are looked at with.
@@ -274,8 +277,9 @@ impl Valve {
         time: Option<&str>,
         mut notices: Vec<Notice>,
     ) -> Prognosis {
-        let (reading, dead) = &without_zeros(reading, &mut notices);
+        let (reading, dead) = without_zeros(reading, &mut notices);
         let rows = &mut self.rows;
+        let (reading, mistaken) = &mistakes::left_out(tables, &reading, &mut rows.times_s, &mut notices);
         rows.latest = Some(reading.cycle);
         rows.seen.rotate_right(1);
         rows.seen[0] = Some(reading.cycle);
@@ -314,7 +318,7 @@ impl Valve {
             }
         }
         prognosis.status = rows.ladder.step(&prognosis, rows.over >= OVER_FROM, repaired);
-        if *dead {
+        if dead || *mistaken {
             prognosis.status = rows.ladder.untold();
         }
         prognosis.notices = notices;

@@ -73,14 +73,58 @@ fn a_valve_that_does_not_stroke_at_all_is_at_its_end_and_gives_finite_numbers() 
     let dead = |cycle| Reading { cycle, stalled: [true; 2], ..Reading::default() };
     let absurd = |cycle| Reading { cycle, close_time_s: Some(1e300), open_time_s: Some(0.0), ..Reading::default() };
     for method in [Method::default(), Method::Ols] {
-        for make in [&dead as &dyn Fn(u64) -> Reading, &absurd] {
+        let both = [(&dead as &dyn Fn(u64) -> Reading, Status::EolReached), (&absurd, Status::Unknown)];
+        for (make, status) in both {
             let readings: Vec<Reading> = (0..30).map(make).collect();
             let prognoses = run(method, &readings);
-            assert_eq!(prognoses[1].status, Status::EolReached);
+            assert_eq!(prognoses[1].status, status);
             let text = serde_json::to_string(&prognoses[29]).expect("is JSON");
             let finite = [prognoses[29].eol_cycle, prognoses[29].rul_p95, prognoses[29].leak_area_mm2];
             assert!(finite.iter().flatten().all(|value| value.is_finite()), "{text}");
         }
+    }
+}
+
+#[test]
+fn times_in_another_unit_or_exchanged_are_named_and_end_no_life() {
+    let tidy = supply_log(6);
+    let in_ms = |reading: &Reading| Reading {
+        close_time_s: reading.close_time_s.map(|time| 1e3 * time),
+        open_time_s: reading.open_time_s.map(|time| 1e3 * time),
+        ..*reading
+    };
+    let turned = |reading: &Reading| Reading {
+        close_time_s: reading.open_time_s,
+        open_time_s: reading.close_time_s,
+        ..*reading
+    };
+    let wrongs: [(&dyn Fn(&Reading) -> Reading, &str); 2] = [(&in_ms, "other-unit"), (&turned, "exchanged")];
+    for (wrong, kind) in wrongs {
+        for method in [Method::default(), Method::Ols] {
+            let all: Vec<Reading> = tidy.iter().map(wrong).collect();
+            let prognoses = run(method, &all);
+            let of_kind = notices(&prognoses).iter().filter(|(_, said)| *said == kind).count();
+            assert!(of_kind >= all.len(), "{kind}: {:?}", notices(&prognoses));
+            assert!(prognoses.iter().all(|one| one.status == Status::Unknown), "{kind}");
+            // One row of many tells nothing, and costs no more than that.
+            let mut once = tidy.clone();
+            once[16] = wrong(&tidy[16]);
+            let (with, without) = (run(method, &once), run(method, &tidy));
+            assert!(notices(&with).contains(&(16, kind)));
+            let ends = [with, without].map(|all| all.last().and_then(|last| last.eol_cycle).expect("an end"));
+            assert!((ends[0] - ends[1]).abs() < 0.3, "{kind}: {ends:?}");
+        }
+    }
+    // A valve near its end, and one that is slow in both strokes, are no mistakes.
+    let slow = tidy.iter().map(|reading| Reading {
+        close_time_s: reading.close_time_s.map(|time| 1.5 * time),
+        open_time_s: reading.open_time_s.map(|time| 1.5 * time),
+        ..*reading
+    });
+    for readings in [tidy.clone(), slow.collect()] {
+        let said =
+            notices(&run(Method::default(), &readings)).into_iter().map(|(_, kind)| kind).collect::<HashSet<_>>();
+        assert!(!said.contains("exchanged") && !said.contains("other-unit"), "{said:?}");
     }
 }
 

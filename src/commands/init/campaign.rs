@@ -8,6 +8,7 @@ use campaign::guess::{Conflict, DraftRun, Hints, Recording, Understanding, Unkno
 use campaign::{Campaign, ValveFacts};
 use model_lab::data::valve_facts;
 use quantity::{Dimension, Quantity, Reference, Unit, pressure_pa};
+use valve_file::ValveFile;
 
 use super::conditions::Stated;
 use super::dialogue;
@@ -15,6 +16,7 @@ use crate::cli::InitCampaignArgs;
 use crate::commands::valve_input;
 use crate::failure::{Answer, Hinted};
 use crate::output::{self, Outputs};
+use answers::position_error_m;
 
 /// The atmosphere where no valve file says another one, Pa.
 const USUAL_AMBIENT_PA: f64 = 101_325.0;
@@ -22,6 +24,8 @@ const USUAL_AMBIENT_PA: f64 = 101_325.0;
 const CHANNELS: [&str; 6] = ["time", "command", "position", "chamber_pressure", "pipe_pressure", "supply_pressure"];
 /// What `--column` says of a channel that is to be left out.
 const LEFT_OUT: &str = "none";
+/// A direction is the right one where the model is off by less than this share of what it is the other way round.
+const FAR_BETTER: f64 = 0.5;
 /// Stands for a supply pressure that nobody has said yet, where only the recordings are looked at.
 const ANY_SUPPLY: &str = "1 MPa";
 
@@ -33,8 +37,11 @@ pub fn run(args: &InitCampaignArgs) -> anyhow::Result<Answer> {
     let mut hints = hints(args, facts.as_ref())?;
     let stated = Stated::read(args, hints.ambient_pressure_pa)?;
     let recordings = recordings(&args.files)?;
-    let found = settled(&recordings, &mut hints)?;
     let folder = folder_of(&args.out);
+    if let Some(file) = &valve {
+        ask_model(file, &recordings, &stated, folder, &mut hints);
+    }
+    let found = settled(&recordings, &mut hints)?;
     let mut runs: Vec<DraftRun> = recordings
         .iter()
         .zip(&found.supply)
@@ -70,6 +77,54 @@ pub fn run(args: &InitCampaignArgs) -> anyhow::Result<Answer> {
     Ok(Answer::Fine)
 }
 
+/// The model's word about the direction where the recordings do not tell it, and a doubt where what was said is far worse than its
+/// contrary.
+fn ask_model(file: &ValveFile, recordings: &[Recording], stated: &Stated, folder: &Path, hints: &mut Hints) {
+    let given = hints.one_closes;
+    let unknown = understand(recordings, hints).unknown;
+    let is_open = unknown == [Unknown::Direction];
+    // What the recordings tell by themselves needs no model.
+    if !is_open && !(given.is_some() && unknown.is_empty()) {
+        return;
+    }
+    let with = |one_closes: bool| Hints { one_closes: Some(one_closes), ..hints.clone() };
+    let usual = format!("{} Pa", file.valve().parameters().supply_pressure_pa);
+    let off_m = |one_closes: bool| {
+        let found = understand(recordings, &with(one_closes));
+        let shown = recordings.iter().zip(&found.supply);
+        let runs = shown.map(|(recording, shown)| {
+            let mut run = stated.run(&recording.file, shown.as_ref(), relative(Path::new(&recording.file), folder));
+            if run.supply_pressure.is_empty() {
+                run.supply_pressure.clone_from(&usual);
+            }
+            run
+        });
+        let text = draft("direction", &found, &recordings[0], &runs.collect::<Vec<_>>());
+        let facts = valve_facts(file.valve());
+        let campaign = Campaign::parse(&text, "direction", &facts, &|file| std::fs::read(folder.join(file))).ok()?;
+        position_error_m(file, &campaign)
+    };
+    let (Some(closing_m), Some(opening_m)) = (off_m(true), off_m(false)) else { return };
+    let one_closes = closing_m < opening_m;
+    let (less_m, more_m) = (closing_m.min(opening_m), closing_m.max(opening_m));
+    if less_m > FAR_BETTER * more_m {
+        return;
+    }
+    let unit = output::told_in(Dimension::Length);
+    let [less, more] = [less_m, more_m].map(|off_m| format!("{} {}", unit.number(off_m, 2), unit.name()));
+    let words = format!("{} is {less} off then, and {more} the other way round", file.file_name());
+    if is_open {
+        hints.closes_because = Some(words);
+        hints.one_closes = Some(one_closes);
+    } else if given != Some(one_closes) {
+        let better = if one_closes { "close" } else { "open" };
+        output::note(&format!(
+            "warning: is it right that 1 means {}? With {better} {words}",
+            if one_closes { "open" } else { "close" }
+        ));
+    }
+}
+
 fn recordings(files: &[PathBuf]) -> anyhow::Result<Vec<Recording>> {
     let read = |path: &PathBuf| {
         let shown = path.display().to_string();
@@ -101,6 +156,7 @@ fn hints(args: &InitCampaignArgs, facts: Option<&ValveFacts>) -> anyhow::Result<
         units: Vec::new(),
         left_out,
         one_closes: args.one_means.as_deref().map(|word| word == "close"),
+        closes_because: None,
         grows_to_open: args.position_grows.as_deref().map(|word| word == "open"),
     })
 }

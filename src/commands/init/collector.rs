@@ -17,6 +17,11 @@ const USUAL_TEMPERATURE: &str = "20 degC";
 const USUAL_AMBIENT: &str = "101.325 kPa";
 const USUAL_AMBIENT_PA: f64 = 101_325.0;
 
+const USUAL_COEFFICIENT: &str = "0.86";
+/// How well the stiffness of stops is known: as stated, and as typical.
+const KNOWN_STOPS: f64 = 0.1;
+const UNKNOWN_STOPS: f64 = 0.5;
+
 /// Gets each number from its option, the terminal, or what is typical.
 pub struct Collector<'a> {
     args: &'a InitValveArgs,
@@ -71,14 +76,15 @@ impl<'a> Collector<'a> {
         let mut entries = vec![
             entry("actuator.stroke", stroke, "travel between the stops"),
             entry("actuator.piston_area", area, &area_comment),
-            entry("stops.contact_stiffness", written_stiffness(size), "typical of metal stops"),
             entry("pneumatics.supply_pressure", supply, "at the valve"),
             entry("pneumatics.ambient_pressure", ambient, "of the atmosphere, absolute"),
             entry("pneumatics.temperature", temperature, "of gas and walls"),
         ];
+        entries.push(self.stops(size));
+        let coefficient = self.flow_coefficient();
         entries.push(Entry {
             key: "pneumatics.flow_coefficient",
-            text: "0.86".to_owned(),
+            text: coefficient,
             comment: "discharge coefficient, multiplies every orifice area".to_owned(),
             tolerance: None,
         });
@@ -93,10 +99,22 @@ impl<'a> Collector<'a> {
                 None => self.fact(fact, size)?,
             });
         }
-        if entries.iter().any(is_no_spring) {
+        if let Some(words) = &args.orientation {
+            let known = ["upright", "inverted", "horizontal"];
+            if !known.contains(&words.as_str()) {
+                self.wrong.push(format!("--orientation: \"{words}\" is not known; expected {}", known.join(", ")));
+            }
+            entries.push(entry("actuator.orientation", words.clone(), "upright: the weight opens the valve"));
+        } else if entries.iter().any(is_no_spring) {
             self.assumed.push("that its weight opens it, there being no spring".to_owned());
             let comment = "without a spring the weight opens it, with the rod up; else it stays closed";
             entries.push(entry("actuator.orientation", "inverted".to_owned(), comment));
+        }
+        for text in &args.tolerance {
+            let stated = tolerance(text, &entries);
+            if let Some((index, share)) = self.named("--tolerance", stated) {
+                entries[index].tolerance = Some(share);
+            }
         }
         let gas = self.gas()?;
         let limits_s =
@@ -104,6 +122,21 @@ impl<'a> Collector<'a> {
                 let (si, _) = self.named(option, plain(text.as_ref()?, Dimension::Time))?;
                 Some(si)
             });
+        let cycle_s = [("--open-at", &args.open_at), ("--cycle-end", &args.cycle_end)].map(|(option, text)| {
+            let (si, _) = self.named(option, plain(text.as_ref()?, Dimension::Time))?;
+            Some(si)
+        });
+        if let [Some(open_s), Some(end_s)] = cycle_s
+            && end_s <= open_s
+        {
+            self.wrong.push("--cycle-end: the cycle ends before the valve is told to open".to_owned());
+        }
+        if args.orientation.is_none() && !entries.iter().any(is_no_spring) {
+            self.assumed.push("upright".to_owned());
+        }
+        if args.flow_coefficient.is_none() {
+            self.assumed.push(format!("a discharge coefficient of {USUAL_COEFFICIENT}"));
+        }
         if args.temperature.is_none() {
             self.assumed.push(USUAL_TEMPERATURE.to_owned());
         }
@@ -114,12 +147,35 @@ impl<'a> Collector<'a> {
             self.assumed.push(format!("name {USUAL_NAME}"));
         }
         let name = args.name.clone().unwrap_or_else(|| USUAL_NAME.to_owned());
-        Ok(Draft { name, gas, entries, limits_s })
+        Ok(Draft { name, gas, entries, limits_s, cycle_s })
     }
 
     /// Whether what has a usual value is asked for.
     pub fn asks_all(&self) -> bool {
         self.asks && !self.args.typical
+    }
+
+    /// The end stops, which hardly any datasheet tells.
+    fn stops(&mut self, size: Size) -> Entry {
+        let (text, comment, tolerance) = match &self.args.contact_stiffness {
+            Some(text) => {
+                self.named("--contact-stiffness", plain(text, Dimension::Stiffness));
+                (text.clone(), "of the end stops", KNOWN_STOPS)
+            }
+            None => (written_stiffness(size), "typical of metal stops", UNKNOWN_STOPS),
+        };
+        let comment = comment.to_owned();
+        Entry { key: "stops.contact_stiffness", text: quoted(&text), comment, tolerance: Some(tolerance) }
+    }
+
+    /// The discharge coefficient: its option, else a usual one.
+    fn flow_coefficient(&mut self) -> String {
+        let Some(text) = &self.args.flow_coefficient else {
+            return USUAL_COEFFICIENT.to_owned();
+        };
+        let number = text.parse::<f64>().ok().filter(|number| *number > 0.0 && *number <= 1.0);
+        let read = number.ok_or_else(|| format!("\"{text}\" is no number above 0 and at most 1, such as 0.86"));
+        self.named("--flow-coefficient", read).map_or_else(|| USUAL_COEFFICIENT.to_owned(), |_| text.clone())
     }
 
     /// The gas: its option, the answer at a terminal, else air.
@@ -260,6 +316,33 @@ impl<'a> Collector<'a> {
             _ => None,
         }
     }
+}
+
+/// Which entry a tolerance is of, and the tolerance: `spring.stiffness=0.02`, `port_orifice_area 20 %`.
+fn tolerance(text: &str, entries: &[Entry]) -> Result<(usize, f64), String> {
+    let known = || {
+        let may = entries.iter().filter(|entry| entry.tolerance.is_some()).map(|entry| entry.key);
+        may.collect::<Vec<_>>().join(", ")
+    };
+    let (name, share) =
+        text.split_once('=').or_else(|| text.split_once(' ')).ok_or_else(|| format!("\"{text}\" is no VALUE=SHARE"))?;
+    let name = name.trim().trim_matches('"').replace('-', "_");
+    let is_meant = |entry: &&(usize, &Entry)| {
+        let own = entry.1.key.split_once('.').map_or(entry.1.key, |(_, own)| own);
+        entry.1.key == name || own == name
+    };
+    let found: Vec<(usize, &Entry)> = entries.iter().enumerate().collect();
+    let Some((index, entry)) = found.iter().find(is_meant) else {
+        return Err(format!("there is no \"{name}\"; expected one of {}", known()));
+    };
+    if entry.tolerance.is_none() {
+        return Err(format!("{} cannot be calibrated; expected one of {}", entry.key, known()));
+    }
+    let share = share.trim();
+    let (number, unit) = share.strip_suffix('%').map_or((share, 1.0), |percent| (percent.trim_end(), 0.01));
+    let number = number.parse::<f64>().map(|number| number * unit).ok();
+    let number = number.filter(|number| *number > 0.0 && *number <= 1.0);
+    number.map(|share| (*index, share)).ok_or_else(|| format!("\"{share}\" is no share above 0 and at most 1"))
 }
 
 /// Whether an entry says that there is no spring.

@@ -27,6 +27,8 @@ pub struct Draft {
     pub entries: Vec<Entry>,
     /// The limits of closing and opening that somebody has said, s.
     pub limits_s: [Option<f64>; 2],
+    /// When the valve is told to open and when the cycle ends, where somebody has said, s.
+    pub cycle_s: [Option<f64>; 2],
 }
 
 impl Draft {
@@ -77,7 +79,7 @@ impl Draft {
         let _ = writeln!(text, "[tolerance]");
         for entry in &self.entries {
             if let Some(tolerance) = entry.tolerance {
-                let _ = writeln!(text, "\"{}\" = {tolerance:.2}", entry.key);
+                let _ = writeln!(text, "\"{}\" = {}", entry.key, format_number(tolerance));
             }
         }
         text

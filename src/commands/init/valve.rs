@@ -45,10 +45,10 @@ pub fn run(args: &InitValveArgs) -> anyhow::Result<Answer> {
     let name = args.out.display().to_string();
     let probe =
         ValveFile::parse(&draft.text(Schedule { close_at_s: 0.0, open_at_s: 4.0, end_s: 12.0 }, [3.0, 6.0]), &name)?;
-    let (mut times, mut schedule, mut limits) = settled(&probe, &draft.limits_s);
+    let (mut times, mut schedule, mut limits) = settled(&probe, &draft);
     if collector.asks_all() && draft.limits_s.contains(&None) {
         draft.limits_s = asked_limits(draft.limits_s, limits, times)?;
-        (times, schedule, limits) = settled(&probe, &draft.limits_s);
+        (times, schedule, limits) = settled(&probe, &draft);
     }
     collector.assume_limits(draft.limits_s, limits);
     let file = ValveFile::parse(&draft.text(schedule, limits), &name)?;
@@ -82,7 +82,7 @@ fn moved(time_s: Option<f64>) -> Option<f64> {
 
 /// Stroke times with the cycle and the limits that fit them. How long the valve opens depends on how full it is by then,
 /// so the times are those of the very cycle that the file gets.
-fn settled(file: &ValveFile, given: &[Option<f64>; 2]) -> ([Option<f64>; 2], Schedule, [f64; 2]) {
+fn settled(file: &ValveFile, given: &Draft) -> ([Option<f64>; 2], Schedule, [f64; 2]) {
     let conditions = Conditions::nominal(file.valve().parameters());
     let mut times = times_s(file);
     let (mut schedule, mut limits) = cycle(times, given);
@@ -104,13 +104,14 @@ fn settled(file: &ValveFile, given: &[Option<f64>; 2]) -> ([Option<f64>; 2], Sch
 }
 
 /// A cycle with room for both strokes, and limits within it.
-fn cycle(times: [Option<f64>; 2], given: &[Option<f64>; 2]) -> (Schedule, [f64; 2]) {
+fn cycle(times: [Option<f64>; 2], given: &Draft) -> (Schedule, [f64; 2]) {
     let limit = |index: usize, fallback: f64| {
-        given[index].unwrap_or_else(|| times[index].map_or(fallback, |time| up(LIMIT_OVER_TIME * time)))
+        given.limits_s[index].unwrap_or_else(|| times[index].map_or(fallback, |time| up(LIMIT_OVER_TIME * time)))
     };
     let limits = [limit(0, 3.0), limit(1, 6.0)];
-    let open_at_s = up(1.3 * limits[0]);
-    (Schedule { close_at_s: 0.0, open_at_s, end_s: open_at_s + up(1.3 * limits[1]) }, limits)
+    let open_at_s = given.cycle_s[0].unwrap_or_else(|| up(1.3 * limits[0]));
+    let end_s = given.cycle_s[1].unwrap_or_else(|| open_at_s + up(1.3 * limits[1]));
+    (Schedule { close_at_s: 0.0, open_at_s, end_s }, limits)
 }
 
 /// The next number with one digit, or one and a half.
@@ -130,6 +131,12 @@ fn summary(draft: &Draft, assumed: &[String], times: [Option<f64>; 2], file: &st
     if !assumed.is_empty() {
         let _ = writeln!(text, "Assumed: {}.", assumed.join(", "));
     }
+    let known = draft.entries.iter().filter_map(|entry| {
+        let own = entry.key.split_once('.').map_or(entry.key, |(_, own)| own);
+        Some(format!("{own} {} %", format_number(100.0 * entry.tolerance?)))
+    });
+    let known = known.collect::<Vec<_>>().join(", ");
+    let _ = writeln!(text, "Known to one standard deviation of: {known} (a datasheet's own go in with --tolerance).");
     let words = |time: Option<f64>| time.map_or("does not get there".to_owned(), |time| format!("{time:.3} s"));
     let _ =
         writeln!(text, "The model closes in {} and opens in {}; does your valve?", words(times[0]), words(times[1]));

@@ -6,7 +6,7 @@ use report::html::Cell;
 
 use super::standing::Standing;
 use crate::output::{Align, TextTable, told_in};
-use answers::figures::life::{bounds, fault_words};
+use answers::figures::life::{bounds, bounds_words, fault_words};
 
 /// How a valve stood after its last row.
 #[derive(Debug, Clone)]
@@ -73,7 +73,7 @@ impl Ends {
                 one.fault.name().to_owned(),
                 number(one.severity.filter(|_| named), 2),
                 number(one.rul_cycles.filter(|_| named), 1),
-                bounds.map_or_else(missing, |[low, high]| format!("{low:.1} to {high:.1}")),
+                bounds.map_or_else(missing, bounds_words),
                 replace_by.unwrap_or_else(missing),
                 one.caveat.clone().unwrap_or_default(),
             ];
@@ -104,7 +104,9 @@ impl End {
             });
             let life = match (one.status, one.rul_cycles, bounds(one)) {
                 (Status::EolReached, ..) => "end of life is reached".to_owned(),
-                (_, Some(rul), Some([low, high])) => format!("{rul:.1} cycles left (5 to 95 %: {low:.1} to {high:.1})"),
+                (_, Some(rul), Some(bounds)) => {
+                    format!("{rul:.1} cycles left (5 to 95 %: {})", bounds_words(bounds))
+                }
                 (_, Some(rul), None) => format!("{rul:.1} cycles left"),
                 (_, None, _) => "too early to tell the remaining life".to_owned(),
             };

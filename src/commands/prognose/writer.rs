@@ -9,7 +9,7 @@ use quantity::Dimension;
 use super::Ends;
 use crate::cli::StreamFormat;
 use crate::output::{manner, paint, push_number, told_in};
-use answers::figures::life::probability;
+use answers::figures::life::{bounds_words, probability};
 
 /// Decimals of cycles, probabilities and areas, which the prognosis itself is
 /// rounded to.
@@ -146,7 +146,7 @@ fn text(out: &mut Vec<u8>, one: &Prognosis) -> anyhow::Result<()> {
     let number =
         |value: Option<f64>, digits: usize| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.digits$}"));
     let bounds = match (one.rul_p05, one.rul_p95) {
-        (Some(low), Some(high)) => format!("{low:.1} to {high:.1}"),
+        (Some(low), Some(high)) => bounds_words([low, high]),
         _ => "-".to_owned(),
     };
     write!(

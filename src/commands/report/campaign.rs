@@ -50,7 +50,7 @@ pub fn part(input: &CampaignInput, args: &ReportArgs) -> anyhow::Result<Part> {
     // Without traces and a model that moves there is nothing to look into.
     let frozen = frozen::campaign(input, &models, Some(&answer));
     Ok(Part {
-        short: short(args, &answer, lives.as_ref()),
+        short: short(args, input, &answer, lives.as_ref()),
         sections,
         data: frozen.map(|data| ("campaign", json!(data).to_string())).into_iter().collect(),
     })
@@ -91,7 +91,7 @@ fn in_short(errors: &Errors) -> String {
 }
 
 /// Whether physics is missing, which, what that does to the error and to the life, and what to do.
-fn short(args: &ReportArgs, answer: &Explanation, lives: Option<&Lives>) -> Vec<Point> {
+fn short(args: &ReportArgs, input: &CampaignInput, answer: &Explanation, lives: Option<&Lives>) -> Vec<Point> {
     let mut points = vec![Point::new("Physics", explanation::headline(answer))];
     let steps = explain_figures::steps(answer);
     if let [first, .., last] = &steps[..] {
@@ -99,12 +99,10 @@ fn short(args: &ReportArgs, answer: &Explanation, lives: Option<&Lives>) -> Vec<
         points.push(Point::new("Error", format!("{before} ({}), {after} ({})", first.step, last.step)));
     }
     points.extend(lives.map(|lives| Point::new("Remaining life", lives.words())));
-    if let Some(campaign) = &args.campaign {
-        let (why, words) = explain::next(&args.valve, campaign, answer);
-        let words: Vec<&str> = words.iter().map(String::as_str).collect();
-        let command = Some(command(&words).trim_start().to_owned());
-        points.push(Point { lead: "What to do", text: why.replace("above", "below"), command });
-    }
+    let (why, words) = explain::next(&args.valve, input, answer);
+    let words: Vec<&str> = words.iter().map(String::as_str).collect();
+    let command = Some(command(&words).trim_start().to_owned());
+    points.push(Point { lead: "What to do", text: why.replace("above", "below"), command });
     points
 }
 

@@ -1,7 +1,7 @@
 //! The path of the valve that is drawn.
 
 use leak_table::{BundleEntry, Degradation, Fault, SeverityAt, Stroke, TableBundle};
-use prognoser::bayes::FaultProbability;
+use prognoser::bayes::{FaultProbability, LONGEST};
 use prognoser::{FaultCall, Prognosis, Reading};
 use report::figures::{PrognosisFigure, PrognosisPoint};
 
@@ -21,6 +21,11 @@ pub fn fault_words(fault: FaultCall) -> &'static str {
 /// The remaining cycles from 5 to 95 %.
 pub fn bounds(prognosis: &Prognosis) -> Option<[f64; 2]> {
     Some([prognosis.rul_p05?, prognosis.rul_p95?])
+}
+
+/// Bounds in words: beyond what is looked for there is none.
+pub fn bounds_words([low, high]: [f64; 2]) -> String {
+    if high < LONGEST { format!("{low:.1} to {high:.1}") } else { format!("{low:.1} or more") }
 }
 
 /// Points kept of a path; a longer one is thinned, so that memory stays bounded.

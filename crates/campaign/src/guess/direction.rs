@@ -29,7 +29,7 @@ pub(super) fn settle(recordings: &[&Recording], hints: &Hints, found: &mut Under
     let named = column("command").and_then(|command| words::says_closes(&command.name));
     let grows_when_high = moved > 0.0;
     let (one_closes, why) = if let Some(given) = hints.one_closes {
-        (given, "as you said".to_owned())
+        (given, hints.closes_because.clone().unwrap_or_else(|| "as you said".to_owned()))
     } else if from_pressure {
         (true, "pressure closes the valve".to_owned())
     } else if let (Some(pressure), true) = (&pressure, filled != 0.0) {
@@ -112,8 +112,10 @@ fn turn_position(recordings: &[&Recording], hints: &Hints, grows_to_open: bool, 
     let give_m = hints.stroke_m.map_or(0.0, |stroke_m| 0.5 * (span_m - stroke_m).max(0.0));
     let short = hints.stroke_m.is_some_and(|stroke_m| span_m < SHORT * stroke_m);
     let far = closed_m.abs() > ZERO_IS_RIGHT * hints.stroke_m.unwrap_or(span_m);
-    if !grows_to_open && short {
-        // The valve never reached a stop: the zero of a turned sensor is the stroke.
+    let is_percent =
+        hints.stroke_m.is_some_and(|stroke_m| (si(100.0, position).abs() - stroke_m).abs() < 1e-6 * stroke_m);
+    if !grows_to_open && (short || is_percent) {
+        // The valve never reached a stop, or its range is known: the zero of a turned sensor is the stroke.
         position.offset = hints.stroke_m.unwrap_or(span_m);
     } else if far && !short || position.offset != 0.0 {
         position.offset = -(closed_m + give_m);

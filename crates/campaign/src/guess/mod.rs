@@ -34,6 +34,8 @@ pub struct Hints {
     pub left_out: Vec<String>,
     /// Whether a command of 1 (or the higher level) tells the valve to close.
     pub one_closes: Option<bool>,
+    /// Why that is known, where it is not the user's word.
+    pub closes_because: Option<String>,
     /// Whether the position grows towards the open stop.
     pub grows_to_open: Option<bool>,
 }

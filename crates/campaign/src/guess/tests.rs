@@ -79,7 +79,7 @@ fn read_back(recorder: &Recorder) -> Campaign {
         .unwrap_or_else(|error| panic!("{error}\n{text}"))
 }
 
-const RECORDERS: [Recorder; 9] = [
+const RECORDERS: [Recorder; 11] = [
     Recorder {
         header: "time_s,command,position_mm",
         row: |t, c, x, _| format!("{t:.3},{},{x:.4}", u8::from(c)),
@@ -156,6 +156,24 @@ const RECORDERS: [Recorder; 9] = [
             hints.grows_to_open = Some(true);
         },
     },
+    // Percent of the stroke, by its heading; the position lies a little beyond the stops, which give way.
+    Recorder {
+        header: "t_ms,sol,pos_pct",
+        row: |t, c, x, _| format!("{:.1},{},{:.4}", t * 1e3, u8::from(c), x / 0.254),
+        hints: |hints| {
+            hints.one_closes = Some(true);
+            hints.grows_to_open = Some(true);
+        },
+    },
+    // The same, closed.
+    Recorder {
+        header: "t_ms,sol,Stellung [%]",
+        row: |t, c, x, _| format!("{:.1},{},{:.4}", t * 1e3, u8::from(c), 100.0 - x / 0.254),
+        hints: |hints| {
+            hints.one_closes = Some(true);
+            hints.grows_to_open = Some(false);
+        },
+    },
 ];
 
 #[test]
@@ -182,6 +200,16 @@ fn what_is_understood_is_read_back_as_the_strokes_were() {
             "{}: {edges:?}",
             recorder.header
         );
+    }
+}
+
+#[test]
+fn percent_is_of_the_stroke_wherever_the_ends_lie() {
+    for recorder in &RECORDERS[RECORDERS.len() - 2..] {
+        let (found, ..) = understood(recorder);
+        let position = found.columns.iter().find(|column| column.channel == "position").unwrap();
+        assert!((position.scale.abs() - 0.254).abs() < 1e-9, "{position:?}");
+        assert!(position.offset == 0.0 || (position.offset - 0.0254).abs() < 1e-9, "{position:?}");
     }
 }
 

@@ -1,6 +1,7 @@
 //! What a search goes through: a problem for every set of candidates.
 
-use crate::fit::FitOptions;
+use crate::fit::{Fit, FitOptions};
+use crate::held_out::HeldOut;
 use crate::problem::Problem;
 use crate::stop::Stop;
 
@@ -16,6 +17,21 @@ pub enum Level {
     Low,
     /// As it is reported.
     High,
+}
+
+/// A set that was fitted.
+#[derive(Debug, Clone)]
+pub struct Model<P> {
+    /// The set.
+    pub set: Set,
+    /// How exactly.
+    pub level: Level,
+    /// Its problem.
+    pub problem: P,
+    /// Its fit.
+    pub fit: Fit,
+    /// What it predicts of records that were held out; nothing where it was fitted cheaply, or to a single record.
+    pub held_out: Option<HeldOut>,
 }
 
 /// A family of problems: one for every set of candidates.
@@ -42,6 +58,11 @@ pub trait Family: Sync {
     /// For each coordinate of a problem, which coordinate of another one of the same level, or of a wider one, it is. Of
     /// those that are new, the first is the size of an effect that is off at zero.
     fn shared(&self, from: &Self::Member, to: &Self::Member) -> Vec<Option<usize>>;
+
+    /// Whether a set that was fitted to the end leaves as little as was asked for: no more is looked for then.
+    fn is_enough(&self, _model: &Model<Self::Member>) -> bool {
+        false
+    }
 
     /// What is known of the errors, and how a fit goes on.
     fn options(&self) -> FitOptions;

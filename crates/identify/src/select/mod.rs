@@ -15,30 +15,15 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-pub use family::{Family, Level, News, Set};
+pub use family::{Family, Level, Model, News, Set};
 pub use options::{BY_CHANCE, SelectOptions};
 
 use self::race::{best_start, settling};
 use crate::fit::{Fit, FitOptions, fit};
-use crate::held_out::{HeldOut, folds, held_out};
+use crate::held_out::{folds, held_out};
 use crate::left::{excess, hidden_by_bounds, left_nats, left_to_explain, normalised_rms};
 use crate::noise::Noise;
 use crate::problem::{Problem, Scope};
-
-/// A set that was fitted.
-#[derive(Debug)]
-pub struct Model<P> {
-    /// The set.
-    pub set: Set,
-    /// How exactly.
-    pub level: Level,
-    /// Its problem.
-    pub problem: P,
-    /// Its fit.
-    pub fit: Fit,
-    /// What it predicts of records that were held out; nothing where it was fitted cheaply, or to a single record.
-    pub held_out: Option<HeldOut>,
-}
 
 /// What a search found.
 #[derive(Debug)]
@@ -126,7 +111,7 @@ const FREED: usize = 3;
 
 /// A fit, begun again with what belongs to single records at the prior means while some of that ended at its bounds: on the way
 /// there it had made up for parameters that have become right since, and holds them where it is.
-fn freed<P: Problem>(problem: &P, mut best: Fit, options: &FitOptions) -> Fit {
+fn freed(problem: &dyn Problem, mut best: Fit, options: &FitOptions) -> Fit {
     let is_own = |index: usize| problem.coordinates()[index].scope != Scope::Shared;
     for _ in 0..FREED {
         if !(0..best.u.len()).any(|index| is_own(index) && best.held[index]) || problem.stop().is_asked() {
@@ -143,6 +128,19 @@ fn freed<P: Problem>(problem: &P, mut best: Fit, options: &FitOptions) -> Fit {
     best
 }
 
+/// Fits a set from the empty set's optimum, and knowing nothing; the better one. The way of a search may end in a valley beside the
+/// best one, and what is told must not depend on it.
+pub fn afresh<F: Family>(family: &F, set: &[usize], base: &Model<F::Member>) -> Option<(F::Member, Fit)> {
+    let problem = family.member(set, Level::High)?;
+    let warm = best_start(&problem, family.warm(&problem, &base.problem, &base.fit.u));
+    let cold = best_start(&problem, family.cold(&problem));
+    let starts: Vec<Vec<f64>> = warm.into_iter().chain(cold).collect();
+    let options = family.options().exact();
+    let fits = starts.par_iter().filter_map(|start| fit(&problem, start, &options));
+    let fit = fits.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))?;
+    Some((problem, fit))
+}
+
 /// Searches a family for the effects that records need; nothing where not even the empty set can be fitted, or where somebody
 /// asked to stop before it was.
 pub fn select<F: Family>(family: &F, options: &SelectOptions) -> Option<Selection<F::Member>> {
@@ -153,6 +151,7 @@ pub fn select<F: Family>(family: &F, options: &SelectOptions) -> Option<Selectio
         looked_at: Vec::new(),
         screened: BTreeMap::new(),
         reduced: BTreeMap::new(),
+        afresh: Vec::new(),
     };
     for model in base(family)? {
         search.models.insert((Vec::new(), model.level), model);
@@ -208,6 +207,8 @@ struct Search<'a, F: Family> {
     screened: BTreeMap<Set, f64>,
     /// Sets whose smaller ones were fitted from their optimum, with its evidence.
     reduced: BTreeMap<Set, f64>,
+    /// Sets that were fitted from where no search led.
+    afresh: Vec<Set>,
 }
 
 impl<F: Family> Search<'_, F> {
@@ -251,11 +252,10 @@ impl<F: Family> Search<'_, F> {
     /// Whether nothing is left that another effect could explain.
     fn is_explained(&self, set: &[usize]) -> bool {
         let Some(model) = self.models.get(&(set.to_vec(), Level::High)) else { return true };
-        let enough = self.held_out(set, &model.fit.noise).is_some_and(|[own, _]| own < self.options.good_enough);
         // Where effects already explain the rows, bounds that instruments press on are no reason for another.
         let hidden = if set.is_empty() { hidden_by_bounds(&model.problem, &model.fit) } else { 0.0 };
         let left = left_to_explain(&model.problem, &model.fit, &self.family.options());
-        enough || left + hidden < self.options.nothing_left
+        left + hidden < self.options.nothing_left || self.family.is_enough(model)
     }
 
     /// All sets with one effect more that have not been fitted.
@@ -367,12 +367,25 @@ impl<F: Family> Search<'_, F> {
         set
     }
 
+    /// Fits a set that may be told from where no search led.
+    fn fit_afresh(&mut self, set: &[usize]) {
+        let Some(base) = self.models.get(&(Vec::new(), Level::High)) else { return };
+        if self.afresh.iter().any(|other| other == set) || self.family.stop().is_asked() {
+            return;
+        }
+        if let Some((problem, fit)) = afresh(self.family, set, base) {
+            self.keep(set.to_vec(), Level::High, problem, fit);
+        }
+        self.afresh.push(set.to_vec());
+    }
+
     /// The set without effects that are not worth their place: by evidence, and by what was held out. A companion of another effect
     /// must leave nothing, or hardly anything: two effects that together leave a good part of the error each take what suits them
     /// of a third that is not there (of eleven such pairs in drawn campaigns ten held a wrong one, of seventeen single effects that
     /// left something three).
     fn judged(&mut self, mut set: Set) -> Set {
         while !set.is_empty() {
+            self.fit_afresh(&set);
             let smaller = self.with_smaller(&set);
             let Some(model) = self.models.get(&(set.clone(), Level::High)) else { return set };
             let (all, noise) = (model.fit.log_evidence, &model.fit.noise);

@@ -38,9 +38,6 @@ pub struct SelectOptions {
     /// A model error larger than this is more than instruments and small laws explain (in the units of the rows'
     /// activity): something else is missing. Common position sensors are linear to half a percent of their span.
     pub large: f64,
-    /// What is left is given up once the error that was held out is below this (in the units of the rows' noise);
-    /// zero for never.
-    pub good_enough: f64,
 }
 
 impl Default for SelectOptions {
@@ -60,7 +57,6 @@ impl Default for SelectOptions {
             exchanged: 3,
             nothing_left: 3.0,
             large: 0.005,
-            good_enough: 0.0,
         }
     }
 }

@@ -200,7 +200,7 @@ fn alternating<T>(mut left: Vec<T>, other: impl Fn(&T) -> f64) -> Vec<T> {
 }
 
 /// Of several starts the one with the least error, scaled by the rows' own spread.
-pub(super) fn best_start<P: Problem>(problem: &P, starts: Vec<Vec<f64>>) -> Option<Vec<f64>> {
+pub(super) fn best_start(problem: &dyn Problem, starts: Vec<Vec<f64>>) -> Option<Vec<f64>> {
     if starts.len() < 2 {
         return starts.into_iter().next();
     }
@@ -218,7 +218,7 @@ pub(super) fn best_start<P: Problem>(problem: &P, starts: Vec<Vec<f64>>) -> Opti
 }
 
 /// What is told of a set that was fitted.
-fn fitted_news<'a, P: Problem>(set: &'a [usize], problem: &P, fit: &Fit, of: usize) -> News<'a> {
+fn fitted_news<'a>(set: &'a [usize], problem: &dyn Problem, fit: &Fit, of: usize) -> News<'a> {
     let rms = normalised_rms(problem, &fit.noise, &fit.linear.residual);
     News::Fitted { set, log_evidence: fit.log_evidence, rms, of }
 }

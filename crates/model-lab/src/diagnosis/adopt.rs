@@ -2,14 +2,15 @@
 
 use campaign::Campaign;
 use identify::held_out::{folds, held_out};
-use identify::select::{Family, Level, Model};
+use identify::select::{Family, Level, Model, afresh};
 use identify::{Fit, FitOptions, Stop, fit};
 use rayon::prelude::*;
 use valve_file::ValveFile;
 use valve_model::EffectKind;
 use valve_model::custom::CustomEffect;
 
-use super::answer::FittedParameter;
+use super::answer::{FittedParameter, NuisanceReport};
+use super::report::nuisance_reports;
 use super::uncertainty::{Certainty, effect_parameters};
 use crate::errors::{self, StepReport};
 use crate::identification::{Catalogue, NuisanceSizes, Subject, ValveProblem};
@@ -52,6 +53,8 @@ pub struct Sequence {
     pub rungs: Vec<Rung>,
     /// The parameters of the catalogue's effects in the last step.
     pub parameters: Vec<FittedParameter>,
+    /// What instruments and conditions were found to be off by in it.
+    pub nuisances: Vec<NuisanceReport>,
 }
 
 /// Refits a valve file's model on a campaign with effects added one after the other; nothing where its strokes cannot
@@ -68,6 +71,7 @@ pub fn sequence(file: &ValveFile, campaign: &Campaign, additions: &[Addition], s
     let mut rungs = vec![Rung { step: datasheet, space: space.clone(), u: start[..space.coordinates.len()].to_vec() }];
     let mut model = subject.calibrated(stop)?;
     rungs.push(rung("calibrated", &model));
+    let calibrated = model.clone();
     let mut plain = space.clone();
     for addition in additions {
         // On the way without refinements, as in a search.
@@ -92,9 +96,24 @@ pub fn sequence(file: &ValveFile, campaign: &Campaign, additions: &[Addition], s
             Addition::Own(_) => None,
         })
         .collect();
+    let place = |kind: &EffectKind| catalogue.kinds.iter().position(|other| other == kind);
+    let mut set: Vec<usize> = kinds.iter().filter_map(place).collect();
+    set.sort_unstable();
+    // From where a search fits them as well, so that both tell the same.
+    if set.len() == additions.len()
+        && let Some((problem, fit)) = afresh(&catalogue, &set, &calibrated)
+        && fit.log_evidence > model.fit.log_evidence
+        && let Some(last) = rungs.last_mut()
+    {
+        let held_out = held_out(&problem, &fit, &folds(&problem));
+        model = Model { set: Vec::new(), level: Level::High, problem, fit, held_out };
+        let name = last.step.step.clone();
+        *last = rung(&name, &model);
+    }
     let certainty = Certainty::new(&model.problem, &model.fit);
     let parameters = effect_parameters(&model.problem, &model.fit, &certainty, &kinds, true);
-    Some(Sequence { rungs, parameters })
+    let nuisances = nuisance_reports(&model, &certainty);
+    Some(Sequence { rungs, parameters, nuisances })
 }
 
 /// Of several points the one with the least error.

@@ -10,11 +10,12 @@ pub mod uncertainty;
 
 use campaign::Campaign;
 use identify::Stop;
-use identify::select::{News, SelectOptions, select};
+use identify::select::{Model, News, SelectOptions, select};
 use valve_file::ValveFile;
 use valve_model::EffectKind;
 
-use crate::identification::{Catalogue, NuisanceSizes, Subject};
+use crate::errors;
+use crate::identification::{Catalogue, NuisanceSizes, Subject, ValveProblem};
 
 pub use report::nuisance_reports;
 
@@ -116,7 +117,12 @@ fn searched(
         }
         News::Reached { set, gain } => tell(Progress::Reached { kinds: of(set), gain }),
     };
-    let catalogue = Catalogue::new(subject, &kinds, &news, stop);
+    let mut catalogue = Catalogue::new(subject, &kinds, &news, stop);
+    let enough = |model: &Model<ValveProblem<'_>>| {
+        let left = || errors::held_out(model).unwrap_or_else(|| errors::fitted(model)).rmse_m;
+        options.good_enough_m.is_some_and(|enough| left().is_some_and(|rmse| rmse < enough))
+    };
+    catalogue.enough = &enough;
     tell(Progress::Doing("the calibrated model"));
     let found = select(&catalogue, &options.select)?;
     let models = [found.model(&[]), found.model(found.accepted())];

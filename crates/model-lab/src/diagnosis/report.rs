@@ -47,10 +47,7 @@ pub(super) fn assemble<'a>(
 ) -> Explanation {
     let stop = catalogue.stop;
     let fit_options = FitOptions::new(catalogue.subject.setup(Level::High).groups.clone());
-    let is_good_enough = |model: &Fitted<'_>| {
-        let held_out = || errors::held_out(model).and_then(|errors| errors.rmse_m);
-        options.good_enough_m.is_some_and(|enough| held_out().is_some_and(|rmse| rmse < enough))
-    };
+    let is_good_enough = |model: &Fitted<'_>| (catalogue.enough)(model);
     let is_large = |model: &Fitted<'_>| errors::is_large(model, options.select.large);
     let leaves_something = |model: &Fitted<'_>| {
         let is_half_way = share_left(found, model).is_some_and(|share| share > LARGEST_SHARE);

@@ -404,6 +404,8 @@ pub struct Catalogue<'a> {
     base: Space,
     /// The effects, in the order of the candidates' indices.
     pub kinds: Vec<EffectKind>,
+    /// Whether what a fitted model leaves is as little as was asked for.
+    pub enough: &'a (dyn Fn(&Model<ValveProblem<'_>>) -> bool + Sync),
     /// Where news go.
     pub tell: &'a (dyn Fn(News<'_>) + Sync),
     /// A wish to stop.
@@ -420,7 +422,7 @@ impl<'a> Catalogue<'a> {
     ) -> Self {
         let has = |kind: EffectKind| subject.space.effects().iter().any(|effect| effect.kind() == kind);
         let kinds = effects.iter().copied().filter(|kind| !has(*kind)).collect();
-        Self { subject, base: subject.space.clone(), kinds, tell, stop }
+        Self { subject, base: subject.space.clone(), kinds, enough: &|_| false, tell, stop }
     }
 
     /// Without effects that move no row, such as any upstream of a pressure that drives the model.
@@ -556,6 +558,10 @@ impl<'a> Family for Catalogue<'a> {
         let of_space = to.space.coordinates.iter();
         let same = of_space.map(|one| theirs.iter().position(|other| to.space.is_same(one, &from.space, other)));
         same.chain((0..to.nuisances.len()).map(|place| Some(theirs.len() + place))).collect()
+    }
+
+    fn is_enough(&self, model: &Model<Self::Member>) -> bool {
+        (self.enough)(model)
     }
 
     fn options(&self) -> FitOptions {

@@ -15,7 +15,7 @@ pub struct Quantiles {
 }
 
 /// Remaining lives are looked for up to so many cycles.
-pub(crate) const LONGEST: f64 = 1e5;
+pub const LONGEST: f64 = 1e5;
 /// Smallest growth a cycle that an end is told for: slower wear never ends a life.
 pub(crate) const SMALLEST_GROWTH: f64 = 1e-6;
 /// Share of a remaining life by which weighing by its inverse moves it at most: beyond, the first order no longer holds.

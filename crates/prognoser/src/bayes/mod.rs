@@ -27,7 +27,7 @@ mod workspace;
 
 pub(crate) use assimilate::PROPER_FROM;
 pub use config::{BayesConfig, GrowthLaw, GrowthPrior, Noise, StartPrior};
-pub use ending::Quantiles;
+pub use ending::{LONGEST, Quantiles};
 pub(crate) use estimate::Wanted;
 pub use estimate::{BayesEstimate, Change, FaultProbability};
 pub use estimator::BayesEstimator;

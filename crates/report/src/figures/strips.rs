@@ -69,6 +69,8 @@ fn panel(name: &str, rows: &[StripRow], limit_mm: f64, key: bool, last: bool) ->
         Axis::linear(if last { "time since the command (s)" } else { "" }).over(0.0, if end > 0.0 { end } else { 1.0 });
     let x = if last { x } else { x.bare() };
     let names = rows.iter().map(|row| row.name.clone()).collect();
+    // A multiple of a power of ten is off by a rounding error.
+    let limit = (1e6 * limit_mm).round() / 1e6;
     let cells = rows.iter().enumerate().flat_map(|(index, row)| strip(row, index as f64, end, limit_mm)).collect();
     let height = 17.0 * rows.len().max(1) as f64;
     let panel = Panel::new(x, Axis::names("", names), height).titled(name).with(Layer::Cells(cells));
@@ -77,8 +79,8 @@ fn panel(name: &str, rows: &[StripRow], limit_mm: f64, key: bool, last: bool) ->
     }
     let scale = Swatch::Scale {
         colours: (-5..=5).map(|step| diverging(f64::from(step) / 5.0)).collect(),
-        low: format!("\u{2212}{limit_mm} mm"),
-        high: format!("+{limit_mm} mm"),
+        low: format!("\u{2212}{limit} mm"),
+        high: format!("+{limit} mm"),
     };
     panel.keyed(scale, "measured \u{2212} simulated")
 }

@@ -1,0 +1,80 @@
+//! Readings that say something, but not what their columns say: times in another unit, and two times exchanged.
+
+use leak_table::{Stroke, TableBundle};
+
+use crate::notice::Notice;
+use crate::reading::Reading;
+
+/// A time that is this many times longer or shorter than every one that the tables know is in another unit.
+const OTHER_UNIT: f64 = 20.0;
+
+/// Two times are exchanged that differ by more than the one factor from those before, and the other way round by less than the
+/// other: wear never takes a valve from its times to their mirror image at once.
+const STRANGE: f64 = 1.3;
+const OWN: f64 = 1.1;
+
+/// The reading without what is mistaken, and whether that leaves nothing of what was measured. `before`: the closing and the
+/// opening time of the valve so far, which are those of a healthy one at first.
+pub(crate) fn left_out(
+    tables: &TableBundle,
+    reading: &Reading,
+    before: &mut Option<[f64; 2]>,
+    notices: &mut Vec<Notice>,
+) -> (Reading, bool) {
+    let times = Stroke::ALL.map(|stroke| reading.time_s(stroke));
+    if let [Some(close_s), Some(open_s)] = times {
+        let own = before.or_else(|| healthy(tables));
+        if own.is_some_and(|own| are_exchanged(own, close_s, open_s)) {
+            *before = Some([open_s, close_s]);
+            notices.push(Notice::Exchanged);
+            return (without(reading, [true, true]), true);
+        }
+        *before = Some([close_s, open_s]);
+    }
+    let mut other_unit = [false; 2];
+    for (stroke, time) in Stroke::ALL.into_iter().zip(times) {
+        let Some(found_s) = time else { continue };
+        let is_far =
+            |(shortest_s, longest_s): (f64, f64)| found_s > OTHER_UNIT * longest_s || found_s < shortest_s / OTHER_UNIT;
+        let span = |entry: usize| {
+            let (a, b) = tables.entry(entry).table.curve(stroke).end_times_s();
+            (a.min(b), a.max(b))
+        };
+        // Most times lie near the first table.
+        if !is_far(span(0)) {
+            continue;
+        }
+        let limit_s = tables.manifest().limits.within_s(stroke);
+        let (shortest_s, longest_s) = (0..tables.entries().len())
+            .map(span)
+            .fold((limit_s, limit_s), |all, one| (all.0.min(one.0), all.1.max(one.1)));
+        if is_far((shortest_s, longest_s)) {
+            other_unit[stroke as usize] = true;
+            notices.push(Notice::OtherUnit { stroke, found_s, shortest_s, longest_s });
+        }
+    }
+    let left = without(reading, other_unit);
+    let tells = left.close_time_s.is_some() || left.open_time_s.is_some() || left.stalled.contains(&true);
+    (left, !tells && other_unit.contains(&true))
+}
+
+/// The times of a healthy valve.
+fn healthy(tables: &TableBundle) -> Option<[f64; 2]> {
+    let first = tables.entry(0).table.points().first()?;
+    Some([first.close_time_s?, first.open_time_s?])
+}
+
+/// Whether two times are strange beside those before, and much like them the other way round.
+fn are_exchanged(before: [f64; 2], close_s: f64, open_s: f64) -> bool {
+    let apart = |a: f64, b: f64| (a / b).max(b / a);
+    let from_before = |times: [f64; 2]| apart(times[0], before[0]).max(apart(times[1], before[1]));
+    from_before([close_s, open_s]) > STRANGE && from_before([open_s, close_s]) < OWN
+}
+
+fn without(reading: &Reading, [close, open]: [bool; 2]) -> Reading {
+    Reading {
+        close_time_s: reading.close_time_s.filter(|_| !close),
+        open_time_s: reading.open_time_s.filter(|_| !open),
+        ..*reading
+    }
+}
