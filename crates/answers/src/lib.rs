@@ -1,7 +1,7 @@
 //! What the program answers about a model and a campaign: documents for programs and sentences for people, the same
 //! wherever they are told (on the command line, in a page, in Python).
 //!
-//! Keys and units of the documents are described in `docs/formats.md`.
+//! Keys and units of the documents are described in `docs/results.md`.
 
 pub mod adoption;
 pub mod calibration;
