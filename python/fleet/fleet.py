@@ -86,7 +86,7 @@ def assert_same(told: list[dict[str, Any]], lines: list[dict[str, Any]]) -> None
         for name, share in (line["fault_probability"] or {}).items():
             assert row[f"p_{name.replace('-', '_')}"] == share, (name, row, line)
         for name, value in line.items():
-            if name not in {"fault_probability", "notices", "fault_group"}:
+            if name not in {"schema", "fault_probability", "notices", "fault_group"}:
                 assert row[name] == value, (name, row, line)
         assert json.loads(row["notices"] or "[]") == line["notices"]
         assert row["error"] is None

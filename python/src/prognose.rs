@@ -4,6 +4,7 @@ use std::hash::{BuildHasher, BuildHasherDefault, DefaultHasher};
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use answers::prognosis;
 use arrow_array::RecordBatch;
 use leak_table::TableBundle;
 use prognoser::{LogRow, Method, ValveState};
@@ -179,7 +180,7 @@ impl Prognoser {
         let row = row::read(&all, self.empty_is_stalled)?;
         let shard = self.shard_of(&row.valve);
         let row = LogRow { valve: &row.valve, reading: row.reading, time: row.time.as_deref(), line: 0 };
-        to_python(py, &self.shards[shard].push(&row))
+        to_python(py, &prognosis::document(&self.shards[shard].push(&row)))
     }
 
     /// Take in the rows of a data frame, on all cores and without Python's lock.
@@ -226,7 +227,7 @@ impl Prognoser {
 
     /// The last prognosis of a valve; None if it was not seen.
     fn last<'py>(&self, py: Python<'py>, valve: &str) -> PyResult<Option<Bound<'py, PyAny>>> {
-        self.shards[self.shard_of(valve)].last(valve).map(|last| to_python(py, last)).transpose()
+        self.shards[self.shard_of(valve)].last(valve).map(|last| to_python(py, &prognosis::document(last))).transpose()
     }
 
     /// The last prognosis of every valve, by name.

@@ -39,7 +39,7 @@ def assert_same(rows: vp.Rows, lines: Lines) -> None:
     """Every number of every row, to the bit."""
     told = rows.to_pyarrow().to_pylist()
     assert len(told) == len(lines)
-    apart = {"fault_probability", "notices", "fault_group"}
+    apart = {"schema", "fault_probability", "notices", "fault_group"}
     for row, line in zip(told, lines, strict=True):
         for name, share in (line["fault_probability"] or {}).items():
             column = f"p_{name.replace('-', '_')}"

@@ -122,11 +122,11 @@ pub enum Verb {
     Report(ReportArgs),
     /// Undo the last step of a valve file's history
     Revert(RevertArgs),
-    /// This message, the help of a verb, or of all files (formats)
+    /// This message, help of a verb, or a page (formats, results)
     ///
-    /// Examples: valve help simulate; valve help formats
+    /// Examples: valve help simulate; valve help formats; valve help results
     Help {
-        /// A verb, or "formats".
+        /// A verb, "formats" or "results".
         topic: Vec<String>,
     },
     /// Print the completions for a shell
@@ -172,6 +172,6 @@ impl Verb {
 pub enum Format {
     /// For people: sentences and aligned tables.
     Text,
-    /// For programs: one JSON document.
+    /// For programs: one JSON document (`valve help results`).
     Json,
 }

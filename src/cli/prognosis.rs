@@ -318,11 +318,11 @@ pub enum GrowthName {
 pub enum StreamFormat {
     /// For people: an aligned table, and the state of each valve at the end
     Text,
-    /// One JSON array
+    /// One JSON array (`valve help results`)
     Json,
-    /// One JSON object a line, as soon as it is known
+    /// One JSON object a line, as soon as it is known (`valve help results`)
     Jsonl,
-    /// CSV with a header
+    /// CSV with a header (`valve help results`)
     Csv,
 }
 

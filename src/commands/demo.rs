@@ -19,6 +19,7 @@ use super::{build_tables, tables};
 use crate::cli::{DemoArgs, Format};
 use crate::failure::Answer;
 use crate::output::{self, Align, Outputs, PlotFile, StagedFile, TextTable, told_in};
+use answers::SCHEMA;
 use answers::figures::life::{History, probability};
 use answers::samples::{LEAKING_LOG, reference_valve};
 use answers::strokes::Cycles;
@@ -31,6 +32,7 @@ const SHOWN: [u64; 9] = [1, 2, 3, 5, 8, 12, 14, 18, 24];
 /// What the demonstration found, for programs.
 #[derive(Serialize)]
 struct DemoDocument<'a> {
+    schema: u32,
     valve: &'a str,
     close_time_s: Option<f64>,
     open_time_s: Option<f64>,
@@ -85,6 +87,7 @@ pub fn run(args: &DemoArgs) -> anyhow::Result<Answer> {
 
     if args.format == Format::Json {
         output::print_document(&DemoDocument {
+            schema: SCHEMA,
             valve: file.name(),
             close_time_s: healthy[0],
             open_time_s: healthy[1],

@@ -2,13 +2,23 @@
 
 use std::sync::Arc;
 
+use answers::SCHEMA;
 use leak_table::TableBundle;
 use prognoser::{Learned, Learner};
+use serde::Serialize;
 
 use super::log_input::LogInput;
 use crate::cli::{Format, LearnArgs};
 use crate::failure::Answer;
 use crate::output::{self, Outputs, ProgressLine, next_step};
+
+/// What was learnt, for programs.
+#[derive(Serialize)]
+struct LearnDocument<'a> {
+    schema: u32,
+    #[serde(flatten)]
+    learned: &'a Learned,
+}
 
 /// Reads all logs, writes the prior.
 pub fn run(args: &LearnArgs) -> anyhow::Result<Answer> {
@@ -37,7 +47,7 @@ pub fn run(args: &LearnArgs) -> anyhow::Result<Answer> {
             );
             output::print_text(&(sentences(&learned) + &next))?;
         }
-        Format::Json => output::print_json(&learned)?,
+        Format::Json => output::print_json(&LearnDocument { schema: SCHEMA, learned: &learned })?,
     }
     Ok(Answer::Fine)
 }

@@ -11,18 +11,24 @@ use crate::cli::Cli;
 use crate::failure::{Answer, Hinted};
 use crate::output::{self, Outputs};
 
-/// The page about all files.
-const FORMATS: &str = include_str!("../../docs/formats.md");
+/// Pages beside the help of verbs: about all files, and about all results.
+const PAGES: [(&str, &str); 2] =
+    [("formats", include_str!("../../docs/formats.md")), ("results", include_str!("../../docs/results.md"))];
 
-/// Prints the help of the program or of a verb, or the page about all files.
+/// Prints the help of the program or of a verb, or one of the pages.
 pub fn help(topic: &[String]) -> anyhow::Result<Answer> {
-    if topic == ["formats"] {
-        return write_out(FORMATS.as_bytes());
+    if let [name] = topic
+        && let Some((_, page)) = PAGES.iter().find(|(page, _)| page == name)
+    {
+        return write_out(page.as_bytes());
     }
     let mut command = Cli::command();
     command.build();
     for word in topic {
-        let names = command.get_subcommands().map(|verb| verb.get_name().to_owned()).chain(["formats".to_owned()]);
+        let names = command
+            .get_subcommands()
+            .map(|verb| verb.get_name().to_owned())
+            .chain(PAGES.map(|(name, _)| name.to_owned()));
         let names: Vec<String> = names.collect();
         command = command.find_subcommand(word).cloned().ok_or_else(|| {
             let nearest = quantity::suggest::did_you_mean(word, names.iter().map(String::as_str));

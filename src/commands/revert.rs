@@ -1,5 +1,6 @@
 //! `valve revert`: the valve file before its last step.
 
+use answers::SCHEMA;
 use serde::Serialize;
 use valve_file::ValveFile;
 
@@ -10,6 +11,7 @@ use crate::output::{self, Outputs, free_name_beside, next_step};
 /// What was done, for programs.
 #[derive(Serialize)]
 struct RevertDocument {
+    schema: u32,
     undone: String,
     out: String,
 }
@@ -28,7 +30,7 @@ pub fn run(args: &RevertArgs) -> anyhow::Result<Answer> {
             let next = next_step("build its tables", &["build-tables", &out, "--out", &tables]);
             output::print_text(&format!("undone: {undone}\nwritten: {out}\n{next}"))?;
         }
-        Format::Json => output::print_document(&RevertDocument { undone, out })?,
+        Format::Json => output::print_document(&RevertDocument { schema: SCHEMA, undone, out })?,
     }
     Ok(Answer::Fine)
 }

@@ -14,6 +14,7 @@ use broker_link::{Event, Link};
 
 use crate::dice::Dice;
 use crate::mosquitto::{Mosquitto, signal};
+use crate::results::assert_documented;
 use crate::support::{Sandbox, shown};
 
 const TOPIC: &str = "plant/{valve}/stroke";
@@ -520,6 +521,8 @@ fn a_followed_log_tells_how_it_is_too() {
     );
     let health = ask(&address(&heard), "/health");
     assert!(health.starts_with("HTTP/1.1 200") && health.contains("\"rows\":25"), "{health}");
+    let (_, document) = health.split_once("\r\n\r\n").expect("a body");
+    assert_documented("health", &serde_json::from_str(document).expect("JSON"));
     child.kill().expect("killed");
     child.wait().expect("ended");
 }

@@ -8,6 +8,7 @@ use valve_file::ValveFile;
 use valve_model::EffectKind;
 
 use crate::campaign::Recording;
+use crate::results::assert_documented;
 use crate::support::{Sandbox, shown};
 
 /// The testbed valve with an effect that its file does not have.
@@ -88,6 +89,7 @@ fn a_hidden_effect_is_found_adopted_and_reverted() {
     hide_vent_restriction(&sandbox);
     let answer = json(&sandbox, &["explain", "valve.toml", "campaign.toml", "--format", "json"]);
     assert_ne!(answer["verdict"], "adequate", "{answer:#}");
+    assert_documented("explain", &answer);
     let group: Vec<&str> = answer["indistinguishable"]
         .as_object()
         .expect("groups")
@@ -223,4 +225,5 @@ fn a_pressure_with_its_digits_exchanged_is_what_is_told_to_be_mended() {
     let answer: Value = serde_json::from_slice(&output.stdout).expect("JSON");
     assert_eq!(answer["left_out"]["run"], "traces/run-4.csv");
     assert_eq!(answer["left_out"]["condition"], "supply_pressure");
+    assert_documented("explain", &answer);
 }

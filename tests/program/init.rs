@@ -438,12 +438,16 @@ fn what_recordings_do_not_tell_is_asked_for_by_its_option() {
 }
 
 #[test]
-fn the_page_about_files_is_printed() {
+fn the_pages_about_files_and_results_are_printed() {
     let sandbox = Sandbox::new();
     let page = sandbox.valve(&["help", "formats"]);
     assert_eq!(String::from_utf8(page.stdout).unwrap(), include_str!("../../docs/formats.md"));
+    let page = sandbox.valve(&["help", "results"]);
+    assert_eq!(String::from_utf8(page.stdout).unwrap(), include_str!("../../docs/results.md"));
     let simulate = String::from_utf8(sandbox.valve(&["help", "simulate"]).stdout).unwrap();
     assert!(simulate.contains("--leak-to-atmosphere"), "{simulate}");
     let refused = shown(&sandbox.valve(&["help", "format"]));
     assert!(refused.contains("there is no help about \"format\" (did you mean \"formats\"?)"), "{refused}");
+    let refused = shown(&sandbox.valve(&["help", "result"]));
+    assert!(refused.contains("(did you mean \"results\"?)") && refused.contains(", formats, results"), "{refused}");
 }

@@ -23,6 +23,7 @@ mod next;
 mod outputs;
 mod page;
 mod report_page;
+mod results;
 mod state;
 mod support;
 mod unattended;

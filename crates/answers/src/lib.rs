@@ -1,7 +1,7 @@
 //! What the program answers about a model and a campaign: documents for programs and sentences for people, the same
 //! wherever they are told (on the command line, in a page, in Python).
 //!
-//! Keys and units of the documents are described in `docs/formats.md`.
+//! Keys and units of the documents are described in `docs/results.md`.
 
 pub mod adoption;
 pub mod calibration;
@@ -12,6 +12,7 @@ pub mod explanation;
 pub mod figures;
 mod input;
 pub mod moved;
+pub mod prognosis;
 pub mod samples;
 pub mod simulation;
 pub mod steps;
@@ -26,5 +27,5 @@ fn value_of(document: &impl serde::Serialize) -> serde_json::Value {
     serde_json::to_value(document).unwrap_or_default()
 }
 
-/// The version of the documents; raised when a key changes its name or meaning.
-pub const SCHEMA: u32 = 4;
+/// The version of all documents, those of a prognosis too; raised when a key changes its name, meaning or unit, or goes.
+pub const SCHEMA: u32 = 5;

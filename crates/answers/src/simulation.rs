@@ -6,6 +6,8 @@ use valve_file::ValveFile;
 use valve_model::cycle::cycles;
 use valve_model::{Conditions, Schedule};
 
+use crate::SCHEMA;
+
 /// Closing and opening time of every cycle, s. Once cycles repeat, the later ones
 /// are the same and are not simulated again.
 pub fn times_s(file: &ValveFile, conditions: Conditions, wanted: usize, step_s: f64) -> Vec<[Option<f64>; 2]> {
@@ -21,6 +23,7 @@ pub fn times_s(file: &ValveFile, conditions: Conditions, wanted: usize, step_s: 
 /// Stroke times for programs.
 #[derive(Serialize)]
 pub struct Document<'a> {
+    schema: u32,
     valve: &'a str,
     conditions: ConditionsOut,
     schedule: ScheduleOut,
@@ -59,6 +62,7 @@ pub fn document<'a>(file: &'a ValveFile, conditions: &Conditions, times: &[[Opti
         open_time_s: *open_time_s,
     };
     Document {
+        schema: SCHEMA,
         valve: file.name(),
         conditions: ConditionsOut {
             supply_pressure_pa: conditions.supply_pressure_pa,

@@ -6,6 +6,8 @@ use report::figures::{Quantity, TableFigure, TablePoint};
 use serde::Serialize;
 use valve_file::ValveFile;
 
+use crate::SCHEMA;
+
 /// Points of a drawn curve.
 const LINE_POINTS: u32 = 400;
 
@@ -118,6 +120,7 @@ fn figure(bundle: &TableBundle, entry: &BundleEntry<'_>) -> TableFigure {
 /// What is told to programs of tables.
 #[derive(Serialize)]
 pub struct Document<'a> {
+    schema: u32,
     valve: &'a str,
     model_hash: &'a str,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -179,6 +182,7 @@ struct OverConditionsOut {
 pub fn document(bundle: &TableBundle, simulated_areas: Option<usize>) -> Document<'_> {
     let manifest = bundle.manifest();
     Document {
+        schema: SCHEMA,
         valve: &manifest.valve,
         model_hash: &manifest.model_hash,
         simulated_areas,

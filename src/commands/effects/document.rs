@@ -4,6 +4,7 @@ use serde::Serialize;
 use valve_model::EffectKind;
 
 use super::Shown;
+use answers::SCHEMA;
 use answers::strokes::Cycles;
 
 #[derive(Serialize)]
@@ -49,6 +50,7 @@ fn description(kind: EffectKind) -> Description {
 /// One effect.
 #[derive(Serialize)]
 pub struct Document<'a> {
+    schema: u32,
     #[serde(flatten)]
     description: Description,
     example: Example<'a>,
@@ -75,18 +77,19 @@ pub fn document(kind: EffectKind, shown: &Shown) -> Document<'_> {
     };
     let example =
         Example { values_si: shown.effect.values(), without: times(&shown.without), with: times(&shown.with) };
-    Document { description: description(kind), example }
+    Document { schema: SCHEMA, description: description(kind), example }
 }
 
 /// All effects.
 #[derive(Serialize)]
 pub struct Catalogue {
+    schema: u32,
     effects: Vec<Description>,
 }
 
 impl Catalogue {
     /// Every effect of the catalogue.
     pub fn whole() -> Self {
-        Self { effects: EffectKind::ALL.iter().map(|kind| description(*kind)).collect() }
+        Self { schema: SCHEMA, effects: EffectKind::ALL.iter().map(|kind| description(*kind)).collect() }
     }
 }

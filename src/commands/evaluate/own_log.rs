@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
+use answers::SCHEMA;
 use leak_table::{Condition, ConditionRange};
 use lut_builder::{Request, Wear};
 use prognoser::{Method, Prognoser, Prognosis};
@@ -47,6 +48,7 @@ struct Score {
 /// The scores for programs.
 #[derive(Serialize)]
 struct OwnLogDocument<'a> {
+    schema: u32,
     /// Valves in the log, whether they reached their end or not.
     valves: usize,
     lives: &'a [Score],
@@ -85,7 +87,7 @@ pub fn run(args: &EvaluateArgs, file: &ValveFile, path: &Path) -> anyhow::Result
     }
     match args.format {
         Format::Text => output::print_text(&render(&scores, valves))?,
-        Format::Json => output::print_document(&OwnLogDocument { valves, lives: &scores })?,
+        Format::Json => output::print_document(&OwnLogDocument { schema: SCHEMA, valves, lives: &scores })?,
     }
     Ok(Answer::Fine)
 }

@@ -3,6 +3,7 @@
 
 use std::sync::Arc;
 
+use answers::SCHEMA;
 use leak_table::ConditionRange;
 use lut_builder::{Request, Wear};
 use prognoser::Method;
@@ -22,6 +23,7 @@ const NOISES_S: [f64; 2] = [0.01, 0.0316];
 /// The results for programs.
 #[derive(Serialize)]
 struct ScenariosDocument<'a> {
+    schema: u32,
     valve: &'a str,
     first_seed: u64,
     scenarios: &'a [ScenarioResult],
@@ -70,7 +72,8 @@ pub fn run(args: &EvaluateArgs, file: &ValveFile) -> anyhow::Result<Answer> {
         Format::Text => output::print_text(&table(&results, args))?,
         Format::Json => {
             let (valve, first_seed) = (file.name(), args.first_seed);
-            output::print_document(&ScenariosDocument { valve, first_seed, scenarios: &results })?;
+            let document = ScenariosDocument { schema: SCHEMA, valve, first_seed, scenarios: &results };
+            output::print_document(&document)?;
         }
     }
     Ok(Answer::Fine)

@@ -10,6 +10,7 @@ use super::Ends;
 use crate::cli::StreamFormat;
 use crate::output::{manner, paint, push_number, told_in};
 use answers::figures::life::{bounds_words, probability};
+use answers::prognosis::document;
 
 /// Decimals of cycles, probabilities and areas, which the prognosis itself is
 /// rounded to.
@@ -39,7 +40,7 @@ impl RowFormat {
             StreamFormat::Text if self.rows_as_text => text(out, one)?,
             StreamFormat::Text => {}
             StreamFormat::Csv => csv(out, one),
-            StreamFormat::Json | StreamFormat::Jsonl => serde_json::to_writer(out, one)?,
+            StreamFormat::Json | StreamFormat::Jsonl => serde_json::to_writer(out, &document(one))?,
         }
         Ok(())
     }

@@ -6,7 +6,7 @@ mod valve;
 
 use std::sync::Arc;
 
-use answers::CampaignInput;
+use answers::{CampaignInput, SCHEMA};
 use anyhow::Context;
 use report::html::{Page, Point, Section};
 use serde::Serialize;
@@ -20,6 +20,7 @@ use crate::output::{self, Outputs};
 /// What was written, for programs.
 #[derive(Serialize)]
 struct ReportDocument<'a> {
+    schema: u32,
     sections: Vec<&'a str>,
     out: String,
 }
@@ -78,7 +79,7 @@ pub fn run(args: &ReportArgs) -> anyhow::Result<Answer> {
         Format::Text => output::note(&format!("written: {out}")),
         Format::Json => {
             let sections = page.sections.iter().map(|section| section.title.as_str()).collect();
-            output::print_document(&ReportDocument { sections, out })?;
+            output::print_document(&ReportDocument { schema: SCHEMA, sections, out })?;
         }
     }
     Ok(Answer::Fine)

@@ -11,11 +11,14 @@ use serde::Serialize;
 use valve_file::ValveFile;
 
 use self::truth::Truth;
+use crate::SCHEMA;
 use crate::tables::{fault_name, hash_of};
 
 /// What is printed for programs.
 #[derive(Serialize)]
 pub struct Study {
+    /// Version of the document.
+    schema: u32,
     /// The valve.
     pub valve: String,
     /// Cycles of each life.
@@ -41,6 +44,7 @@ impl Study {
         let unknown = BayesConfig { start: StartPrior::Unknown, ..BayesConfig::default() };
         let unknown = StudyConfig { methods: vec![Method::Bayes(unknown)], ..config.clone() };
         Self {
+            schema: SCHEMA,
             valve: file.name().to_owned(),
             end_cycle: config.end_cycle,
             seeds: config.seeds,
