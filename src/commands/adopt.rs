@@ -52,6 +52,7 @@ pub fn run(args: &AdoptArgs) -> anyhow::Result<Answer> {
                 let _ = write!(text, "\n{}", lives.table());
             }
             let out = args.out.display().to_string();
+            text.push_str(&campaign_input::temperature_words(&input));
             let _ = writeln!(text, "\nwritten: {out}");
             let tables = free_name_beside(&args.out, "tables");
             text.push_str(&next_step(

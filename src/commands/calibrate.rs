@@ -43,6 +43,9 @@ pub fn run(args: &CalibrateArgs) -> anyhow::Result<Answer> {
         Format::Text => {
             let mut text = text(&input, &calibration);
             text.push_str(&outcome(args, written));
+            if written.is_some() {
+                text.push_str(&campaign_input::temperature_words(&input));
+            }
             text.push_str(&next(args, &calibration, written));
             output::print_text(&text)?;
         }

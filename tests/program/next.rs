@@ -79,6 +79,16 @@ fn an_adequate_model_is_adopted_without_effects() {
     assert_eq!(adopted.status.code(), Some(0), "{}", shown(&adopted));
     let text = sandbox.read("calibrated.toml");
     assert!(text.contains("action = \"calibrated\""), "{text}");
+    // What is fitted to these strokes leads on, not to another fit.
+    for verb in ["compare", "explain"] {
+        let said = String::from_utf8(sandbox.valve(&[verb, "calibrated.toml", "campaign.toml"]).stdout).unwrap();
+        assert_eq!(next_steps(&said)[0][0], "build-tables", "{said}");
+    }
+    assert!(!String::from_utf8_lossy(&adopted.stdout).contains("The strokes were made at"));
+    sandbox.write("warm.toml", &sandbox.read("valve.toml").replace("293.15 K", "303.15 K"));
+    let adopted = sandbox.valve(&["adopt", "warm.toml", "campaign.toml", "--out", "warm-2.toml"]);
+    let said = String::from_utf8(adopted.stdout).unwrap().split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(said.contains("The strokes were made at 293.1 K, the valve file states 303.1 K"), "{said}");
     // There is nothing that a formula would be needed for.
     let refused =
         sandbox.valve(&["adopt", "valve.toml", "campaign.toml", "--effect", "unexplained", "--out", "x.toml"]);

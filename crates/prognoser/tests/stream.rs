@@ -98,10 +98,10 @@ fn times_in_another_unit_or_exchanged_are_named_and_end_no_life() {
         open_time_s: reading.close_time_s,
         ..*reading
     };
-    let wrongs: [(&dyn Fn(&Reading) -> Reading, &str); 2] = [(&in_ms, "other-unit"), (&turned, "exchanged")];
-    for (wrong, kind) in wrongs {
+    for kind in ["other-unit", "exchanged"] {
+        let wrong = |reading: &Reading| if kind == "exchanged" { turned(reading) } else { in_ms(reading) };
         for method in [Method::default(), Method::Ols] {
-            let all: Vec<Reading> = tidy.iter().map(wrong).collect();
+            let all: Vec<Reading> = tidy.iter().map(&wrong).collect();
             let prognoses = run(method, &all);
             let of_kind = notices(&prognoses).iter().filter(|(_, said)| *said == kind).count();
             assert!(of_kind >= all.len(), "{kind}: {:?}", notices(&prognoses));

@@ -84,7 +84,7 @@ fn ask_model(file: &ValveFile, recordings: &[Recording], stated: &Stated, folder
     let unknown = understand(recordings, hints).unknown;
     let is_open = unknown == [Unknown::Direction];
     // What the recordings tell by themselves needs no model.
-    if !is_open && !(given.is_some() && unknown.is_empty()) {
+    if !(is_open || given.is_some() && unknown.is_empty()) {
         return;
     }
     let with = |one_closes: bool| Hints { one_closes: Some(one_closes), ..hints.clone() };

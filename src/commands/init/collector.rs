@@ -131,6 +131,14 @@ impl<'a> Collector<'a> {
         {
             self.wrong.push("--cycle-end: the cycle ends before the valve is told to open".to_owned());
         }
+        self.assume_usual(&entries);
+        let name = args.name.clone().unwrap_or_else(|| USUAL_NAME.to_owned());
+        Ok(Draft { name, gas, entries, limits_s, cycle_s })
+    }
+
+    /// Notes what is taken where nothing else was said, but for the gas.
+    fn assume_usual(&mut self, entries: &[Entry]) {
+        let args = self.args;
         if args.orientation.is_none() && !entries.iter().any(is_no_spring) {
             self.assumed.push("upright".to_owned());
         }
@@ -146,8 +154,6 @@ impl<'a> Collector<'a> {
         if args.name.is_none() {
             self.assumed.push(format!("name {USUAL_NAME}"));
         }
-        let name = args.name.clone().unwrap_or_else(|| USUAL_NAME.to_owned());
-        Ok(Draft { name, gas, entries, limits_s, cycle_s })
     }
 
     /// Whether what has a usual value is asked for.

@@ -453,27 +453,27 @@ fn candidates(
             let rejected = if model.set == accepted {
                 None
             } else if model.level == Level::Screen {
-                Some("fell behind in a first look at a few records".to_owned())
+                Some("behind at a first look".to_owned())
             } else if model.set == found.accepted() {
-                Some("is the likeliest, and not named all the same (see the notes)".to_owned())
+                Some("likeliest, not named: see the notes".to_owned())
             } else if accepted.is_empty() {
                 Some(if gain > options.select.accept {
-                    "does not lower the error on what was held out".to_owned()
+                    "no better held out".to_owned()
                 } else {
-                    format!("changes the log evidence by {gain:+.1} nats only")
+                    format!("{gain:+.1} nats only")
                 })
             } else if accepted.iter().all(|one| model.set.contains(one)) {
                 Some(if gain - accepted_gain < options.select.accept {
-                    "adds too little to be believed".to_owned()
+                    "adds too little".to_owned()
                 } else {
-                    "explains more, but not enough of what was held out".to_owned()
+                    "more, but no better held out".to_owned()
                 })
             } else if model.set.iter().all(|one| accepted.contains(one)) {
-                Some("another effect beside it explains more".to_owned())
+                Some("more with another beside it".to_owned())
             } else if accepted_gain - gain < options.select.accept {
-                Some("explains the data as well; these data cannot tell it apart".to_owned())
+                Some("cannot be told apart".to_owned())
             } else {
-                Some(format!("is less likely by {:.0} nats", accepted_gain - gain))
+                Some(format!("less likely by {:.0} nats", accepted_gain - gain))
             };
             CandidateReport {
                 parameters: effect_parameters(&model.problem, &model.fit, &certainty, &kinds, false),
