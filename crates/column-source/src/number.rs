@@ -120,9 +120,37 @@ fn grouped(body: &str, separator: char, ends: &[char]) -> bool {
     any && (1..=3).contains(&first.len()) && all_digits(first)
 }
 
+/// What stands where a reading is missing: in spreadsheets and programs, and what historians write in its place (AVEVA PI's system digital
+/// states, and the like of other ones).
+const GAPS: [&[u8]; 24] = [
+    b"nan",
+    b"na",
+    b"n/a",
+    b"null",
+    b"none",
+    b"-",
+    b"--",
+    b"#n/a",
+    b"#nv",
+    b"1.#qnan",
+    b"bad",
+    b"bad input",
+    b"bad quality",
+    b"no data",
+    b"i/o timeout",
+    b"io timeout",
+    b"comm fail",
+    b"not connect",
+    b"pt created",
+    b"shutdown",
+    b"intf shut",
+    b"scan off",
+    b"scan timeout",
+    b"configure",
+];
+
 /// Whether a field stands for a reading that is missing.
 pub(crate) fn is_gap(field: &[u8]) -> bool {
-    const GAPS: [&[u8]; 10] = [b"nan", b"na", b"n/a", b"null", b"none", b"-", b"--", b"#n/a", b"#nv", b"1.#qnan"];
     field.is_empty() || GAPS.iter().any(|gap| field.eq_ignore_ascii_case(gap))
 }
 

@@ -65,6 +65,14 @@ fn the_plain_case_needs_no_word() {
 }
 
 #[test]
+fn what_historians_write_for_no_value_is_a_gap_and_other_words_are_refused() {
+    let table = read(b"a;b\n1.5;Bad Input\nNO DATA;2\nI/O Timeout;3\n");
+    assert!(table.numbers[0][1].is_nan() && table.numbers[1][0].is_nan() && table.numbers[2][0].is_nan());
+    assert_eq!(table.numbers[2][1], 3.0);
+    assert!(refusal(b"a;b\n1;2\n1;slow\n").contains("\"slow\" is not a number"));
+}
+
+#[test]
 fn separators_decimals_and_units_of_a_german_recorder() {
     let text = "\u{feff}# Rekorder 7\r\nZeit;Weg;Druck\r\ns;mm;bar(g)\r\n0,000;25,40;\r\n1.000,001;25,38;5,1\r\n";
     let table = read(text.as_bytes());

@@ -58,7 +58,8 @@ pub enum BuildError {
     },
     /// A stroke time is no monotone function of the severity.
     #[error(
-        "fault \"{fault}\": the {stroke} time turns at {at} (found {found_s:.6} s after {previous_s:.6} s at {previous}), expected it to keep rising or falling up to the limit: such a time does not tell how worn the valve is; check the valve's effects, or give a limit below"
+        "fault \"{fault}\": the {stroke} time turns at {at} (found {found_s:.6} s, {moved_ms:+.2e} ms from that at {previous}), expected it to keep rising or falling up to the limit: such a time does not tell how worn the valve is; check the valve's effects, or state limits under [limits] that are reached before",
+        moved_ms = 1e3 * (.found_s - .previous_s)
     )]
     NotMonotone {
         /// The id of what wears.
@@ -76,7 +77,7 @@ pub enum BuildError {
     },
     /// A stroke time jumps.
     #[error(
-        "fault \"{fault}\": the {stroke} time jumps at {at} (the interpolation misses it by {error_s:.6} s between points that cannot be closer), expected a continuous curve up to the limit; check the valve's effects, or give a limit below"
+        "fault \"{fault}\": the {stroke} time jumps at {at} (the interpolation misses it by {error_s:.6} s between points that cannot be closer), expected a continuous curve up to the limit; check the valve's effects, or state limits under [limits] that are reached before"
     )]
     Jump {
         /// The id of what wears.
