@@ -1,6 +1,7 @@
 //! Readings that say something, but not what their columns say: times in another unit, and two times exchanged.
 
 use leak_table::{Stroke, TableBundle};
+use serde::{Deserialize, Serialize};
 
 use crate::notice::Notice;
 use crate::reading::Reading;
@@ -13,23 +14,52 @@ const OTHER_UNIT: f64 = 20.0;
 const STRANGE: f64 = 1.3;
 const OWN: f64 = 1.1;
 
-/// The reading without what is mistaken, and whether that leaves nothing of what was measured. `before`: the closing and the
-/// opening time of the valve so far, which are those of a healthy one at first.
+/// A valve whose times seem to be exchanged for longer than so many rows is another one, such as after a repair.
+const ROWS: u32 = 3;
+
+/// The times of a valve so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Times {
+    /// The closing and the opening time of the last row that had both, the right way round, s; none at first, when they are supposed
+    /// to be those of a healthy valve.
+    own_s: Option<[f64; 2]>,
+    /// Whether a row was ever the right way round.
+    known: bool,
+    /// Rows in succession that were not.
+    exchanged: u32,
+}
+
+impl Times {
+    /// Whether the times of the next row are exchanged.
+    fn are_exchanged(&mut self, tables: &TableBundle, close_s: f64, open_s: f64) -> bool {
+        let own = self.own_s.or_else(|| healthy(tables));
+        let lasts = self.known && self.exchanged >= ROWS;
+        if !lasts && own.is_some_and(|own| are_exchanged(own, close_s, open_s)) {
+            self.exchanged += 1;
+            // A log that is wrong from its first row on goes on as a valve wears.
+            if !self.known {
+                self.own_s = Some([open_s, close_s]);
+            }
+            return true;
+        }
+        *self = Self { own_s: Some([close_s, open_s]), known: true, exchanged: 0 };
+        false
+    }
+}
+
+/// The reading without what is mistaken, and whether that leaves nothing of what was measured.
 pub(crate) fn left_out(
     tables: &TableBundle,
     reading: &Reading,
-    before: &mut Option<[f64; 2]>,
+    so_far: &mut Times,
     notices: &mut Vec<Notice>,
 ) -> (Reading, bool) {
     let times = Stroke::ALL.map(|stroke| reading.time_s(stroke));
-    if let [Some(close_s), Some(open_s)] = times {
-        let own = before.or_else(|| healthy(tables));
-        if own.is_some_and(|own| are_exchanged(own, close_s, open_s)) {
-            *before = Some([open_s, close_s]);
-            notices.push(Notice::Exchanged);
-            return (without(reading, [true, true]), true);
-        }
-        *before = Some([close_s, open_s]);
+    if let [Some(close_s), Some(open_s)] = times
+        && so_far.are_exchanged(tables, close_s, open_s)
+    {
+        notices.push(Notice::Exchanged);
+        return (without(reading, [true, true]), true);
     }
     let mut other_unit = [false; 2];
     for (stroke, time) in Stroke::ALL.into_iter().zip(times) {

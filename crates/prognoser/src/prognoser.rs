@@ -12,7 +12,7 @@ use crate::bayes::{
 use crate::calendar::Calendar;
 use crate::kept::KeptPrognosis;
 use crate::log::LogRow;
-use crate::mistakes;
+use crate::mistakes::{self, Times};
 use crate::notice::Notice;
 use crate::ols::OlsEstimator;
 use crate::output::{blank, findings, from_bayes, from_ols, limits, remark};
@@ -101,8 +101,8 @@ struct Rows {
     said: Vec<String>,
     /// Number and mean square of the residuals, in stated variances.
     residuals: (f64, f64),
-    /// The closing and the opening time of the last row that had both, s.
-    times_s: Option<[f64; 2]>,
+    /// By which exchanged times are told.
+    times: Times,
 }
 
 /// What all valves are looked at with.
@@ -279,7 +279,7 @@ impl Valve {
     ) -> Prognosis {
         let (reading, dead) = without_zeros(reading, &mut notices);
         let rows = &mut self.rows;
-        let (reading, mistaken) = &mistakes::left_out(tables, &reading, &mut rows.times_s, &mut notices);
+        let (reading, mistaken) = &mistakes::left_out(tables, &reading, &mut rows.times, &mut notices);
         rows.latest = Some(reading.cycle);
         rows.seen.rotate_right(1);
         rows.seen[0] = Some(reading.cycle);

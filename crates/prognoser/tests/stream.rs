@@ -115,6 +115,13 @@ fn times_in_another_unit_or_exchanged_are_named_and_end_no_life() {
             assert!((ends[0] - ends[1]).abs() < 0.3, "{kind}: {ends:?}");
         }
     }
+    // A valve whose times turn for good is another one.
+    let mut changed = tidy.clone();
+    changed.iter_mut().skip(5).for_each(|reading| *reading = turned(reading));
+    let told = run(Method::default(), &changed);
+    let cycles: Vec<u64> =
+        notices(&told).into_iter().filter(|(_, kind)| *kind == "exchanged").map(|(cycle, _)| cycle).collect();
+    assert_eq!(cycles, [5, 6, 7]);
     // A valve near its end, and one that is slow in both strokes, are no mistakes.
     let slow = tidy.iter().map(|reading| Reading {
         close_time_s: reading.close_time_s.map(|time| 1.5 * time),
