@@ -283,6 +283,20 @@ struct Valleys {
     coordinates: [Vec<Coordinate>; 2],
 }
 
+impl Valleys {
+    fn drawn(seed: u64) -> Self {
+        let observed = |seed: u64| -> Vec<f64> {
+            let rows = noise(60, 0.02, seed);
+            rows.iter().enumerate().map(|(row, noise)| (RIGHT_VALLEY * row as f64).sin() + noise).collect()
+        };
+        let frequency = || shared("frequency", 0.5, 0.3, 1.5);
+        Self {
+            records: (0..4).map(|one| record(&observed(seed + one as u64), 0.02, true, one)).collect(),
+            coordinates: [vec![frequency()], vec![frequency(), shared("size", 0.0, 1.0, 20.0)]],
+        }
+    }
+}
+
 /// A member of it: whether it has the candidate.
 struct Valley<'a>(&'a Valleys, bool);
 
@@ -352,15 +366,7 @@ const WRONG_VALLEY: f64 = 0.52;
 
 #[test]
 fn a_set_fitted_afresh_takes_the_better_of_both_starts() {
-    let observed = |seed: u64| -> Vec<f64> {
-        let rows = noise(60, 0.02, seed);
-        rows.iter().enumerate().map(|(row, noise)| (RIGHT_VALLEY * row as f64).sin() + noise).collect()
-    };
-    let frequency = || shared("frequency", 0.5, 0.3, 1.5);
-    let family = Valleys {
-        records: (0..4).map(|one| record(&observed(700 + one as u64), 0.02, true, one)).collect(),
-        coordinates: [vec![frequency()], vec![frequency(), shared("size", 0.0, 1.0, 20.0)]],
-    };
+    let family = Valleys::drawn(700);
     let problem = Valley(&family, false);
     let stuck = fit(&problem, &[WRONG_VALLEY], &(&family).options()).expect("a start that is possible");
     let base = Model { set: Vec::new(), level: Level::High, problem, fit: stuck, held_out: None };
@@ -371,15 +377,7 @@ fn a_set_fitted_afresh_takes_the_better_of_both_starts() {
 
 #[test]
 fn a_base_that_is_stuck_makes_no_effect_of_what_only_begins_elsewhere() {
-    let observed = |seed: u64| -> Vec<f64> {
-        let rows = noise(60, 0.02, seed);
-        rows.iter().enumerate().map(|(row, noise)| (RIGHT_VALLEY * row as f64).sin() + noise).collect()
-    };
-    let frequency = || shared("frequency", 0.5, 0.3, 1.5);
-    let family = Valleys {
-        records: (0..4).map(|one| record(&observed(900 + one as u64), 0.02, true, one)).collect(),
-        coordinates: [vec![frequency()], vec![frequency(), shared("size", 0.0, 1.0, 20.0)]],
-    };
+    let family = Valleys::drawn(900);
     let cold = fit(&Valley(&family, false), &[WRONG_VALLEY], &(&family).options()).expect("a start that is possible");
     assert!((cold.u[0] - RIGHT_VALLEY).abs() > 0.05, "the base alone ends beside it: {:?}", cold.u);
     let found = select(&&family, &SelectOptions::default()).expect("fitted");
