@@ -1,7 +1,7 @@
 //! From a CSV text to a trace and its command edges.
 
 use checked_toml::{QuantityKind, Section, TomlFileError};
-use column_source::{Clock, ColumnSource, Comments, NoticeKind, find_table, without_unit};
+use column_source::{Clock, ColumnSource, Comments, NoticeKind, Switch, find_table, without_unit};
 use quantity::Dimension;
 
 use crate::columns::{self, CHANNELS, Column, Mapping};
@@ -158,6 +158,12 @@ fn time_s(source: &dyn ColumnSource, column: Column, clock: &mut Clock, line: us
     }
 }
 
+/// What tells the command, as a number: one, or a word such as ON.
+fn signal(source: &dyn ColumnSource, column: usize) -> Result<f64, DataError> {
+    let word = || Switch::parse(&source.field(column)).map(Switch::number);
+    source.number(column).or_else(|error| word().ok_or_else(|| error.into()))
+}
+
 /// Reads a trace of any format; `rows` is about how many it has.
 pub(crate) fn read_source(
     source: &mut dyn ColumnSource,
@@ -188,7 +194,7 @@ pub(crate) fn read_source(
             continue;
         }
         trace.time_s.push(time_s);
-        signals.push(columns.command.to_si(source.number(columns.command.index)?));
+        signals.push(columns.command.to_si(signal(source, columns.command.index)?));
         trace.position_m.push(columns.position.to_si(source.number(columns.position.index)?));
         for (column, values) in columns.pressures.iter().zip(&mut pressures) {
             if let (Some(column), Some(values)) = (column, values) {

@@ -27,6 +27,7 @@ mod open;
 #[cfg(feature = "parquet")]
 mod parquet;
 mod source;
+mod switch;
 #[cfg(any(feature = "mat", feature = "mat73", feature = "parquet", feature = "tdms"))]
 mod table;
 #[cfg(feature = "tdms")]
@@ -42,5 +43,6 @@ pub use naming::{any_unit_at_end, did_you_mean, listed, named, unit_at_end, with
 pub use notice::{Notice, NoticeKind};
 pub use open::{open, recognised};
 pub use source::{ColumnSource, find_table};
+pub use switch::Switch;
 pub use text::{Comments, TextSource};
 pub use timestamp::{Clock, Dates};

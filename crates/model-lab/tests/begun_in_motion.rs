@@ -118,3 +118,29 @@ fn where_some_records_begin_after_their_command_none_is_taken_for_one_that_it_st
         assert!(place.is_some(), "run {run} is simulated from rest at its first row");
     }
 }
+
+#[test]
+fn a_leap_at_the_seat_does_not_make_the_whole_stroke_a_quick_one() {
+    // It sticks to its seat, and opens by a leap that is over in a small part of a stroke.
+    let stuck = Effect::new(EffectKind::SEAT_ADHESION, &[Some(600.0), Some(2e-3)]).expect("possible");
+    let file = testbed().with_effect(&stuck).expect("possible");
+    let valve = file.valve();
+    let mut noise = Noise(13);
+    let after_s = [0.6, 0.75, 0.7, 0.65];
+    let runs = SUPPLIES_PA.iter().zip(after_s).map(|(supply_pa, after_s)| {
+        let run = commanded(valve, *supply_pa, (&COMMANDS, END_S), &Off::default(), &mut noise);
+        let mut run = from_s(run, COMMANDS[0].0 + after_s);
+        run.commands.insert(0, CommandEdge { time_s: 0.0, close: true });
+        run
+    });
+    let campaign = campaign(runs.collect());
+    let subject = Subject::new(&file, &campaign, &NuisanceSizes::default());
+    let setup = subject.setup(identify::select::Level::High);
+    assert!(setup.whole_travel_s > 5.0 * setup.travel_s, "{} and {} s", setup.whole_travel_s, setup.travel_s);
+    let model = subject.stated(Stop::never()).expect("it strokes");
+    for (run, after_s) in after_s.into_iter().enumerate() {
+        let place = model.problem.place_of(Nuisance::UnseenEdge(2 * run)).expect("its command was given before it");
+        let found_s = setup.whole_travel_s * model.fit.u[place];
+        assert!((found_s - after_s).abs() < 0.02, "run {run}: {found_s} s for {after_s} s");
+    }
+}

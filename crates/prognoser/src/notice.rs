@@ -196,7 +196,7 @@ impl fmt::Display for Notice {
             ),
             Self::Offset { stroke, share } => write!(
                 f,
-                "the {stroke} time of this valve is {:+.1} % off the tables throughout, which is allowed for; `valve compare` and `valve explain` on a recording of this valve find out why",
+                "the {stroke} time of this valve is {:+.1} % off the tables throughout, which is allowed for; either it is counted from or to another moment than theirs, from the command to the stop or what [switches] says, or this valve is not as its file describes it: `valve compare` and `valve explain` on a recording tell",
                 100.0 * share
             ),
             Self::Unexplained => write!(

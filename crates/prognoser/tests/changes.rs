@@ -135,6 +135,30 @@ fn a_constant_offset_that_no_leak_explains_is_said_with_what_to_do() {
 }
 
 #[test]
+fn a_leak_on_a_valve_that_its_tables_are_far_off_is_found() {
+    for fault in Fault::ALL {
+        for seed in 0..20 {
+            let readings: Vec<Reading> = log(&tables(), fault, 30, 0.01, seed, |k| (k - 5.0).max(0.0) / 40.0)
+                .into_iter()
+                .map(|reading| Reading {
+                    close_time_s: reading.close_time_s.map(|time_s| 0.88 * time_s),
+                    open_time_s: reading.open_time_s.map(|time_s| 1.04 * time_s),
+                    ..reading
+                })
+                .collect();
+            let prognoses = run(Method::default(), &readings);
+            for one in &prognoses[22..] {
+                assert_ne!(one.status, Status::Healthy, "{fault}, {seed}: {one:?}");
+                assert!(one.fault.fault().is_none_or(|named| named == fault), "{fault}, {seed}: {one:?}");
+            }
+            let last = &prognoses[29];
+            assert_eq!(last.fault.fault(), Some(fault), "{seed}: {last:?}");
+            assert!((end(last) - 45.0).abs() < 6.0, "{fault}, {seed}: {last:?}");
+        }
+    }
+}
+
+#[test]
 fn a_single_glitch_is_named_and_changes_little() {
     let mut readings = log(&tables(), Fault::Supply, 30, 0.01, 4, |k| k / 40.0);
     let without = run(Method::default(), &readings);

@@ -168,6 +168,7 @@ fn take(
     };
     let said = match channel {
         "time" if first.timestamps[index] => "timestamps".to_owned(),
+        "command" if first.words[index].is_some() => "of words that stand for 0 and 1".to_owned(),
         "command" => {
             let (low, high) = two_levels(&first.columns[index]).unwrap_or((0.0, 1.0));
             format!("which holds {low} and {high}")

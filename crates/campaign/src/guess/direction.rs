@@ -26,10 +26,13 @@ pub(super) fn settle(recordings: &[&Recording], hints: &Hints, found: &mut Under
     }
     // Where the pressure itself tells the command, above is close.
     let from_pressure = found.threshold.as_ref().is_some_and(|threshold| threshold.is_pressure);
+    let by_words = column("command").filter(|command| recordings[0].words[command.index] == Some(true));
     let named = column("command").and_then(|command| words::says_closes(&command.name));
     let grows_when_high = moved > 0.0;
     let (one_closes, why) = if let Some(given) = hints.one_closes {
         (given, hints.closes_because.clone().unwrap_or_else(|| "as you said".to_owned()))
+    } else if by_words.is_some() {
+        (true, "its words say so".to_owned())
     } else if from_pressure {
         (true, "pressure closes the valve".to_owned())
     } else if let (Some(pressure), true) = (&pressure, filled != 0.0) {

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use column_source::{Clock, ColumnSource, Comments, Notice, any_unit_at_end, listed, named, without_unit};
+use column_source::{Clock, ColumnSource, Comments, Notice, Switch, any_unit_at_end, listed, named, without_unit};
 use quantity::{Reference, Unit};
 
 use super::words;
@@ -34,10 +34,13 @@ pub struct Recording {
     pub bare: Vec<String>,
     /// Units in brackets or from the row under the header.
     pub units: Vec<Option<Unit>>,
-    /// The columns; text and gaps are NaN, timestamps are seconds from the first.
+    /// The columns; text and gaps are NaN, timestamps are seconds from the first. Of a column of words such as ON and OFF,
+    /// 1 and 0.
     pub columns: Vec<Vec<f64>>,
     /// Which columns hold timestamps.
     pub timestamps: Vec<bool>,
+    /// Which columns are of such words, and whether these themselves say close and open.
+    pub words: Vec<Option<bool>>,
     /// How the file had to be read.
     pub notices: Vec<Notice>,
 }
@@ -50,6 +53,7 @@ impl Recording {
         let count = source.headings().len();
         let mut columns = vec![Vec::new(); count];
         let mut clocks = vec![Clock::default(); count];
+        let mut switches = vec![Vec::new(); count];
         while let Some(line) = source.next_row()? {
             for (index, (column, clock)) in columns.iter_mut().zip(&mut clocks).enumerate() {
                 let stamp = |clock: &mut Clock| clock.seconds(&source.field(index), line).unwrap_or(f64::NAN);
@@ -58,8 +62,11 @@ impl Recording {
                 } else {
                     source.number(index).unwrap_or_else(|_| stamp(clock))
                 });
+                let is_text = column.last().is_some_and(|value| value.is_nan());
+                switches[index].push(if is_text { Switch::parse(&source.field(index)) } else { None });
             }
         }
+        let words = columns.iter_mut().zip(&switches).map(|(column, switches)| take_words(column, switches)).collect();
         let headings = source.headings();
         let timestamps: Vec<bool> = clocks.iter().map(|clock| clock.notice().is_some()).collect();
         // What is no timestamp may fall from row to row for other reasons, unless it is called a time.
@@ -86,6 +93,7 @@ impl Recording {
             notices: notices.cloned().collect(),
             columns,
             timestamps,
+            words,
         })
     }
 
@@ -148,7 +156,18 @@ impl Recording {
             units: other.units.clone(),
             columns,
             timestamps,
+            words: (0..other.names.len()).map(|index| self.words[self.same_as(other, index)?]).collect(),
             notices: self.notices.clone(),
         })
     }
+}
+
+/// Puts 1 and 0 into a column that holds no number and words of a command; whether these say close and open, where it
+/// was such a column.
+fn take_words(column: &mut [f64], switches: &[Option<Switch>]) -> Option<bool> {
+    let first = switches.iter().flatten().next().filter(|_| column.iter().all(|value| value.is_nan()))?;
+    for (value, switch) in column.iter_mut().zip(switches) {
+        *value = switch.map_or(f64::NAN, Switch::number);
+    }
+    Some(first.is_direction)
 }

@@ -79,7 +79,7 @@ fn read_back(recorder: &Recorder) -> Campaign {
         .unwrap_or_else(|error| panic!("{error}\n{text}"))
 }
 
-const RECORDERS: [Recorder; 11] = [
+const RECORDERS: [Recorder; 13] = [
     Recorder {
         header: "time_s,command,position_mm",
         row: |t, c, x, _| format!("{t:.3},{},{x:.4}", u8::from(c)),
@@ -112,6 +112,17 @@ const RECORDERS: [Recorder; 11] = [
                 comma(p / 1e5, 4)
             )
         },
+        hints: |_| (),
+    },
+    // Words of a coil, and words that say what they mean.
+    Recorder {
+        header: "time (s)\tSOL\tTravel (mm)\tP_cyl (psia)",
+        row: |t, c, x, p| format!("{t:.3}\t{}\t{x:.4}\t{:.3}", if c { "ON" } else { "OFF" }, p / 6894.757),
+        hints: |_| (),
+    },
+    Recorder {
+        header: "Zeit [s];Befehl;Weg [mm]",
+        row: |t, c, x, _| format!("{};{};{}", comma(t, 3), if c { "zu" } else { "auf" }, comma(x, 3)),
         hints: |_| (),
     },
     // The name says what 1 means.

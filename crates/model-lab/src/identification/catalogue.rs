@@ -290,7 +290,7 @@ impl Subject {
             Some(share + UNSEEN.0.max(UNSEEN.1 * share)).filter(|next| *next <= UNSEEN.2)
         })
         .collect();
-        let travel_s = self.low.travel_s;
+        let travel_s = self.low.whole_travel_s;
         for recording in &filling {
             self.low.begin_earlier(*recording, (UNSEEN.2 + 1.0) * travel_s);
         }

@@ -105,8 +105,10 @@ pub struct Setup {
     pub is_prescribed: bool,
     /// How much a simulation begins before a record that begins at rest, s.
     pub lead_s: f64,
-    /// How long a stroke travels, s.
+    /// How long a stroke would travel at its quickest, s: what rows and steps follow.
     pub travel_s: f64,
+    /// How long one does travel from end to end, s: much longer where a piston that stuck leaps.
+    pub whole_travel_s: f64,
     /// Recorded cycles that are not looked at, since the records hold so many.
     pub cycles_left_out: usize,
 }
@@ -126,7 +128,10 @@ impl Setup {
     /// Makes a campaign ready. `data` is the same campaign as the comparison sees it.
     pub fn new(campaign: &Campaign, data: &Dataset, parameters: &Parameters) -> Self {
         let (stroke_m, ambient_pa) = (parameters.stroke_m, parameters.ambient_pressure_pa);
-        let travel_s = travel_s(data, stroke_m);
+        let travel_s = median(data.runs.iter().filter_map(|run| quickest_s(run, stroke_m)))
+            .unwrap_or_else(|| 0.2 * data.runs.first().map_or(1.0, |run| run.run.end_s));
+        let whole_travel_s =
+            median(data.runs.iter().filter_map(longest_s)).map_or(travel_s, |whole| whole.max(travel_s));
         let push_n = (parameters.supply_pressure_pa - ambient_pa).abs() * parameters.piston_area_m2;
         let is_prescribed = campaign.inputs.pipe_pressure || campaign.inputs.chamber_pressure;
         let fidelity = Fidelity {
@@ -163,7 +168,7 @@ impl Setup {
             multiplier_sigma: if data.noise_is_stated { 0.1 } else { 1.0 },
             multiplier: (0.3, 20.0),
             discrepancy: (1e-5, 0.3),
-            time_s: (block_s, 0.25 * stroke_s(data, travel_s)),
+            time_s: (block_s, 0.25 * stroke_s(data, whole_travel_s)),
         };
         let times = GroupPrior { multiplier_sigma: if data.timings_are_repeated { 0.1 } else { 0.3 }, ..position };
         let positions = records.iter().flat_map(|record| &record.series).filter(|series| series.group == 0);
@@ -179,6 +184,7 @@ impl Setup {
             is_prescribed,
             lead_s: data.runs.iter().map(lead_s).fold(LEAD_S, f64::max),
             travel_s,
+            whole_travel_s,
             cycles_left_out: counts.iter().sum::<usize>() - chosen.iter().map(Vec::len).sum::<usize>(),
         }
     }
@@ -242,12 +248,10 @@ impl Setup {
     }
 }
 
-/// How long a recorded stroke travels at its quickest, s: five times the shortest time in which a fifth of the span is
-/// covered, the median over the runs.
-fn travel_s(data: &Dataset, stroke_m: f64) -> f64 {
-    let mut travels: Vec<f64> = data.runs.iter().filter_map(|run| quickest_s(run, stroke_m)).collect();
-    travels.sort_by(f64::total_cmp);
-    travels.get(travels.len() / 2).copied().unwrap_or_else(|| 0.2 * data.runs.first().map_or(1.0, |run| run.run.end_s))
+fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
 }
 
 /// Share of the span over which the quickest travel is looked for.
@@ -256,15 +260,48 @@ const QUICKEST_SHARE: f64 = 0.2;
 /// Samples are averaged over this time before, s.
 const AVERAGED_S: f64 = 4e-3;
 
-fn quickest_s(run: &RunData, stroke_m: f64) -> Option<f64> {
+/// Times and positions of a record, averaged, and the ends between which these lie.
+fn averaged(run: &RunData) -> (Vec<(f64, f64)>, (f64, f64)) {
     let (times, samples) = (&run.times_s, &run.channels[0].samples);
     let means: Vec<(f64, f64)> = cut(times, samples, AVERAGED_S)
         .into_iter()
         .map(|range| mean(times, samples, range))
         .map(|(time_s, position_m, _)| (time_s, position_m))
         .collect();
-    let (low, high) =
-        means.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |ends, (_, x)| (ends.0.min(*x), ends.1.max(*x)));
+    let ends = means.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |ends, (_, x)| (ends.0.min(*x), ends.1.max(*x)));
+    (means, ends)
+}
+
+/// A piston within this share of the span from one of its ends is there.
+const AT_END: f64 = 0.1;
+
+/// How long a recorded stroke travels from end to end, s: the longest of the run's; nothing where none is whole.
+fn longest_s(run: &RunData) -> Option<f64> {
+    let (means, (low, high)) = averaged(run);
+    let near = AT_END * (high - low);
+    let (mut left, mut longest) = (None, None);
+    for (time_s, position_m) in means {
+        let is_high = if position_m < low + near {
+            false
+        } else if position_m > high - near {
+            true
+        } else {
+            continue;
+        };
+        if let Some((left_s, was_high)) = left
+            && was_high != is_high
+        {
+            longest = Some(f64::max(longest.unwrap_or(0.0), time_s - left_s));
+        }
+        left = Some((time_s, is_high));
+    }
+    longest
+}
+
+/// How long a recorded stroke travels at its quickest, s: five times the shortest time in which a fifth of the span is
+/// covered.
+fn quickest_s(run: &RunData, stroke_m: f64) -> Option<f64> {
+    let (means, (low, high)) = averaged(run);
     let far = QUICKEST_SHARE * (high - low);
     if high - low < 0.1 * stroke_m {
         return None;

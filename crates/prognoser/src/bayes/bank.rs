@@ -139,10 +139,12 @@ fn as_good_as_new(hypothesis: &Hypothesis, probability: f64) -> Hypothesis {
 /// Once the healthy times are known, it does not matter what was thought of
 /// them before.
 fn join_healthy(hypotheses: &mut Vec<Hypothesis>, shape: f64) {
-    let mut healthy = (0..hypotheses.len()).filter(|i| hypotheses[*i].cause == Cause::None);
-    if let (Some(first), Some(second)) = (healthy.next(), healthy.next()) {
-        hypotheses[first] = Hypothesis::merged(&[hypotheses[first], hypotheses[second]], shape);
-        hypotheses.swap_remove(second);
+    let of_healthy =
+        |from: usize, hypotheses: &[Hypothesis]| (from..hypotheses.len()).find(|i| hypotheses[*i].cause == Cause::None);
+    let Some(first) = of_healthy(0, hypotheses) else { return };
+    while let Some(other) = of_healthy(first + 1, hypotheses) {
+        hypotheses[first] = Hypothesis::merged(&[hypotheses[first], hypotheses[other]], shape);
+        hypotheses.swap_remove(other);
     }
 }
 

@@ -115,6 +115,10 @@ pub struct BayesConfig {
     pub unit_exact: f64,
     /// Relative standard deviation of the healthy times of the others.
     pub unit_sd: f64,
+    /// Share of valves for which the tables are far off: another valve's, or times that are counted from elsewhere.
+    pub unit_far: f64,
+    /// Relative standard deviation of the healthy times of those.
+    pub unit_far_sd: f64,
     /// Share of timings expected to be outliers that say nothing.
     pub outlier_share: f64,
     /// The law of growth.
@@ -186,6 +190,8 @@ impl Default for BayesConfig {
             no_fault: 0.5,
             unit_exact: 0.6,
             unit_sd: 0.03,
+            unit_far: 0.03,
+            unit_far_sd: 0.12,
             outlier_share: 0.005,
             growth: GrowthLaw::Auto,
             growth_prior: GrowthPrior::default(),

@@ -39,10 +39,9 @@ pub(crate) fn share(cause: Cause, plant: &Plant) -> f64 {
     own / total
 }
 
-/// A healthy valve: what all hypotheses begin from.
-fn healthy(config: &BayesConfig, exact: bool, shape: f64, scale: f64) -> Hypothesis {
-    let sd: f64 = if exact { EXACT_SD } else { config.unit_sd };
-    let share = if exact { config.unit_exact } else { 1.0 - config.unit_exact };
+/// A healthy valve whose tables are off by a relative standard deviation, and the share of such valves: what all hypotheses
+/// begin from.
+fn healthy((sd, share): (f64, f64), shape: f64, scale: f64) -> Hypothesis {
     let mut hypothesis = Hypothesis {
         cause: Cause::None,
         law: Law::Linear,
@@ -94,7 +93,10 @@ pub(crate) fn priors(hypothesis: &Hypothesis, plant: &Plant) -> [(f64, f64); SIZ
 pub(crate) fn hypotheses(plant: &Plant, config: &BayesConfig, shape: f64, scale: f64) -> Vec<Hypothesis> {
     let sigma2 = scale / shape;
     let mut hypotheses = Vec::with_capacity(48);
-    let none = [true, false].map(|exact| healthy(config, exact, shape, scale));
+    let usual = 1.0 - config.unit_exact - config.unit_far;
+    let units = [(EXACT_SD, config.unit_exact), (config.unit_sd, usual), (config.unit_far_sd, config.unit_far)];
+    let none = units.map(|unit| healthy(unit, shape, scale));
+    let near = &none[..2];
     for hypothesis in none {
         hypotheses.push(Hypothesis { ln_weight: hypothesis.ln_weight + config.no_fault.ln(), ..hypothesis });
     }
@@ -114,7 +116,7 @@ pub(crate) fn hypotheses(plant: &Plant, config: &BayesConfig, shape: f64, scale:
             let leak = wear < 2;
             if config.growth != GrowthLaw::Exponential {
                 add(Law::Linear, Mode::Steady, prior.steady, &none);
-                add(Law::Linear, Mode::Rough, prior.rough, &none);
+                add(Law::Linear, Mode::Rough, prior.rough, near);
             }
             if config.growth == GrowthLaw::Exponential {
                 for law in [Law::Exponential, Law::SteepExponential, Law::SteepestExponential] {
@@ -137,7 +139,7 @@ pub(crate) fn hypotheses(plant: &Plant, config: &BayesConfig, shape: f64, scale:
             StartPrior::Healthy => (1.0 - config.no_fault) * config.wrong_start,
             StartPrior::Unknown => 1.0 - config.no_fault,
         };
-        let mut hypothesis = Hypothesis::merged(&none, shape).with_growth(WideGrowth::ANY, sigma2);
+        let mut hypothesis = Hypothesis::merged(near, shape).with_growth(WideGrowth::ANY, sigma2);
         hypothesis.mean[0] = ANY_SEVERITY.0;
         hypothesis.cov[0][0] = ANY_SEVERITY.1.powi(2) / sigma2;
         let law = if config.growth == GrowthLaw::Exponential { Law::Exponential } else { Law::Linear };
@@ -152,7 +154,7 @@ pub(crate) fn hypotheses(plant: &Plant, config: &BayesConfig, shape: f64, scale:
         both.ln_weight = (growing * share(Cause::Both, plant)).ln();
         hypotheses.push(both);
     }
-    let mut other = drifting(&Hypothesis::merged(&none, shape), plant, shape);
+    let mut other = drifting(&Hypothesis::merged(near, shape), plant, shape);
     other.ln_weight = (growing * share(Cause::Other, plant)).ln();
     hypotheses.push(other);
     hypotheses

@@ -65,7 +65,7 @@ const HEALTHY: Scenario = Scenario { name: "healthy", growth: Growth::None, heal
 
 impl Scenario {
     /// Every world, in the order of the table.
-    pub const ALL: [Self; 26] = [
+    pub const ALL: [Self; 28] = [
         PLAIN,
         Self { name: "square", growth: Growth::Square, ..PLAIN },
         Self { name: "exponential", growth: Growth::Exponential, ..PLAIN },
@@ -79,6 +79,7 @@ impl Scenario {
         Self { name: "supply swings 3 psi", weather: Weather::SwingingSupply, ..PLAIN },
         Self { name: "season of 15 K", weather: Weather::Season, ..PLAIN },
         Self { name: "unit 3 % off", unit_spread: 0.03, ..PLAIN },
+        Self { name: "unit 10 % off", unit_spread: 0.1, ..PLAIN },
         Self { name: "friction", wear: &[Wear::Friction], ..PLAIN },
         Self { name: "spring", wear: &[Wear::Spring], ..PLAIN },
         Self { name: "exhaust", wear: &[Wear::Exhaust], ..PLAIN },
@@ -88,6 +89,7 @@ impl Scenario {
         Self { name: "correlated noise", correlation: 0.8, ..PLAIN },
         HEALTHY,
         Self { name: "healthy, 3 % off", unit_spread: 0.03, ..HEALTHY },
+        Self { name: "healthy, 10 % off", unit_spread: 0.1, ..HEALTHY },
         Self { name: "healthy, correlated", correlation: 0.8, ..HEALTHY },
         Self { name: "healthy, random", weather: Weather::RandomSupply, ..HEALTHY },
         Self { name: "healthy, swing", weather: Weather::SwingingSupply, ..HEALTHY },
