@@ -95,7 +95,8 @@ pub struct InitValveArgs {
     /// Which way the rod points: upright (the weight opens the valve), inverted or horizontal
     #[arg(long, value_name = "WORD", hide_short_help = true)]
     pub orientation: Option<String>,
-    /// How well a value is known, one standard deviation, such as spring.stiffness=0.02 or "port 20 %"; may be repeated
+    /// How well a value is known, one standard deviation, such as spring.stiffness=0.02 or "port 20 %"; may be repeated. The
+    /// limits of a datasheet stand behind the value itself instead: --port "3.5 mm2 +-20 %"
     #[arg(long, value_name = "VALUE=SHARE", hide_short_help = true)]
     pub tolerance: Vec<String>,
     /// When the valve is told to open, after it was told to close, such as "4 s"

@@ -12,7 +12,7 @@ use serde_json::Value;
 
 use super::adopt_life::{Lives, LivesDocument};
 use super::log_input::LogInput;
-use super::{campaign_input, explain, steps};
+use super::{calibrate, campaign_input, explain, steps};
 use crate::cli::{AdoptArgs, Format};
 use crate::failure::{Answer, Hinted};
 use crate::output::{self, Outputs, PlotFile, ProgressLine, free_name_beside, next_step, told_in};
@@ -47,6 +47,9 @@ pub fn run(args: &AdoptArgs) -> anyhow::Result<Answer> {
                     let _ = writeln!(text, "{}: {} = {value:.6} {unit}", effect.name(), parameter.name);
                 }
             }
+            if !adoption.sequence.moved.is_empty() {
+                let _ = write!(text, "\n{}", calibrate::parameter_table(&adoption.sequence.moved).render());
+            }
             text.push_str(&beside_the_file(&adoption.sequence.nuisances));
             if let Some(lives) = &lives {
                 let _ = write!(text, "\n{}", lives.table());
@@ -54,11 +57,15 @@ pub fn run(args: &AdoptArgs) -> anyhow::Result<Answer> {
             let out = args.out.display().to_string();
             text.push_str(&campaign_input::temperature_words(&input));
             let _ = writeln!(text, "\nwritten: {out}");
-            let tables = free_name_beside(&args.out, "tables");
-            text.push_str(&next_step(
-                "build the tables that a timing log is read with",
-                &["build-tables", &out, "--out", &tables],
-            ));
+            if adoption.sequence.leaves_much {
+                text.push_str(MUCH_LEFT);
+                let (valve, campaign) = (args.valve.display().to_string(), args.campaign.display().to_string());
+                text.push_str(&next_step("find the effect that is missing", &["explain", &valve, &campaign]));
+            } else {
+                let tables = free_name_beside(&args.out, "tables");
+                let why = "build the tables that a timing log is read with";
+                text.push_str(&next_step(why, &["build-tables", &out, "--out", &tables]));
+            }
             output::print_text(&text)?;
         }
         Format::Json => {
@@ -74,6 +81,10 @@ pub fn run(args: &AdoptArgs) -> anyhow::Result<Answer> {
     }
     Ok(Answer::Fine)
 }
+
+/// Where what was added is not what is missing.
+const MUCH_LEFT: &str = "warning: this leaves more than instruments and small laws explain; something else is missing, and the \
+    values in this file stand in for it\n";
 
 /// An adoption with what became of it, for programs.
 #[derive(Serialize)]

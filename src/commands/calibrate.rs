@@ -7,6 +7,7 @@ use answers::CampaignInput;
 use answers::calibration::{document, verdict_words};
 use identify::Stop;
 use model_lab::calibrate::{Calibration, Verdict};
+use model_lab::diagnosis::MovedParameter;
 use quantity::Dimension;
 use serde::Serialize;
 use serde_json::Value;
@@ -98,7 +99,7 @@ fn text(input: &CampaignInput, calibration: &Calibration) -> String {
         let _ = writeln!(text, "  {reason}");
     }
     text.push('\n');
-    text.push_str(&parameter_table(calibration).render());
+    text.push_str(&parameter_table(&calibration.parameters).render());
     text.push('\n');
     text.push_str(&error_words(calibration));
     for direction in &calibration.non_identifiable {
@@ -111,7 +112,7 @@ fn text(input: &CampaignInput, calibration: &Calibration) -> String {
 }
 
 /// The parameters before and after.
-pub fn parameter_table(calibration: &Calibration) -> TextTable {
+pub fn parameter_table(parameters: &[MovedParameter]) -> TextTable {
     let mut table = TextTable::new(&[
         ("parameter", Align::Left),
         ("before", Align::Right),
@@ -119,7 +120,7 @@ pub fn parameter_table(calibration: &Calibration) -> TextTable {
         ("standard error", Align::Right),
         ("tolerances off", Align::Right),
     ]);
-    for parameter in &calibration.parameters {
+    for parameter in parameters {
         let name = told_unit(parameter.id.si_unit());
         let show = |si: f64, digits: usize| {
             let unit = quantity::Unit::parse(&name).ok();

@@ -35,10 +35,10 @@ const OTHER_TEMPERATURE_K: f64 = 5.0;
 /// A word where the tables of a file that was fitted to strokes would be built for another temperature than theirs; else nothing.
 pub fn temperature_words(input: &CampaignInput) -> String {
     let stated_k = input.file.valve().parameters().temperature_k;
-    let own = || input.campaign.runs.iter().map(|run| run.conditions.temperature_k);
+    let runs = input.campaign.runs.iter().map(|run| run.conditions.temperature_k);
+    let times = input.campaign.timings.iter().map(|row| row.conditions.temperature_k);
     let (coldest_k, warmest_k) =
-        own().fold((f64::INFINITY, f64::NEG_INFINITY), |all, one| (all.0.min(one), all.1.max(one)));
-    // Nothing where there are no recorded runs.
+        runs.chain(times).fold((f64::INFINITY, f64::NEG_INFINITY), |all, one| (all.0.min(one), all.1.max(one)));
     if !(coldest_k > stated_k + OTHER_TEMPERATURE_K || warmest_k < stated_k - OTHER_TEMPERATURE_K) {
         return String::new();
     }

@@ -127,10 +127,14 @@ fn an_adopted_effect_reaches_the_remaining_life() {
     let models = answer["end_of_life"]["models"].as_array().expect("models");
     let names: Vec<&str> = models.iter().filter_map(|model| model["model"].as_str()).collect();
     assert_eq!(names, ["datasheet", "calibrated", "vent-restriction"]);
-    // Half of the life is in the log; the last entry is told at its end.
-    let off = |model: usize| (models[model]["told"][3]["eol_cycle"].as_f64().expect("an end of life") - end).abs();
-    assert!(off(2) < 0.05 * end, "{answer:#}, true {end}");
-    assert!(off(0) > 2.0 * off(2), "{answer:#}, true {end}");
+    // Half of the life is in the log; the last entry is told at its end. What the datasheet's tables are off by is allowed for.
+    let told = |model: usize, entry: usize| models[model]["told"][entry]["eol_cycle"].as_f64();
+    for model in 0..3 {
+        let off = told(model, 3).expect("an end of life") - end;
+        assert!(off.abs() < 0.05 * end, "{answer:#}, true {end}");
+    }
+    // With the effect nothing has to be, and the end is told earlier.
+    assert!(told(0, 0).is_none() && told(2, 0).is_some(), "{answer:#}, true {end}");
 }
 
 #[test]

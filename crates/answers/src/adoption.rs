@@ -12,7 +12,7 @@ use valve_file::{HistoryEntry, ValveFile, ValveFileError};
 use valve_model::{EffectKind, ParameterId};
 
 use crate::explanation::EffectParameterDocument;
-use crate::moved::{self, NuisanceDocument};
+use crate::moved::{self, NuisanceDocument, ParameterDocument};
 use crate::steps::StepDocument;
 use crate::{SCHEMA, explanation, steps, value_of};
 
@@ -126,6 +126,8 @@ impl Adoption {
             effects: &self.names,
             steps: steps::documents(&self.steps()),
             parameters: explanation::parameters(&self.sequence.parameters),
+            calibrated_parameters: moved::parameters(&self.sequence.moved),
+            leaves_much: self.sequence.leaves_much,
             nuisances: moved::nuisances(&self.sequence.nuisances),
         })
     }
@@ -138,6 +140,8 @@ struct AdoptionDocument<'a> {
     effects: &'a [String],
     steps: Vec<StepDocument>,
     parameters: Vec<EffectParameterDocument>,
+    calibrated_parameters: Vec<ParameterDocument>,
+    leaves_much: bool,
     nuisances: Vec<NuisanceDocument>,
 }
 

@@ -4,7 +4,7 @@ use leak_table::mm2_from_m2;
 use serde::Serialize;
 use valve_file::ValveFile;
 use valve_model::cycle::cycles;
-use valve_model::{Conditions, Schedule};
+use valve_model::{Conditions, Fidelity, Prepared, Run, Schedule, Start, Valve, simulate};
 
 use crate::SCHEMA;
 
@@ -18,6 +18,25 @@ pub fn times_s(file: &ValveFile, conditions: Conditions, wanted: usize, step_s: 
         times.resize(wanted, last);
     }
     times
+}
+
+/// Where the piston of a sound valve rests at its closed and at its open stop under its own conditions, m from the closed one: stops
+/// give way. Nothing where it cannot be simulated.
+pub fn rests_m(valve: &Valve) -> Option<[f64; 2]> {
+    let runs = [Start::ClosedRest, Start::Rest].map(|start| Run {
+        conditions: Conditions::nominal(valve.parameters()),
+        commands: Vec::new(),
+        end_s: Fidelity::FINE.step_s,
+        prescribed: None,
+        start,
+    });
+    let prepared = runs.each_ref().map(|run| Prepared::new(valve, run, Fidelity::FINE));
+    let mut rests_m = [None; 2];
+    for (prepared, rest_m) in prepared.iter().zip(&mut rests_m) {
+        simulate(&[prepared], false, |_, nodes, _| *rest_m = nodes.position_m.first().copied());
+    }
+    let [closed_m, open_m] = rests_m;
+    Some([closed_m?, open_m?])
 }
 
 /// Stroke times for programs.

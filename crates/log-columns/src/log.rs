@@ -1,6 +1,7 @@
 //! Rows of a log whose columns were found.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
+use std::path::Path;
 
 use column_source::{ColumnSource, Comments, Dates, Heading, find_table};
 use prognoser::fields::{self, StrokeField};
@@ -9,7 +10,7 @@ use prognoser::{LogError, LogErrorKind, LogRow, Reading};
 use crate::channel::NamedColumn;
 use crate::error::{ColumnLogError, ColumnProblem};
 use crate::notice::Notice;
-use crate::places::{Measured, Places};
+use crate::places::{Measured, Places, VALVE};
 
 /// The word for a stroke that did not arrive.
 const STALLED: &str = "stalled";
@@ -25,6 +26,52 @@ pub struct Wanted {
     pub valve: Option<String>,
     /// An empty time means that the stroke did not arrive, not that it was not measured.
     pub empty_is_stalled: bool,
+}
+
+/// Finds the columns, in the table that has them.
+fn find_places(source: &mut dyn ColumnSource, wanted: &Wanted, one_valve: bool) -> Result<Places, ColumnLogError> {
+    find_table(
+        source,
+        |source| {
+            let (file, line) = (source.file().to_owned(), source.header_line());
+            Places::find(source, &wanted.columns, one_valve).map_err(|problem| ColumnLogError::Columns {
+                file,
+                line,
+                problem,
+            })
+        },
+        |source| Places::count(source, &wanted.columns),
+    )
+}
+
+/// Whether nothing in a log speaks for several valves: its cycles rise from row to row, or its times stand there without cycles, and
+/// no other column could be names, words or whole numbers of which some come again.
+fn is_of_one(bytes: &[u8], name: &str, wanted: &Wanted) -> bool {
+    let Ok(mut source) = column_source::open(bytes, name, Comments::WhereNoNames) else { return false };
+    let Ok(places) = find_places(source.as_mut(), wanted, true) else { return false };
+    let unread = places.unread(source.headings()).map(|heading| heading.name.clone()).collect::<Vec<_>>();
+    let mut seen: Vec<(usize, HashSet<String>, bool)> = (0..source.headings().len())
+        .filter(|index| unread.contains(&source.headings()[*index].name))
+        .map(|index| (index, HashSet::new(), false))
+        .collect();
+    let mut last = f64::NEG_INFINITY;
+    while let Ok(Some(_)) = source.next_row() {
+        if let Some(column) = places.cycle {
+            match source.number(column) {
+                Ok(cycle) if cycle > last => last = cycle,
+                _ => return false,
+            }
+        }
+        for (index, names, comes_again) in &mut seen {
+            let field = source.field(*index).trim().to_owned();
+            let may_name = source.number(*index).map_or(true, |number| number.fract() == 0.0);
+            if may_name && !field.is_empty() {
+                *comes_again |= !names.insert(field);
+            }
+        }
+    }
+    let names_valves = |(_, names, comes_again): &(usize, HashSet<String>, bool)| *comes_again && names.len() > 1;
+    (places.cycle.is_some() || places.time.is_some()) && !seen.iter().any(names_valves)
 }
 
 /// A timing log with columns of any name and unit, in memory as a whole.
@@ -52,16 +99,22 @@ impl ColumnLog {
     pub fn read(bytes: &[u8], name: &str, wanted: &Wanted) -> Result<Self, ColumnLogError> {
         let mut source = column_source::open(bytes, name, Comments::WhereNoNames)?;
         let line = source.header_line();
-        let places = find_table(
-            source.as_mut(),
-            |source| {
-                Places::find(source, &wanted.columns, wanted.valve.is_some())
-                    .map_err(|problem| ColumnLogError::Columns { file: name.to_owned(), line, problem })
-            },
-            |source| Places::count(source, &wanted.columns),
-        )?;
+        let mut valve = wanted.valve.clone();
+        let found = find_places(source.as_mut(), wanted, valve.is_some());
+        let places = match found {
+            Err(ColumnLogError::Columns { problem: ColumnProblem::Missing { what: VALVE, .. }, .. })
+                if is_of_one(bytes, name, wanted) =>
+            {
+                valve = Path::new(name).file_stem().map(|stem| stem.to_string_lossy().into_owned());
+                find_places(source.as_mut(), wanted, true)?
+            }
+            found => found?,
+        };
         let mut notices: Vec<(usize, Notice)> =
             source.notices().iter().map(|one| (one.line, one.kind.clone().into())).collect();
+        if let (None, Some(valve)) = (&wanted.valve, &valve) {
+            notices.push((line, Notice::OneValve(valve.clone())));
+        }
         if !places.taken.is_empty() {
             notices.push((line, Notice::Taken(places.taken.join(", "))));
         }
@@ -73,7 +126,7 @@ impl ColumnLog {
             source,
             places,
             empty_is_stalled: wanted.empty_is_stalled,
-            valve: wanted.valve.clone().unwrap_or_default(),
+            valve: valve.unwrap_or_default(),
             counted: HashMap::new(),
             dates: Dates::default(),
             time: None,

@@ -12,6 +12,11 @@ pub enum Notice {
     /// Columns by their names.
     #[error("columns were taken by their names: {0}")]
     Taken(String),
+    /// No column of valves, and nothing that speaks for more than one.
+    #[error(
+        "no column tells the valve: all rows are taken for those of one, called {0} after the file; --valve-name NAME calls it otherwise"
+    )]
+    OneValve(String),
     /// No column of cycles.
     #[error("no column tells the cycle: the rows of each valve were counted from 1")]
     Counted,

@@ -9,6 +9,9 @@ use crate::error::ColumnProblem;
 /// Pressure from which gauge pressures of a log count, Pa: the standard atmosphere.
 const ATMOSPHERE_PA: f64 = 101_325.0;
 
+/// What messages call the valve of a row.
+pub(crate) const VALVE: &str = "valve";
+
 /// A column of numbers with a unit.
 #[derive(Debug, Clone)]
 pub(crate) struct Measured {
@@ -57,7 +60,7 @@ impl Places {
         let valve = if one_valve { None } else { place(Channel::Valve)? };
         if valve.is_none() && !one_valve {
             let remedy = "Say which one, --column valve=NAME, or --valve-name NAME if all rows are of one valve";
-            return Err(missing("valve", remedy.to_owned()));
+            return Err(missing(VALVE, remedy.to_owned()));
         }
         let (cycle, time) = (place(Channel::Cycle)?, place(Channel::Time)?);
         let mut measured = |channel: Channel| {

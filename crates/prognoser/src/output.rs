@@ -24,6 +24,8 @@ const OUTSIDE_FROM: f64 = 5.0;
 const MOSTLY: f64 = 0.5;
 /// Share from which on it is said in so many words, once.
 const SURELY: f64 = 0.95;
+/// Share of the likeliest fault from which on others beside it are only not ruled out.
+const LIKELY: f64 = 0.95;
 /// A healthy time that is off by less than this share is not worth a word.
 const SMALLEST_OFFSET: f64 = 0.01;
 /// Standard deviations from which on it is believed.
@@ -247,8 +249,12 @@ pub(crate) fn from_bayes(
 fn caveat(tables: &TableBundle, reading: &Reading, estimate: &BayesEstimate, one: &Prognosis) -> Option<String> {
     let mut parts: Vec<String> = Vec::new();
     if let [first, others @ ..] = one.fault_group.as_slice() {
-        let others: Vec<&str> = others.iter().map(|fault| fault.name()).collect();
-        parts.push(format!("{} cannot be told from {}", first.name(), others.join(" or ")));
+        let others = others.iter().map(|fault| fault.name()).collect::<Vec<_>>().join(" or ");
+        let share = estimate.probability.ranked().first().map_or(0.0, |(_, share)| *share);
+        parts.push(match share {
+            share if share >= LIKELY => format!("{others} not quite ruled out"),
+            _ => format!("{} cannot be told from {others}", first.name()),
+        });
     }
     if one.fault == FaultCall::Other {
         parts.push("no table explains these times; the end is where they would go on to".to_owned());

@@ -17,7 +17,7 @@ use crate::notice::Notice;
 use crate::ols::OlsEstimator;
 use crate::output::{blank, findings, from_bayes, from_ols, limits, remark};
 use crate::reading::Reading;
-use crate::record::Prognosis;
+use crate::record::{Prognosis, Status};
 use crate::status::{ASKED, Ladder};
 
 /// Rows in rising order below the latest cycle after which the cycle counter
@@ -317,7 +317,12 @@ impl Valve {
                 rows.once(vec![Notice::NoDate], &mut notices);
             }
         }
-        prognosis.status = rows.ladder.step(&prognosis, rows.over >= OVER_FROM, repaired);
+        let (status, is_held) = rows.ladder.step(&prognosis, rows.over >= OVER_FROM, repaired);
+        prognosis.status = status;
+        if is_held && status > Status::Watch {
+            let words = "status of an earlier row, until three calmer ones";
+            prognosis.caveat = Some(prognosis.caveat.map_or(words.to_owned(), |other| format!("{words}; {other}")));
+        }
         if dead || *mistaken {
             prognosis.status = rows.ladder.untold();
         }

@@ -28,8 +28,8 @@ impl Default for Ladder {
 
 impl Ladder {
     /// Takes in a row and gives the status after it: up at once, down after a
-    /// few rows, or at once if the valve was repaired.
-    pub(crate) fn step(&mut self, one: &Prognosis, over: bool, repaired: bool) -> Status {
+    /// few rows, or at once if the valve was repaired. Beside it, whether an earlier row still holds it up.
+    pub(crate) fn step(&mut self, one: &Prognosis, over: bool, repaired: bool) -> (Status, bool) {
         let now = status(one, over);
         if now >= self.status || repaired {
             *self = Self { status: now, calm: 0 };
@@ -39,7 +39,7 @@ impl Ladder {
                 *self = Self { status: now, calm: 0 };
             }
         }
-        self.status
+        (self.status, self.status > now)
     }
 
     /// The status after a row that tells nothing at all: what was healthy is not known to be any more.

@@ -17,6 +17,7 @@ use crate::commands::valve_input;
 use crate::failure::{Answer, Hinted};
 use crate::output::{self, Outputs};
 use answers::position_error_m;
+use answers::simulation::rests_m;
 
 /// The atmosphere where no valve file says another one, Pa.
 const USUAL_AMBIENT_PA: f64 = 101_325.0;
@@ -34,7 +35,8 @@ pub fn run(args: &InitCampaignArgs) -> anyhow::Result<Answer> {
     let out = Outputs::new(args.force).reads(&args.files).reads(&args.valve).file(&args.out)?;
     let valve = args.valve.as_deref().map(valve_input::read).transpose()?;
     let facts = valve.as_ref().map(|file| valve_facts(file.valve()));
-    let mut hints = hints(args, facts.as_ref())?;
+    let mut hints =
+        Hints { rests_m: valve.as_ref().and_then(|file| rests_m(file.valve())), ..hints(args, facts.as_ref())? };
     let stated = Stated::read(args, hints.ambient_pressure_pa)?;
     let recordings = recordings(&args.files)?;
     let folder = folder_of(&args.out);
@@ -151,6 +153,7 @@ fn hints(args: &InitCampaignArgs, facts: Option<&ValveFacts>) -> anyhow::Result<
     dialogue::all_right(&wrong)?;
     Ok(Hints {
         stroke_m: facts.map(|facts| facts.stroke_m).or(stroke),
+        rests_m: None,
         ambient_pressure_pa: facts.map_or(USUAL_AMBIENT_PA, |facts| facts.ambient_pressure_pa),
         columns,
         units: Vec::new(),

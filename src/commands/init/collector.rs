@@ -268,22 +268,19 @@ impl<'a> Collector<'a> {
     }
 
     fn fact(&mut self, fact: &Fact, size: Size) -> anyhow::Result<Entry> {
-        let entry = |text: &str, si: f64, as_it_is: bool| {
+        let entry = |text: &str, si: f64, as_it_is: bool, stated: Option<f64>| {
+            let tolerance = stated.or(fact.tolerance[0]).filter(|_| si > 0.0);
             if as_it_is {
-                Entry {
-                    key: fact.key,
-                    text: quoted(text),
-                    comment: fact.what.to_owned(),
-                    tolerance: fact.tolerance[0].filter(|_| si > 0.0),
-                }
+                Entry { key: fact.key, text: quoted(text), comment: fact.what.to_owned(), tolerance }
             } else {
-                written(fact, si, format!("{}, from {text}", fact.what), fact.tolerance[0])
+                written(fact, si, format!("{}, from {text}", fact.what), tolerance)
             }
         };
         if let Some(text) = self.given(fact.key) {
-            let option = fact.option.split(' ').next().unwrap_or(fact.option);
-            let (si, as_it_is) = self.named(option, (fact.read)(&text)).unwrap_or((0.0, false));
-            return Ok(entry(&text, si, as_it_is));
+            let option = format!("--{}", fact.option_name());
+            let (text, limits) = with_limits(&text);
+            let (si, as_it_is) = self.named(&option, (fact.read)(text)).unwrap_or((0.0, false));
+            return Ok(entry(text, si, as_it_is, limits));
         }
         let typical = (fact.typical)(size);
         let usual = |tolerance| written(fact, typical, format!("typical; {}", fact.what), tolerance);
@@ -300,9 +297,8 @@ impl<'a> Collector<'a> {
                 rounded(typical, fact.unit)
             );
             let answer = dialogue::ask(&question, true, fact.read)?;
-            return Ok(
-                answer.map_or_else(|| usual(fact.tolerance[1]), |(text, (si, as_it_is))| entry(&text, si, as_it_is))
-            );
+            return Ok(answer
+                .map_or_else(|| usual(fact.tolerance[1]), |(text, (si, as_it_is))| entry(&text, si, as_it_is, None)));
         }
         self.missing.push(format!("{} ({})", fact.option, fact.what));
         Ok(usual(None))
@@ -324,18 +320,35 @@ impl<'a> Collector<'a> {
     }
 }
 
+/// A value without the limits that a datasheet gives beside it ("24.8 cm3 +-10 %"), and one standard deviation of a value that lies
+/// anywhere within them (JCGM 100:2008, 4.3.7).
+fn with_limits(text: &str) -> (&str, Option<f64>) {
+    let limits = || {
+        let (value, limits) = ["+-", "+/-", "±"].into_iter().find_map(|mark| text.split_once(mark))?;
+        let percent = limits.trim().strip_suffix('%')?.trim_end().parse::<f64>().ok()?;
+        (percent > 0.0 && percent <= 100.0).then(|| (value.trim(), 0.01 * percent / 3_f64.sqrt()))
+    };
+    limits().map_or((text, None), |(value, sigma)| (value, Some((1e4 * sigma).round() / 1e4)))
+}
+
 /// Which entry a tolerance is of, and the tolerance: `spring.stiffness=0.02`, `port_orifice_area 20 %`.
 fn tolerance(text: &str, entries: &[Entry]) -> Result<(usize, f64), String> {
     let known = || {
         let may = entries.iter().filter(|entry| entry.tolerance.is_some()).map(|entry| entry.key);
         may.collect::<Vec<_>>().join(", ")
     };
-    let (name, share) =
-        text.split_once('=').or_else(|| text.split_once(' ')).ok_or_else(|| format!("\"{text}\" is no VALUE=SHARE"))?;
-    let name = name.trim().trim_matches('"').replace('-', "_");
+    let without_percent = text.trim_end().trim_end_matches('%').trim_end();
+    let parted = text.split_once('=').or_else(|| {
+        let (name, _) = without_percent.rsplit_once(' ')?;
+        Some((name, &text[name.len()..]))
+    });
+    let (name, share) = parted.ok_or_else(|| format!("\"{text}\" is no VALUE=SHARE"))?;
+    let name = name.trim().trim_matches('"').trim_start_matches("--").replace(['-', ' '], "_");
     let is_meant = |entry: &&(usize, &Entry)| {
         let own = entry.1.key.split_once('.').map_or(entry.1.key, |(_, own)| own);
-        entry.1.key == name || own == name
+        let fact = FACTS.iter().find(|fact| fact.key == entry.1.key);
+        let option = fact.map_or(own.to_owned(), |fact| fact.option_name().replace('-', "_"));
+        entry.1.key == name || own == name || option == name
     };
     let found: Vec<(usize, &Entry)> = entries.iter().enumerate().collect();
     let Some((index, entry)) = found.iter().find(is_meant) else {
@@ -378,8 +391,8 @@ fn rounded(si: f64, unit: &str) -> String {
 /// A gas by one of its names, with its specific gas constant, J/(kg K).
 fn gas(text: &str) -> Result<(&'static str, f64), String> {
     match text.trim().to_lowercase().as_str() {
-        "air" => Ok(AIR),
-        "nitrogen" | "n2" | "n₂" => Ok(("nitrogen", 296.8)),
+        "air" | "luft" | "druckluft" | "compressed air" => Ok(AIR),
+        "nitrogen" | "n2" | "n₂" | "stickstoff" | "azote" | "gn2" => Ok(("nitrogen", 296.8)),
         _ => Err(format!("\"{text}\" is not known; expected air or nitrogen (N2); edit the file for another")),
     }
 }
@@ -387,6 +400,26 @@ fn gas(text: &str) -> Result<(&'static str, f64), String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn limits_of_a_datasheet_are_no_standard_deviation() {
+        assert_eq!(with_limits("24.77 cm3 +-10 %"), ("24.77 cm3", Some(0.0577)));
+        assert_eq!(with_limits("8.5 N/mm ±2%"), ("8.5 N/mm", Some(0.0115)));
+        for text in ["24.77 cm3", "6 mm x 1.4 m", "5 mm +-0.1 mm"] {
+            assert_eq!(with_limits(text), (text, None));
+        }
+    }
+
+    #[test]
+    fn a_tolerance_goes_by_key_name_and_option() {
+        let entry = |key, tolerance| Entry { key, text: "1".into(), comment: String::new(), tolerance };
+        let entries = [entry("spring.stiffness", Some(0.1)), entry("pneumatics.port_orifice_area", Some(0.1))];
+        for text in ["port 20 %", "--port=0.2", "pneumatics.port_orifice_area=20%", "port orifice area 20 %"] {
+            assert_eq!(tolerance(text, &entries), Ok((1, 0.2)), "{text}");
+        }
+        assert_eq!(tolerance("spring-stiffness 2 %", &entries), Ok((0, 0.02)));
+        assert!(tolerance("bore 2 %", &entries).unwrap_err().contains("there is no \"bore\""));
+    }
 
     #[test]
     fn gases_go_by_name_and_formula() {

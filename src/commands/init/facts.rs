@@ -27,6 +27,13 @@ pub struct Fact {
     pub tolerance: [Option<f64>; 2],
 }
 
+impl Fact {
+    /// The name of its option, without the dashes.
+    pub fn option_name(&self) -> &'static str {
+        self.option.split(' ').next().unwrap_or(self.option).trim_start_matches('-')
+    }
+}
+
 /// All that is asked after stroke, area and supply, in the order of the questions.
 pub const FACTS: [Fact; 8] = [
     Fact {

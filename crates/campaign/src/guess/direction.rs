@@ -109,12 +109,14 @@ fn turn_position(recordings: &[&Recording], hints: &Hints, grows_to_open: bool, 
     if !grows_to_open {
         position.scale = -position.scale;
     }
-    // The closed stop: the lowest position, or the highest reading where it is turned round. Stops give way, by
-    // the same at both ends as far as anybody knows.
+    // The closed stop: the lowest position, or the highest reading where it is turned round. Stops give way: as a model says, else
+    // by the same at both ends as far as anybody knows.
     let closed_m = si(if grows_to_open { low } else { high }, position);
-    let give_m = hints.stroke_m.map_or(0.0, |stroke_m| 0.5 * (span_m - stroke_m).max(0.0));
+    let even_m = || hints.stroke_m.map_or(0.0, |stroke_m| 0.5 * (span_m - stroke_m).max(0.0));
+    let give_m = hints.rests_m.map_or_else(even_m, |[closed_m, _]| -closed_m);
     let short = hints.stroke_m.is_some_and(|stroke_m| span_m < SHORT * stroke_m);
-    let far = closed_m.abs() > ZERO_IS_RIGHT * hints.stroke_m.unwrap_or(span_m);
+    let off_m = if hints.rests_m.is_some() { closed_m + give_m } else { closed_m };
+    let far = off_m.abs() > ZERO_IS_RIGHT * hints.stroke_m.unwrap_or(span_m);
     let is_percent =
         hints.stroke_m.is_some_and(|stroke_m| (si(100.0, position).abs() - stroke_m).abs() < 1e-6 * stroke_m);
     if !grows_to_open && (short || is_percent) {

@@ -24,6 +24,8 @@ use quantity::Unit;
 pub struct Hints {
     /// The valve's stroke, m.
     pub stroke_m: Option<f64>,
+    /// Where the piston rests at its closed and at its open stop, m from the closed one, where a model tells: stops give way.
+    pub rests_m: Option<[f64; 2]>,
     /// Atmospheric pressure, Pa absolute.
     pub ambient_pressure_pa: f64,
     /// Columns that are named: channel and name, which may have a unit in brackets that the heading does not have.

@@ -54,9 +54,11 @@ impl Comparison {
     /// valve; `data` is the same campaign. Nothing where the strokes cannot be simulated.
     pub fn new(subject: &Subject, valve: &Valve, data: &Dataset) -> Option<Self> {
         let problem = subject.problem(Space::new(valve, &[]), Level::High, Stop::never());
-        let predicted = predict_all(&problem, &[problem.at_their_word()]).pop()??;
+        let at = problem.at_their_word();
+        let predicted = predict_all(&problem, std::slice::from_ref(&at)).pop()??;
         let (problem, residual) = (&problem, &residuals(&problem, &predicted)[..]);
-        let records = simulated_records(data, valve);
+        let mut records = simulated_records(data, valve);
+        problem.write_records(&at, data, &mut records);
         let compared: Vec<(RunComparison, PhaseSquares)> = (data.runs.par_iter().zip(records).enumerate())
             .map(|(source, (run, predicted))| runs::compare_run(valve, (source, run), predicted, (problem, residual)))
             .collect();

@@ -2,16 +2,16 @@
 
 use campaign::Campaign;
 use identify::held_out::{folds, held_out};
-use identify::select::{Family, Level, Model, afresh};
+use identify::select::{Family, Level, Model, SelectOptions, afresh};
 use identify::{Fit, FitOptions, Stop, fit};
 use rayon::prelude::*;
 use valve_file::ValveFile;
 use valve_model::EffectKind;
 use valve_model::custom::CustomEffect;
 
-use super::answer::{FittedParameter, NuisanceReport};
+use super::answer::{FittedParameter, MovedParameter, NuisanceReport};
 use super::report::nuisance_reports;
-use super::uncertainty::{Certainty, effect_parameters};
+use super::uncertainty::{Certainty, effect_parameters, moved_parameters};
 use crate::errors::{self, StepReport};
 use crate::identification::{Catalogue, NuisanceSizes, Subject, ValveProblem};
 use crate::space::Space;
@@ -53,8 +53,12 @@ pub struct Sequence {
     pub rungs: Vec<Rung>,
     /// The parameters of the catalogue's effects in the last step.
     pub parameters: Vec<FittedParameter>,
+    /// The valve file's own parameters in it.
+    pub moved: Vec<MovedParameter>,
     /// What instruments and conditions were found to be off by in it.
     pub nuisances: Vec<NuisanceReport>,
+    /// Whether it leaves more than instruments and small laws explain: something else is missing.
+    pub leaves_much: bool,
 }
 
 /// Refits a valve file's model on a campaign with effects added one after the other; nothing where its strokes cannot
@@ -112,8 +116,10 @@ pub fn sequence(file: &ValveFile, campaign: &Campaign, additions: &[Addition], s
     }
     let certainty = Certainty::new(&model.problem, &model.fit);
     let parameters = effect_parameters(&model.problem, &model.fit, &certainty, &kinds, true);
+    let moved = moved_parameters(&model.problem, &model.fit, &certainty);
     let nuisances = nuisance_reports(&model, &certainty);
-    Some(Sequence { rungs, parameters, nuisances })
+    let leaves_much = errors::is_large(&model, SelectOptions::default().large);
+    Some(Sequence { rungs, parameters, moved, nuisances, leaves_much })
 }
 
 /// Of several points the one with the least error.

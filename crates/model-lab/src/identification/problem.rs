@@ -13,8 +13,8 @@ use valve_model::{
 
 use super::nuisance::{Entry, Nuisance};
 use super::setup::{Kind, Recording, Setup, Trace};
-use super::start::Beginning;
-use crate::data::Channel;
+use super::start::{Beginning, ON_STOP};
+use crate::data::{Channel, Dataset};
 use crate::forward::{Predicted, channel_of, record};
 use crate::space::{Space, Target};
 
@@ -211,13 +211,7 @@ impl<'a> ValveProblem<'a> {
         shift_s: f64,
     ) -> Vec<f64> {
         let recording = &self.setup.recordings[index];
-        // The commands are what is shifted where the record begins in motion.
-        let clock = if recording.beginning.is_moving() {
-            -valve.measurement().offset_s
-        } else {
-            self.nuisance(u, Nuisance::Clock)
-        };
-        let (clock, origin_s) = (clock + shift_s, recording.origin_s);
+        let (clock, origin_s) = (self.clock_s(u, recording, valve) + shift_s, recording.origin_s);
         let mut values = Vec::new();
         let mut recorded = Predicted::default();
         for channel in &trace.channels {
@@ -246,6 +240,54 @@ impl<'a> ValveProblem<'a> {
             }
         }
         values
+    }
+
+    /// By how much the recorder's clock is shifted against a simulation, s. Where a record begins in motion, the commands are
+    /// shifted instead.
+    fn clock_s(&self, u: &[f64], recording: &Recording, valve: &Valve) -> f64 {
+        if recording.beginning.is_moving() { -valve.measurement().offset_s } else { self.nuisance(u, Nuisance::Clock) }
+    }
+
+    /// What sensors that are right write down at a point at every sample time of the recorded runs: what stands in `records`, one
+    /// for each run and simulated from rest, is replaced where a recording begins elsewhere.
+    pub fn write_records(&self, u: &[f64], data: &Dataset, records: &mut [Predicted]) {
+        let traces = (0..self.setup.recordings.len()).filter(|index| self.setup.recordings[*index].is_trace());
+        let requests: Vec<Request> = traces.map(|record| Request { point: 0, record }).collect();
+        let of_trace = |request: Request, trace: &Trace, valve: &Valve, nodes: &Trajectory| {
+            let recording = &self.setup.recordings[request.record];
+            let run = &data.runs[recording.source];
+            let (times_s, samples_s) = (&run.times_s, &trace.channels.first()?.samples_s);
+            let from = times_s.partition_point(|time| time < samples_s.first().unwrap_or(&f64::INFINITY));
+            let end = times_s.partition_point(|time| time <= samples_s.last().unwrap_or(&f64::NEG_INFINITY));
+            let first_m = run.channels[0].samples.get(from..end)?.iter().find(|sample| sample.is_finite())?;
+            let at_rest = match recording.beginning {
+                Beginning::Open | Beginning::Closed => true,
+                Beginning::Filling => *first_m > (1.0 - ON_STOP) * self.setup.stroke_m,
+                Beginning::Venting { .. } | Beginning::Moving { .. } => false,
+            };
+            if at_rest {
+                return None;
+            }
+            let shift_s = self.clock_s(u, recording, valve) + recording.origin_s;
+            let times: Vec<f64> = times_s.get(from..end)?.iter().map(|time| time - shift_s).collect();
+            let mut recorded = Predicted::default();
+            record(valve, nodes, &times, &mut recorded);
+            Some((recording.source, from, recorded))
+        };
+        let found = self.simulated(std::slice::from_ref(&u.to_vec()), &requests, of_trace, |_, _| None);
+        for (source, from, recorded) in found.into_iter().flatten().flatten() {
+            let record = &mut records[source];
+            let channels = [
+                (&mut record.position_m, recorded.position_m),
+                (&mut record.chamber_pressure_pa, recorded.chamber_pressure_pa),
+                (&mut record.pipe_pressure_pa, recorded.pipe_pressure_pa),
+            ];
+            for (channel, found) in channels {
+                if let Some(part) = channel.get_mut(from..from + found.len()) {
+                    part.copy_from_slice(&found);
+                }
+            }
+        }
     }
 
     /// The zero of the position sensor in a record, m, and how it drifts, m/s.

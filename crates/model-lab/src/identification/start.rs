@@ -109,7 +109,7 @@ const SLOWEST: f64 = 0.02;
 const DOUBLINGS: usize = 3;
 
 /// A piston this close to a stop is on it, as a share of the stroke.
-const ON_STOP: f64 = 0.05;
+pub(super) const ON_STOP: f64 = 0.05;
 
 /// Reads how a record begins.
 pub fn beginning(
