@@ -6,7 +6,7 @@ use std::path::Path;
 
 use report::Figure;
 
-use super::{Outputs, StagedFile};
+use super::{Outputs, StagedFile, note};
 use crate::failure::Hinted;
 
 /// Image points per pixel of a PNG: sharp on today's screens and in print.
@@ -23,6 +23,7 @@ enum Kind {
 pub struct PlotFile {
     kind: Kind,
     file: StagedFile,
+    shown: String,
 }
 
 impl PlotFile {
@@ -41,15 +42,17 @@ impl PlotFile {
                 ));
             }
         };
-        Ok(Some(Self { kind, file: outputs.file(path)? }))
+        Ok(Some(Self { kind, file: outputs.file(path)?, shown: path.display().to_string() }))
     }
 
-    /// Draws the picture and puts the file in its place.
+    /// Draws the picture, puts the file in its place and says so.
     pub fn write(mut self, figure: &Figure) -> anyhow::Result<()> {
         match self.kind {
             Kind::Svg => self.file.write_all(figure.to_svg().as_bytes())?,
             Kind::Png => self.file.write_all(&figure.to_png(PNG_SCALE)?)?,
         }
-        self.file.commit()
+        self.file.commit()?;
+        note(&format!("drawn: {}", self.shown));
+        Ok(())
     }
 }

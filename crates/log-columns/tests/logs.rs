@@ -183,20 +183,17 @@ proptest! {
 
 #[test]
 fn a_log_of_one_valve_needs_no_column_of_valves() {
-    let rows = |of: &str| {
-        let line = |no: u64| {
-            let extra =
-                if of.is_empty() { String::new() } else { format!(",{}", of.as_bytes()[no as usize % 2] as char) };
-            format!("2026-05-{no:02}T06:00:00Z,{no},1.6{no},3.1{no}{extra}\n")
-        };
-        let header = if of.is_empty() { "" } else { ",Kennung" };
-        format!("Datum,no,close_time_s,open_time_s{header}\n{}", (1..9).map(line).collect::<String>())
+    let rows = |names: [&str; 2]| {
+        let header = if names == [""; 2] { "" } else { ",Kennung" };
+        let line = |(no, name): (u64, &str)| format!("2026-05-{no:02}T06:00:00Z,{no},1.6{no},3.1{no}{name}\n");
+        let lines: String = (1..9).zip(names.into_iter().cycle()).map(line).collect();
+        format!("Datum,no,close_time_s,open_time_s{header}\n{lines}")
     };
-    let (read_rows, notices) = read(rows("").as_bytes(), &Wanted::default()).expect("is a log");
+    let (read_rows, notices) = read(rows([""; 2]).as_bytes(), &Wanted::default()).expect("is a log");
     assert!(read_rows.iter().all(|row| row.0 == "log") && read_rows[7].1.cycle == 8, "{read_rows:?}");
     assert!(notices.iter().any(|notice| notice.contains("called log after the file")), "{notices:?}");
     // A column that comes again may name valves, in letters or in numbers; so may cycles that fall.
-    for text in [rows("AB"), rows("12"), rows("").replace(",5,", ",2,")] {
+    for text in [rows([",A", ",B"]), rows([",1", ",2"]), rows([""; 2]).replace(",5,", ",2,")] {
         let error = read(text.as_bytes(), &Wanted::default()).expect_err("may be of several");
         assert!(error.contains("no column tells the valve"), "{error}");
     }

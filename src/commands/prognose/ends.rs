@@ -49,7 +49,8 @@ impl Ends {
 
     /// All valves in a table.
     pub fn table(&self) -> TextTable {
-        let mut table = TextTable::new(&[
+        let is_dated = self.0.iter().any(|End(one)| one.eol_time.is_some());
+        let columns = [
             ("valve", Align::Left),
             ("cycle", Align::Right),
             ("status", Align::Left),
@@ -58,15 +59,21 @@ impl Ends {
             ("cycles left", Align::Right),
             ("5 to 95 %", Align::Right),
             ("replace by", Align::Right),
+            ("end", Align::Right),
             ("caveat", Align::Left),
-        ]);
+        ];
+        let told = |name: &str| is_dated || name != "end";
+        let columns: Vec<(&str, Align)> = columns.into_iter().filter(|(name, _)| told(name)).collect();
+        let mut table = TextTable::new(&columns);
         for End(one) in &self.0 {
             let missing = || "-".to_owned();
             let number =
                 |value: Option<f64>, digits: usize| value.map_or_else(missing, |value| format!("{value:.digits$}"));
             let named = one.fault.wears();
             let bounds = bounds(one).filter(|_| named);
-            let replace_by = one.replace_by.clone().or(one.replace_by_cycle.map(|by| by.to_string()));
+            let replace_by =
+                one.replace_by.as_deref().map(day).map(str::to_owned).or(one.replace_by_cycle.map(|by| by.to_string()));
+            let end = one.eol_time.as_deref().filter(|_| named).map_or_else(missing, |end| day(end).to_owned());
             let standing = Standing::of(one.status);
             let cells = [
                 one.cycle.to_string(),
@@ -80,10 +87,18 @@ impl Ends {
             let mut row: Vec<Cell> = cells.into_iter().map(Cell::from).collect();
             row.insert(0, one.valve.clone().into());
             row.insert(2, standing.cell(""));
+            if is_dated {
+                row.insert(row.len() - 1, end.into());
+            }
             table.cells(row);
         }
         table
     }
+}
+
+/// The day of a date of RFC 3339: nobody replaces a valve to the second.
+fn day(date: &str) -> &str {
+    date.split('T').next().unwrap_or(date)
 }
 
 impl End {

@@ -145,11 +145,18 @@ fn share_left(found: &Selection<ValveProblem<'_>>, best: &Fitted<'_>) -> Option<
 
 /// The share of one model's error on what was held out that another one leaves, noise aside.
 fn share_of(of: &Fitted<'_>, left_by: &Fitted<'_>) -> Option<f64> {
-    let error = |model: &Fitted<'_>| {
+    let [of, left] = held_out_errors([of, left_by], left_by)?;
+    Some(left / of.max(f64::MIN_POSITIVE))
+}
+
+/// The errors of models on what was held out, noise aside, in units of the noise as one of them finds it.
+fn held_out_errors<const N: usize>(models: [&Fitted<'_>; N], noise_of: &Fitted<'_>) -> Option<[f64; N]> {
+    let mut errors = [0.0; N];
+    for (error, model) in errors.iter_mut().zip(models) {
         let held = model.held_out.as_ref()?;
-        Some(excess(normalised_rms(&model.problem, &left_by.fit.noise, &held.own)))
-    };
-    Some(error(left_by)? / error(of)?.max(f64::MIN_POSITIVE))
+        *error = excess(normalised_rms(&model.problem, &noise_of.fit.noise, &held.own));
+    }
+    Some(errors)
 }
 
 /// The model whose effects are named: the accepted one, but for effects that the evidence has for reasons that it does not
@@ -214,8 +221,8 @@ fn doubts(best: &Fitted<'_>, recommended: &[EffectKind], strange: &[EffectKind])
 }
 
 /// The accepted model without effects whose size cannot be told from none: what records disagree by can be more than the
-/// evidence knows of, and shapes that fit where the size does not are of something else. An effect that takes most of the error
-/// on records that were held out is there, however much its size differs from one to the other.
+/// evidence knows of, and shapes that fit where the size does not are of something else. An effect that takes most of an error
+/// beyond the noise on records that were held out is there, however much its size differs from one to the other.
 fn without_unsure<'f, 'a>(
     catalogue: &Catalogue<'a>,
     found: &'f Selection<ValveProblem<'a>>,
@@ -229,7 +236,8 @@ fn without_unsure<'f, 'a>(
             let deviations = deviations_from_none(model, &certainty, kind);
             let rest: Vec<usize> = model.set.iter().copied().filter(|other| other != one).collect();
             let smaller = found.model(&rest).filter(|smaller| smaller.level == Level::High)?;
-            let is_needed = share_of(smaller, model).is_some_and(|share| share < NAMED_SHARE);
+            let is_needed = held_out_errors([smaller, model], model)
+                .is_some_and(|[without, with]| without > 1.0 && with < NAMED_SHARE * without);
             (deviations < t_quantile_95(f64::INFINITY) && !is_needed).then_some((deviations, kind, smaller))
         });
         let Some((_, kind, smaller)) = unsure.min_by(|a, b| a.0.total_cmp(&b.0)) else { break };
