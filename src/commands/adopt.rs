@@ -59,8 +59,8 @@ pub fn run(args: &AdoptArgs) -> anyhow::Result<Answer> {
             let _ = writeln!(text, "\nwritten: {out}");
             if adoption.sequence.leaves_much {
                 text.push_str(MUCH_LEFT);
-                let (valve, campaign) = (args.valve.display().to_string(), args.campaign.display().to_string());
-                text.push_str(&next_step("find the effect that is missing", &["explain", &valve, &campaign]));
+                let campaign = args.campaign.display().to_string();
+                text.push_str(&next_step("look for what else is missing", &["explain", &out, &campaign]));
             } else {
                 let tables = free_name_beside(&args.out, "tables");
                 let why = "build the tables that a timing log is read with";
