@@ -107,7 +107,7 @@ pub struct Setup {
     pub lead_s: f64,
     /// How long a stroke would travel at its quickest, s: what rows and steps follow.
     pub travel_s: f64,
-    /// How long one does travel from end to end, s: much longer where a piston that stuck leaps.
+    /// How long the quicker stroke does travel from end to end, s: much longer where a piston that stuck leaps.
     pub whole_travel_s: f64,
     /// Recorded cycles that are not looked at, since the records hold so many.
     pub cycles_left_out: usize,
@@ -131,7 +131,7 @@ impl Setup {
         let travel_s = median(data.runs.iter().filter_map(|run| quickest_s(run, stroke_m)))
             .unwrap_or_else(|| 0.2 * data.runs.first().map_or(1.0, |run| run.run.end_s));
         let whole_travel_s =
-            median(data.runs.iter().filter_map(longest_s)).map_or(travel_s, |whole| whole.max(travel_s));
+            median(data.runs.iter().filter_map(shortest_s)).map_or(travel_s, |whole| whole.max(travel_s));
         let push_n = (parameters.supply_pressure_pa - ambient_pa).abs() * parameters.piston_area_m2;
         let is_prescribed = campaign.inputs.pipe_pressure || campaign.inputs.chamber_pressure;
         let fidelity = Fidelity {
@@ -168,7 +168,7 @@ impl Setup {
             multiplier_sigma: if data.noise_is_stated { 0.1 } else { 1.0 },
             multiplier: (0.3, 20.0),
             discrepancy: (1e-5, 0.3),
-            time_s: (block_s, 0.25 * stroke_s(data, whole_travel_s)),
+            time_s: (block_s, 0.25 * stroke_s(data, travel_s)),
         };
         let times = GroupPrior { multiplier_sigma: if data.timings_are_repeated { 0.1 } else { 0.3 }, ..position };
         let positions = records.iter().flat_map(|record| &record.series).filter(|series| series.group == 0);
@@ -275,11 +275,11 @@ fn averaged(run: &RunData) -> (Vec<(f64, f64)>, (f64, f64)) {
 /// A piston within this share of the span from one of its ends is there.
 const AT_END: f64 = 0.1;
 
-/// How long a recorded stroke travels from end to end, s: the longest of the run's; nothing where none is whole.
-fn longest_s(run: &RunData) -> Option<f64> {
+/// How long a recorded stroke travels from end to end, s: the shortest of the run's; nothing where none is whole.
+fn shortest_s(run: &RunData) -> Option<f64> {
     let (means, (low, high)) = averaged(run);
     let near = AT_END * (high - low);
-    let (mut left, mut longest) = (None, None);
+    let (mut left, mut shortest) = (None, None);
     for (time_s, position_m) in means {
         let is_high = if position_m < low + near {
             false
@@ -291,11 +291,11 @@ fn longest_s(run: &RunData) -> Option<f64> {
         if let Some((left_s, was_high)) = left
             && was_high != is_high
         {
-            longest = Some(f64::max(longest.unwrap_or(0.0), time_s - left_s));
+            shortest = Some(f64::min(shortest.unwrap_or(f64::INFINITY), time_s - left_s));
         }
         left = Some((time_s, is_high));
     }
-    longest
+    shortest
 }
 
 /// How long a recorded stroke travels at its quickest, s: five times the shortest time in which a fifth of the span is
