@@ -386,7 +386,7 @@ impl<F: Family> Search<'_, F> {
     /// The set without effects that are not worth their place: by evidence, and by what was held out. A companion of another effect
     /// must leave nothing, or hardly anything: two effects that together leave a good part of the error each take what suits them
     /// of a third that is not there (of eleven such pairs in drawn campaigns ten held a wrong one, of seventeen single effects that
-    /// left something three).
+    /// left something three). Not so where neither does anything alone: the pair would be given up for nothing at all.
     fn judged(&mut self, mut set: Set) -> Set {
         while !set.is_empty() {
             self.fit_afresh(&set);
@@ -395,6 +395,13 @@ impl<F: Family> Search<'_, F> {
             let (all, noise) = (model.fit.log_evidence, &model.fit.noise);
             let (base, error) = (self.held_out(&[], noise), self.held_out(&set, noise));
             let is_whole = left_nats(&model.problem, &model.fit, &self.family.options()) < self.options.accept;
+            // Where neither effect does anything for what was held out by itself, there is no better one to leave alone.
+            let helps_alone = |smaller: &Set| {
+                self.held_out(smaller, noise).zip(base).is_some_and(|(own, base)| {
+                    (0..2).any(|kind| excess(own[kind]) <= (1.0 - self.options.held_out_fall) * excess(base[kind]))
+                })
+            };
+            let only_together = base.is_some() && !smaller.iter().any(helps_alone);
             let rows: usize = model.problem.records().iter().map(crate::Record::row_count).sum();
             // What rows that were held out say for a companion, as if their errors were independent.
             let told = |without: f64, with: f64| 0.5 * rows as f64 * (without * without - with * with);
@@ -405,8 +412,8 @@ impl<F: Family> Search<'_, F> {
                         let fall = excess(without[kind]) - excess(error[kind]);
                         let of_base = base.map_or(0.0, |base| excess(base[kind]));
                         let completes = is_whole || excess(error[kind]) <= self.options.nearly_whole * of_base;
-                        let has_place =
-                            set.len() < 2 || completes && told(without[kind], error[kind]) >= self.options.accept;
+                        let has_place = set.len() < 2
+                            || (only_together || completes) && told(without[kind], error[kind]) >= self.options.accept;
                         fall > 0.0 && fall >= self.options.held_out_fall * excess(without[kind]) && has_place
                     }),
                     // Where nothing can be held out evidence alone decides; what was stopped before it was held out is not known
