@@ -251,9 +251,10 @@ fn caveat(tables: &TableBundle, reading: &Reading, estimate: &BayesEstimate, one
     if let [first, others @ ..] = one.fault_group.as_slice() {
         let others = others.iter().map(|fault| fault.name()).collect::<Vec<_>>().join(" or ");
         let share = estimate.probability.ranked().first().map_or(0.0, |(_, share)| *share);
-        parts.push(match share {
-            share if share >= LIKELY => format!("{others} not quite ruled out"),
-            _ => format!("{} cannot be told from {others}", first.name()),
+        parts.push(if share >= LIKELY {
+            format!("{others} not quite ruled out")
+        } else {
+            format!("{} cannot be told from {others}", first.name())
         });
     }
     if one.fault == FaultCall::Other {

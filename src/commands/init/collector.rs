@@ -296,9 +296,14 @@ impl<'a> Collector<'a> {
                 fact.example,
                 rounded(typical, fact.unit)
             );
-            let answer = dialogue::ask(&question, true, fact.read)?;
-            return Ok(answer
-                .map_or_else(|| usual(fact.tolerance[1]), |(text, (si, as_it_is))| entry(&text, si, as_it_is, None)));
+            let answer = dialogue::ask(&question, true, |text| (fact.read)(with_limits(text).0))?;
+            return Ok(answer.map_or_else(
+                || usual(fact.tolerance[1]),
+                |(text, (si, as_it_is))| {
+                    let (text, limits) = with_limits(&text);
+                    entry(text, si, as_it_is, limits)
+                },
+            ));
         }
         self.missing.push(format!("{} ({})", fact.option, fact.what));
         Ok(usual(None))
