@@ -4,6 +4,8 @@ mod recorded;
 
 use campaign::{Campaign, CommandEdge};
 use identify::{Problem, Request, Stop};
+use model_lab::Dataset;
+use model_lab::compare::Comparison;
 use model_lab::diagnosis::{DiagnoseOptions, Verdict, explain};
 use model_lab::identification::{Nuisance, NuisanceSizes, Subject};
 use recorded::{Noise, Off, campaign, commanded, from_s};
@@ -142,5 +144,22 @@ fn a_leap_at_the_seat_does_not_make_the_whole_stroke_a_quick_one() {
         let place = model.problem.place_of(Nuisance::UnseenEdge(2 * run)).expect("its command was given before it");
         let found_s = setup.whole_travel_s * model.fit.u[place];
         assert!((found_s - after_s).abs() < 0.02, "run {run}: {found_s} s for {after_s} s");
+    }
+}
+
+#[test]
+fn a_comparison_shows_a_model_that_begins_where_its_record_does() {
+    let file = testbed();
+    let campaign = campaign_of(file.valve(), &Off::default());
+    let subject = Subject::new(&file, &campaign, &NuisanceSizes::default());
+    let data = Dataset::new(&campaign, file.schedule());
+    let comparison = Comparison::new(&subject, file.valve(), &data).expect("it strokes");
+    for (run, compared) in data.runs.iter().zip(&comparison.runs) {
+        let simulated_m = &compared.predicted.position_m;
+        let apart_m =
+            simulated_m.iter().zip(&run.channels[0].samples).map(|(simulated, measured)| simulated - measured);
+        let most_m = apart_m.fold(0.0, |most: f64, apart| most.max(apart.abs()));
+        // The whole record, from its first sample on, in the midst of an opening.
+        assert!(most_m < 1e-3, "{}: {most_m} m", run.name);
     }
 }

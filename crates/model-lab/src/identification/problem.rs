@@ -256,10 +256,8 @@ impl<'a> ValveProblem<'a> {
         let of_trace = |request: Request, trace: &Trace, valve: &Valve, nodes: &Trajectory| {
             let recording = &self.setup.recordings[request.record];
             let run = &data.runs[recording.source];
-            let (times_s, samples_s) = (&run.times_s, &trace.channels.first()?.samples_s);
-            let from = times_s.partition_point(|time| time < samples_s.first().unwrap_or(&f64::INFINITY));
-            let end = times_s.partition_point(|time| time <= samples_s.last().unwrap_or(&f64::NEG_INFINITY));
-            let first_m = run.channels[0].samples.get(from..end)?.iter().find(|sample| sample.is_finite())?;
+            let first_m =
+                run.channels[0].samples.get(trace.samples.clone())?.iter().find(|sample| sample.is_finite())?;
             let at_rest = match recording.beginning {
                 Beginning::Open | Beginning::Closed => true,
                 Beginning::Filling => *first_m > (1.0 - ON_STOP) * self.setup.stroke_m,
@@ -269,10 +267,10 @@ impl<'a> ValveProblem<'a> {
                 return None;
             }
             let shift_s = self.clock_s(u, recording, valve) + recording.origin_s;
-            let times: Vec<f64> = times_s.get(from..end)?.iter().map(|time| time - shift_s).collect();
+            let times: Vec<f64> = run.times_s.get(trace.samples.clone())?.iter().map(|time| time - shift_s).collect();
             let mut recorded = Predicted::default();
             record(valve, nodes, &times, &mut recorded);
-            Some((recording.source, from, recorded))
+            Some((recording.source, trace.samples.start, recorded))
         };
         let found = self.simulated(std::slice::from_ref(&u.to_vec()), &requests, of_trace, |_, _| None);
         for (source, from, recorded) in found.into_iter().flatten().flatten() {

@@ -3,6 +3,7 @@
 //! A row is the mean over a thirtieth of a stroke's travel where the valve moves (`rows.rs`), and each cycle may be a record of
 //! its own (`cycles.rs`). The model is averaged over the same samples.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use campaign::{Campaign, Run as RecordedRun};
@@ -40,6 +41,8 @@ pub struct ChannelRows {
 pub struct Trace {
     /// Its channels, in the order of the record's series.
     pub channels: Vec<ChannelRows>,
+    /// Which samples of the recorded run it is of.
+    pub samples: Range<usize>,
 }
 
 /// Stroke times under one set of conditions.
@@ -412,7 +415,7 @@ fn trace_recording(
         beginning: part.beginning,
         fidelity: Fidelity::FINE,
         source: 0,
-        kind: Kind::Trace(Trace { channels }),
+        kind: Kind::Trace(Trace { channels, samples: first..end }),
     };
     (recording, Record { series, condition: 0 })
 }
