@@ -105,10 +105,12 @@ fn variance_components_of_a_mixed_model_are_those_it_was_drawn_with() {
     assert!(found.noise.groups[0].discrepancy < 0.03, "{:?}", found.noise);
 }
 
-/// Candidates that each add a regressor; records differ by a gain.
+/// Candidates that each add something to the rows.
 struct Regressors {
     records: Vec<Record>,
     candidates: usize,
+    /// What a candidate of size one adds to a record at a time.
+    adds: fn(usize, usize, f64) -> f64,
     /// An error in units of the noise below which nothing more is looked for.
     enough: f64,
     fitted: Mutex<usize>,
@@ -134,12 +136,10 @@ impl Problem for Member<'_> {
         self.family.asked.fetch_add(requests.len(), Ordering::Relaxed);
         let of = |request: &Request| {
             let u = &points[request.point];
-            let gain = 1.0 + 0.2 * request.record as f64;
             let rows = self.family.records[request.record].row_count();
             let value = |row: usize| {
-                let time = row as f64;
-                let added: f64 = self.set.iter().zip(&u[1..]).map(|(one, size)| size * regressor(*one, time)).sum();
-                u[0] + gain * added
+                let adds = |one: usize| (self.family.adds)(one, request.record, row as f64);
+                u[0] + self.set.iter().zip(&u[1..]).map(|(one, size)| size * adds(*one)).sum::<f64>()
             };
             Some((0..rows).map(value).collect())
         };
@@ -148,22 +148,27 @@ impl Problem for Member<'_> {
 }
 
 impl Regressors {
+    /// Twelve candidates that each add a regressor; records differ by a gain.
     fn drawn(hidden: &[(usize, f64)], seed: u64) -> Self {
+        Self::with(12, |one, record, time| (1.0 + 0.2 * record as f64) * regressor(one, time), hidden, seed)
+    }
+
+    fn with(candidates: usize, adds: fn(usize, usize, f64) -> f64, hidden: &[(usize, f64)], seed: u64) -> Self {
         let records = (0..5_usize).map(|one| {
-            let gain = 1.0 + 0.2 * one as f64;
             let observed: Vec<f64> = noise(120, 0.1, seed + one as u64)
                 .iter()
                 .enumerate()
                 .map(|(row, noise)| {
-                    let added: f64 = hidden.iter().map(|(index, size)| size * regressor(*index, row as f64)).sum();
-                    noise + 1.0 + gain * added
+                    let adds = |(index, size): &(usize, f64)| size * adds(*index, one, row as f64);
+                    noise + 1.0 + hidden.iter().map(adds).sum::<f64>()
                 })
                 .collect();
             record(&observed, 0.1, true, one)
         });
         Self {
             records: records.collect(),
-            candidates: 12,
+            candidates,
+            adds,
             enough: 0.0,
             fitted: Mutex::new(0),
             asked: AtomicUsize::new(0),
@@ -264,6 +269,27 @@ fn an_effect_outside_the_family_is_not_replaced_by_one_of_it() {
     assert!(found.accepted().is_empty(), "{:?}", found.accepted());
     let base = found.model(&[]).expect("fitted");
     assert!(base.fit.noise.groups[0].discrepancy > 0.05, "{:?}", base.fit.noise);
+}
+
+#[test]
+fn two_effects_that_help_only_together_are_kept_though_they_leave_something() {
+    // The last record has each of them ten times over, against each other: one alone, sized by the other records, is far off there.
+    let adds = |one: usize, record: usize, time: f64| {
+        let gains = [[1.0, 1.0, 1.0, 1.0, 10.0], [0.3, 0.3, -0.3, -0.3, -9.0]];
+        gains[one][record] * regressor(0, time)
+    };
+    let mut family = Regressors::with(2, adds, &[(0, 1.0), (1, 1.0)], 5000);
+    for row in family.records.iter_mut().flat_map(|record| &mut record.series[0].rows) {
+        row.observed += 0.006 * (row.time_s - 60.0);
+    }
+    let found = select(&&family, &SelectOptions::default()).expect("fitted");
+    assert_eq!(found.accepted(), [0, 1]);
+    let error = |set: &[usize]| {
+        let model = found.model(set).expect("fitted");
+        normalised_rms(&model.problem, &Noise::white(1), &model.held_out.as_ref().expect("five conditions").own)
+    };
+    assert!(error(&[0]) > error(&[]) && error(&[1]) > error(&[]), "neither helps alone");
+    assert!(error(&[0, 1]) > 1.5 && error(&[0, 1]) < 0.7 * error(&[]), "{} of {}", error(&[0, 1]), error(&[]));
 }
 
 /// Errors of fits that may end far from what is observed.
