@@ -23,6 +23,10 @@ use crate::space::Space;
 /// Fewer runs than this besides it cannot say that it is the one that is wrong.
 const FEWEST_OTHERS: usize = 2;
 
+/// Without a run that contradicts all others the fit of these improves by more than so many times what it does without the run in
+/// the midst of all: of 57 drawn slips two did by less, of seven campaigns with physics missing in all runs six.
+const STANDS_OUT: f64 = 2.0;
+
 /// So few others are explained by much that is not true: the right condition must be the one that both of them have, to this
 /// share of what it was written down wrongly by.
 const FEW_OTHERS: usize = 2;
@@ -47,8 +51,9 @@ const TEMPERATURES_K: (f64, f64) = (220.0, 340.0);
 /// The golden section.
 const GOLDEN: f64 = 0.618_033_988_749_895;
 
-/// The run that pulls the calibrated model farthest from what all others say, by its index: without it these would be explained
-/// better by most, to second order. Nothing where too few others would be left to judge it.
+/// The run that pulls a model farthest from what all others say, by its index: without it these would be explained better by
+/// most, to second order. Nothing where too few others would be left to judge it, or where others pull about as far: what is
+/// missing then is missing in all of them.
 pub(super) fn contradicting(base: &Model<ValveProblem<'_>>) -> Option<usize> {
     let recordings = &base.problem.setup().recordings;
     let runs = recordings.iter().filter(|one| one.is_trace()).map(|one| one.source + 1).max()?;
@@ -69,7 +74,10 @@ pub(super) fn contradicting(base: &Model<ValveProblem<'_>>) -> Option<usize> {
         let step = Posterior::new(base.problem.coordinates(), &base.fit.u, &rest).newton()?;
         Some((run, step.predicted_gain))
     };
-    (0..runs).filter_map(freed).max_by(|a, b| a.1.total_cmp(&b.1)).map(|(run, _)| run)
+    let mut freed: Vec<(usize, f64)> = (0..runs).filter_map(freed).collect();
+    freed.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let (_, in_their_midst) = *freed.get(freed.len() / 2)?;
+    freed.first().filter(|(_, most)| *most > STANDS_OUT * in_their_midst).map(|(run, _)| *run)
 }
 
 /// A campaign without one of its runs.

@@ -73,6 +73,14 @@ impl Default for DiagnoseOptions {
     }
 }
 
+/// When a force or a flow without a law is looked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Formula {
+    WhereSomethingIsLeft,
+    /// Runs without one of them are only asked whether the others are explained then.
+    Never,
+}
+
 /// Explains what a valve file's model lacks on a campaign; nothing if its strokes cannot be simulated, or if somebody asked to
 /// stop before the model was calibrated.
 pub fn explain(
@@ -83,7 +91,7 @@ pub fn explain(
     stop: &Stop,
 ) -> Option<Explanation> {
     let subject = Subject::new(file, campaign, &options.nuisances);
-    let (found, contradicting) = searched(&subject, options, tell, stop)?;
+    let (found, contradicting) = searched(&subject, options, tell, stop, Formula::WhereSomethingIsLeft)?;
     let is_left = matches!(found.verdict, Verdict::OutsideCatalogue | Verdict::PartlyExplained);
     for run in contradicting.into_iter().filter(|_| is_left) {
         if stop.is_asked() {
@@ -91,7 +99,8 @@ pub fn explain(
         }
         tell(Progress::Doing("all runs but one that contradicts them"));
         let rest = Subject::new(file, &apart::without(campaign, run), &options.nuisances);
-        let others = searched(&rest, options, tell, stop).map(|(others, _)| others).filter(|_| !stop.is_asked());
+        let others =
+            searched(&rest, options, tell, stop, Formula::Never).map(|(others, _)| others).filter(|_| !stop.is_asked());
         let Some(others) = others else { break };
         let left_out = apart::mistyped(&subject, campaign, run, &others, stop);
         if left_out.is_some() {
@@ -108,6 +117,7 @@ fn searched(
     options: &DiagnoseOptions,
     tell: &(dyn Fn(Progress) + Sync),
     stop: &Stop,
+    formula: Formula,
 ) -> Option<(Explanation, Vec<usize>)> {
     let kinds = Catalogue::new(subject, &options.effects, &|_| (), stop).without_inert().kinds;
     let of = |set: &[usize]| -> Vec<EffectKind> { set.iter().map(|one| kinds[*one]).collect() };
@@ -128,5 +138,5 @@ fn searched(
     let models = [found.model(&[]), found.model(found.accepted())];
     let mut contradicting: Vec<usize> = models.into_iter().flatten().filter_map(apart::contradicting).collect();
     contradicting.dedup();
-    Some((report::assemble(&catalogue, &found, options, tell), contradicting))
+    Some((report::assemble(&catalogue, &found, options, tell, formula), contradicting))
 }
