@@ -167,8 +167,8 @@ fn beside_the_file(nuisances: &[NuisanceReport]) -> String {
     match explain::nuisance_text(nuisances) {
         lines if lines.is_empty() => lines,
         lines => format!(
-            "\n{lines}None of this stands in the valve file: by itself it is off by so much more. A parameter with a tolerance \
-             under [tolerance] is refitted instead.\n"
+            "\n{lines}None of this is in the valve file, since it is of instruments and of how the strokes were made: simulated with \
+             the file alone they differ from what was recorded by so much.\n"
         ),
     }
 }

@@ -124,6 +124,8 @@ impl Channel {
             ],
             Self::Time => &[
                 "time",
+                "utc",
+                "time_utc",
                 "timestamp",
                 "date",
                 "datetime",

@@ -138,9 +138,11 @@ fn referred(plain: &str) -> Option<String> {
         let (front, mark) = plain.split_at_checked(name.len())?;
         let _ = atom(front).filter(|atom| atom.name == name)?;
         match mark.trim_matches([' ', '(', ')', '.']).to_lowercase().as_str() {
-            "g" | "gauge" | "ü" | "ue" => Some(format!("{name}g")),
+            "g" | "gauge" | "ü" | "ue" | "überdruck" | "ueberdruck" => Some(format!("{name}g")),
             // kPa and MPa are absolute by themselves.
-            "a" | "abs" | "absolute" => Some(if name.ends_with("Pa") { name.to_owned() } else { format!("{name}a") }),
+            "a" | "abs" | "absolute" | "absolut" => {
+                Some(if name.ends_with("Pa") { name.to_owned() } else { format!("{name}a") })
+            }
             _ => None,
         }
     })
@@ -247,6 +249,7 @@ mod tests {
             ("psi abs.", "psia"),
             ("barü", "barg"),
             ("bar ü", "barg"),
+            ("bar Überdruck", "barg"),
             ("sq.in", "in2"),
             ("sq in", "in2"),
             ("sq. inches", "in2"),

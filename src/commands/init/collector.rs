@@ -325,11 +325,15 @@ impl<'a> Collector<'a> {
     }
 }
 
-/// A value without the limits that a datasheet gives beside it ("24.8 cm3 +-10 %"), and one standard deviation of a value that lies
+/// A value without the limits that a datasheet gives beside it ("24.8 cm3 +-10 %", in brackets or not), and one standard deviation of a value that lies
 /// anywhere within them (JCGM 100:2008, 4.3.7).
 fn with_limits(text: &str) -> (&str, Option<f64>) {
     let limits = || {
         let (value, limits) = ["+-", "+/-", "±"].into_iter().find_map(|mark| text.split_once(mark))?;
+        let (value, limits) = match limits.trim().strip_suffix(')') {
+            Some(limits) => (value.trim_end().strip_suffix('(')?, limits),
+            None => (value, limits),
+        };
         let percent = limits.trim().strip_suffix('%')?.trim_end().parse::<f64>().ok()?;
         (percent > 0.0 && percent <= 100.0).then(|| (value.trim(), 0.01 * percent / 3_f64.sqrt()))
     };
@@ -410,6 +414,7 @@ mod tests {
     fn limits_of_a_datasheet_are_no_standard_deviation() {
         assert_eq!(with_limits("24.77 cm3 +-10 %"), ("24.77 cm3", Some(0.0577)));
         assert_eq!(with_limits("8.5 N/mm ±2%"), ("8.5 N/mm", Some(0.0115)));
+        assert_eq!(with_limits("8.5 N/mm (+-2 %)"), ("8.5 N/mm", Some(0.0115)));
         for text in ["24.77 cm3", "6 mm x 1.4 m", "5 mm +-0.1 mm"] {
             assert_eq!(with_limits(text), (text, None));
         }

@@ -136,7 +136,10 @@ fn summary(draft: &Draft, assumed: &[String], times: [Option<f64>; 2], file: &st
         Some(format!("{own} {} %", format_number(100.0 * entry.tolerance?)))
     });
     let known = known.collect::<Vec<_>>().join(", ");
-    let _ = writeln!(text, "Known to one standard deviation of: {known} (a datasheet's own go in with --tolerance).");
+    let _ = writeln!(
+        text,
+        "Known to one standard deviation of: {known} (limits such as +-2 % are taken as its 1.7 fold; standard deviations go in with --tolerance)."
+    );
     let words = |time: Option<f64>| time.map_or("does not get there".to_owned(), |time| format!("{time:.3} s"));
     let _ =
         writeln!(text, "The model closes in {} and opens in {}; does your valve?", words(times[0]), words(times[1]));

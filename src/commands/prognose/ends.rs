@@ -71,9 +71,10 @@ impl Ends {
                 |value: Option<f64>, digits: usize| value.map_or_else(missing, |value| format!("{value:.digits$}"));
             let named = one.fault.wears();
             let bounds = bounds(one).filter(|_| named);
-            let replace_by =
-                one.replace_by.as_deref().map(day).map(str::to_owned).or(one.replace_by_cycle.map(|by| by.to_string()));
-            let end = one.eol_time.as_deref().filter(|_| named).map_or_else(missing, |end| day(end).to_owned());
+            let dates = [one.replace_by.as_deref(), one.eol_time.as_deref().filter(|_| named)];
+            let [replace_by, end] = dates_in_words(dates);
+            let replace_by = replace_by.or(one.replace_by_cycle.map(|by| by.to_string()));
+            let end = end.unwrap_or_else(missing);
             let standing = Standing::of(one.status);
             let cells = [
                 one.cycle.to_string(),
@@ -96,10 +97,17 @@ impl Ends {
     }
 }
 
-/// The day of a date of RFC 3339: nobody replaces a valve to the second.
-fn day(date: &str) -> &str {
-    date.split('T').next().unwrap_or(date)
+/// Dates of RFC 3339 by their days, since nobody replaces a valve to the second; to the minute where they are of one day.
+fn dates_in_words(dates: [Option<&str>; 2]) -> [Option<String>; 2] {
+    let day = |date: &str| date.split('T').next().unwrap_or(date).to_owned();
+    let [first, last] = dates.map(|date| date.map(day));
+    let is_one_day = first.is_some() && first == last;
+    let minute = |date: &str| date.get(..MINUTE).unwrap_or(date).replace('T', " ");
+    dates.map(|date| date.map(|date| if is_one_day { minute(date) } else { day(date) }))
 }
+
+/// Where the seconds of a date of RFC 3339 begin.
+const MINUTE: usize = "2026-10-02T14:00".len();
 
 impl End {
     /// The last row.
@@ -140,5 +148,19 @@ impl End {
             sentence.push(')');
         }
         sentence
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::dates_in_words;
+
+    #[test]
+    fn dates_of_one_day_have_their_hours() {
+        let told = |dates: [Option<&str>; 2]| dates_in_words(dates).map(Option::unwrap_or_default);
+        let (early, late) = ("2026-10-02T14:00:00Z", "2026-10-02T17:45:09Z");
+        assert_eq!(told([Some(early), Some(late)]), ["2026-10-02 14:00", "2026-10-02 17:45"]);
+        assert_eq!(told([Some(early), Some("2026-10-04T01:00:00Z")]), ["2026-10-02", "2026-10-04"]);
+        assert_eq!(told([Some(early), None]), ["2026-10-02", ""]);
     }
 }

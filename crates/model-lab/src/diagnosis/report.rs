@@ -11,7 +11,7 @@ use valve_model::effects::Search;
 use super::answer::{Alternative, CandidateReport, Explanation, Indistinguishable, NuisanceReport, Remainder, Verdict};
 use super::discrepancy::model_discrepancy;
 use super::experiment::{Hypothesis, best_experiment};
-use super::uncertainty::{Certainty, effect_parameters, moved_parameters};
+use super::uncertainty::{Certainty, effect_parameters, is_told, moved_parameters};
 use super::{DiagnoseOptions, Formula, Progress};
 use crate::errors::{self, StepReport};
 use crate::identification::setup::{Kind, Recording};
@@ -33,9 +33,6 @@ const LARGEST_SHARE: f64 = 0.3;
 /// Effects that leave more than this share of the calibrated model's error on what was held out, noise aside, do not explain most
 /// of it, and are not named where what they leave is large as well.
 const NAMED_SHARE: f64 = 0.5;
-
-/// A nuisance is told where it is this many of its prior standard deviations off.
-const TOLD: f64 = 1.0;
 
 type Fitted<'a> = Model<ValveProblem<'a>>;
 
@@ -385,8 +382,7 @@ pub fn nuisance_reports(best: &Model<ValveProblem<'_>>, certainty: &Certainty) -
         .enumerate()
         .filter_map(|(place, entry)| {
             let index = first + place;
-            let u = best.fit.u[index] - entry.coordinate.mean;
-            if u.abs() < TOLD * entry.coordinate.sigma {
+            if !is_told(entry, best.fit.u[index]) {
                 return None;
             }
             let (what, unit) = entry.nuisance.words();
