@@ -34,6 +34,10 @@ const SMALL: f64 = 0.03;
 const LARGE: f64 = 0.3;
 /// Share of the risk that is always left.
 const LEAST_RISK: f64 = 0.25;
+/// A pace of wear that has turned by this share of itself, one standard deviation, would be negative one time in twenty if it were
+/// Gaussian. Wear does not heal little by little: from there on its pace is as unsure as that, and no more, since else half of
+/// all such lives would never end.
+const LARGEST_TURN: f64 = 1.0 / 1.645;
 
 /// The recursive estimate of one valve.
 #[derive(Clone, Debug)]
@@ -325,6 +329,7 @@ impl BayesEstimator {
         let rough = |growth: f64| if hypothesis.mode == Mode::Rough { (leaps * growth).powi(2) } else { 0.0 };
         let unsteadiness = self.config.growth_prior.unsteadiness_of(hypothesis.law, hypothesis.mode);
         let turns = |growth: f64| (unsteadiness * growth).powi(2);
+        let turns_until = if unsteadiness > 0.0 { (LARGEST_TURN / unsteadiness).powi(2) } else { 0.0 };
         match pace {
             Corrected::Narrow { mean, .. } => {
                 let level = level + cov / var_growth.max(1e-300) * (mean - hypothesis.mean[1]);
@@ -338,7 +343,7 @@ impl BayesEstimator {
                     var_growth,
                     rough,
                     turns: turns(mean),
-                    turns_until: 0.0,
+                    turns_until,
                     rest: 0.0,
                 });
             }
@@ -363,7 +368,7 @@ impl BayesEstimator {
                         var_growth: 0.0,
                         rough: rough(node.growth),
                         turns: turns(node.growth),
-                        turns_until: 0.0,
+                        turns_until,
                         rest: 0.0,
                     });
                 }
