@@ -49,6 +49,20 @@ fn a_step_is_seen_and_followed() {
 }
 
 #[test]
+fn a_pace_that_changes_little_by_little_has_an_end() {
+    for fault in Fault::ALL {
+        for seed in 0..10 {
+            let leak = |k: f64| (k + 5.0 * (k / 8.0).sin()) / 60.0;
+            let prognoses = run(Method::default(), &log(&tables(), fault, 50, 0.01, seed, leak));
+            for one in &prognoses[25..] {
+                let [middle, last] = [one.rul_p50, one.rul_p95].map(|rul| rul.expect("it leaks"));
+                assert!(last < 10.0 * middle, "{fault}, {seed}, cycle {}: {middle}, up to {last}", one.cycle);
+            }
+        }
+    }
+}
+
+#[test]
 fn a_leak_that_sets_in_late_is_found() {
     for fault in Fault::ALL {
         for seed in 0..10 {
