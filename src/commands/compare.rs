@@ -290,6 +290,9 @@ fn phase_table(phases: &[PhaseScore]) -> TextTable {
     table
 }
 
+/// Where noise is this many times larger than what errors are counted in, they are of means over several readings.
+const MEANS: f64 = 1.5;
+
 /// A model error below this share of the stroke is not worth a word.
 const LEAST_MODEL_ERROR: f64 = 1e-4;
 
@@ -298,7 +301,13 @@ fn noise_words(input: &CampaignInput, Compared { comparison, allowing, .. }: &Co
     let source = input.noise_source();
     if let Some(noise) = comparison.noise_m {
         let unit = told_in(Dimension::Length);
-        let _ = writeln!(text, "noise of the position: {} {} ({source})", unit.number(noise, 4), unit.name());
+        let _ = write!(text, "noise of the position: {} {} ({source})", unit.number(noise, 4), unit.name());
+        let counted_m = allowing.errors.rmse_m.map_or(noise, |rmse_m| rmse_m / allowing.errors.normalised_rms);
+        text.push_str(if counted_m < noise / MEANS {
+            "; errors are counted in the smaller noise of means over several readings\n"
+        } else {
+            "\n"
+        });
     }
     if let Some(noise) = comparison.timing_noise_s {
         let _ = writeln!(text, "noise of stroke times: {:.2} ms ({source})", noise * 1e3);
