@@ -1,0 +1,11 @@
+//! Evidence, variance components and selection where the answer is known.
+
+#[path = "../common/mod.rs"]
+mod common;
+mod densities;
+mod drawn;
+mod regressors;
+mod ripples;
+mod rivals;
+mod swings;
+mod valleys;
