@@ -325,8 +325,8 @@ impl<'a> Collector<'a> {
     }
 }
 
-/// A value without the limits that a datasheet gives beside it ("24.8 cm3 +-10 %", in brackets or not), and one standard deviation of a value that lies
-/// anywhere within them (JCGM 100:2008, 4.3.7).
+/// A value without the limits that a datasheet gives beside it ("24.8 cm3 +-10 %", in brackets or not), and one standard deviation
+/// of a value that lies anywhere within them (JCGM 100:2008, 4.3.7).
 fn with_limits(text: &str) -> (&str, Option<f64>) {
     let limits = || {
         let (value, limits) = ["+-", "+/-", "±"].into_iter().find_map(|mark| text.split_once(mark))?;

@@ -138,7 +138,8 @@ fn summary(draft: &Draft, assumed: &[String], times: [Option<f64>; 2], file: &st
     let known = known.collect::<Vec<_>>().join(", ");
     let _ = writeln!(
         text,
-        "Known to one standard deviation of: {known} (limits such as +-2 % are taken as its 1.7 fold; standard deviations go in with --tolerance)."
+        "Known to one standard deviation of: {known} (limits such as +-2 % are taken for 1.7 of them; what is known as one goes in \
+         with --tolerance)."
     );
     let words = |time: Option<f64>| time.map_or("does not get there".to_owned(), |time| format!("{time:.3} s"));
     let _ =
