@@ -85,7 +85,9 @@ pub struct Fit {
     /// What further derivatives can be expected to bring, nats: what a step with the last ones promises, times what those
     /// before kept of their promise.
     pub predicted_gain: f64,
-    /// Whether that is less than what was asked for.
+    /// What further derivatives would have to promise for the fit to go on, nats.
+    pub tolerance: f64,
+    /// Whether they promise less.
     pub converged: bool,
     /// Points at which the derivatives were taken.
     pub derivatives: usize,
@@ -388,7 +390,8 @@ impl Fitting<'_> {
         }
         let normal = at.normal(self.problem, &noise);
         let log_evidence = evidence(self.problem, &at, &normal, &self.options.groups, &noise);
-        let converged = has_ended || predicted_gain < self.tolerance(&noise, &normal);
+        let tolerance = self.tolerance(&noise, &normal);
+        let converged = has_ended || predicted_gain < tolerance;
         let coordinates = self.problem.coordinates();
         let held = coordinates.iter().zip(&at.u).map(|(coordinate, u)| coordinate.is_at_bound(*u)).collect();
         Some(Fit {
@@ -398,6 +401,7 @@ impl Fitting<'_> {
             linear: at,
             held,
             predicted_gain,
+            tolerance,
             converged,
             derivatives: self.derivatives,
             predictions: self.predictions,

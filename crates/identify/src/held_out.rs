@@ -1,13 +1,15 @@
 //! How well a fit predicts what it has not seen.
 //!
 //! Folds of records are held out in turn. The optimum without a fold is found by a few steps with the derivatives of the
-//! whole fit, each judged by what the problem predicts there; what it predicts for the fold is the answer.
+//! whole fit, each judged by what the problem predicts there, and by a fit of its own where these end short of it; what it
+//! predicts for the fold is the answer.
 
 use rayon::prelude::*;
 
-use crate::fit::Fit;
+use crate::fit::{Fit, FitOptions, fit as fitted};
 use crate::normal::{Normal, Posterior, Whitened, prior_cost};
-use crate::problem::{Coordinate, Problem, Request, Scope};
+use crate::problem::{Coordinate, Problem, Record, Request, Scope};
+use crate::stop::Stop;
 
 /// Predicted rows of records that were held out, observed minus predicted, by record.
 #[derive(Debug, Clone, Default)]
@@ -16,6 +18,8 @@ pub struct HeldOut {
     pub at_mean: Vec<Vec<f64>>,
     /// With the record's own coordinates fitted to it and everything shared from the others.
     pub own: Vec<Vec<f64>>,
+    /// Whether every fold had a fit of its own.
+    pub is_refitted: bool,
 }
 
 /// A record that was held out: its index, and its residuals with own coordinates at their means, and fitted.
@@ -37,14 +41,29 @@ pub fn folds(problem: &dyn Problem) -> Vec<Vec<usize>> {
     if folds.len() == 1 { Vec::new() } else { folds }
 }
 
-/// Holds out fold after fold; nothing where there is only one, or where somebody asks to stop.
-pub fn held_out(problem: &dyn Problem, fit: &Fit, folds: &[Vec<usize>]) -> Option<HeldOut> {
+/// Holds out fold after fold; nothing where there is only one, or where somebody asks to stop. `options` are those of the fit.
+pub fn held_out(problem: &dyn Problem, fit: &Fit, folds: &[Vec<usize>], options: &FitOptions) -> Option<HeldOut> {
+    of_folds(problem, folds, |fold| hold_out(problem, fit, fold, options, false))
+}
+
+/// As [`held_out`], with a fit of its own without every fold: it costs as many fits as there are folds. The derivatives of the
+/// whole fit can lead beside the optimum without promising anything there.
+pub fn refitted(problem: &dyn Problem, fit: &Fit, folds: &[Vec<usize>], options: &FitOptions) -> Option<HeldOut> {
+    let found = of_folds(problem, folds, |fold| hold_out(problem, fit, fold, options, true))?;
+    Some(HeldOut { is_refitted: true, ..found })
+}
+
+fn of_folds(
+    problem: &dyn Problem,
+    folds: &[Vec<usize>],
+    hold_out: impl Fn(&Vec<usize>) -> Option<Vec<HeldOutRecord>> + Sync + Send,
+) -> Option<HeldOut> {
     if folds.len() < 2 {
         return None;
     }
-    let records = problem.records().len();
-    let mut result = HeldOut { at_mean: vec![Vec::new(); records], own: vec![Vec::new(); records] };
-    let of_folds: Vec<Option<Vec<HeldOutRecord>>> = folds.par_iter().map(|fold| hold_out(problem, fit, fold)).collect();
+    let none = || vec![Vec::new(); problem.records().len()];
+    let mut result = HeldOut { at_mean: none(), own: none(), is_refitted: false };
+    let of_folds: Vec<Option<Vec<HeldOutRecord>>> = folds.par_iter().map(hold_out).collect();
     for (record, at_mean, own) in of_folds.into_iter().collect::<Option<Vec<_>>>()?.into_iter().flatten() {
         result.at_mean[record] = at_mean;
         result.own[record] = own;
@@ -59,13 +78,24 @@ const DAMPINGS: [f64; 3] = [0.0, 0.01, 0.3];
 const CORRECTIONS: usize = 2;
 
 /// Holds out one fold: of each of its records the residuals with own coordinates at their means, and fitted.
-fn hold_out(problem: &dyn Problem, fit: &Fit, fold: &[usize]) -> Option<Vec<HeldOutRecord>> {
+fn hold_out(
+    problem: &dyn Problem,
+    fit: &Fit,
+    fold: &[usize],
+    options: &FitOptions,
+    is_refitted: bool,
+) -> Option<Vec<HeldOutRecord>> {
     if problem.stop().is_asked() {
         return None;
     }
     let kept: Vec<usize> = (0..problem.records().len()).filter(|record| !fold.contains(record)).collect();
     let whitened = Whitened::of(problem, &fit.linear, &fit.noise, &kept);
-    let without = optimum(problem, &whitened, &kept, problem.coordinates(), &fit.u, true)?;
+    let (mut without, promised) = optimum(problem, &whitened, &kept, problem.coordinates(), &fit.u, true)?;
+    // Far from the whole fit its derivatives lead beside the optimum, and a model would be blamed for that.
+    if is_refitted || promised > fit.tolerance {
+        let options = FitOptions { annealed: 0, known: Some(fit.noise.clone()), followed: 0, ..options.clone() };
+        without = fitted(&Without::new(problem, kept), &without, &options)?.u;
+    }
     let mut found = Vec::with_capacity(fold.len());
     for &record in fold {
         let at_mean = predicted(problem, &without, &[record])?.remove(0);
@@ -82,11 +112,52 @@ fn hold_out(problem: &dyn Problem, fit: &Fit, fold: &[usize]) -> Option<Vec<Held
             }
         }
         let whitened = Whitened::of(problem, &fit.linear, &fit.noise, &[record]);
-        let own = optimum(problem, &whitened, &[record], &pinned, &start, false)?;
+        let (own, _) = optimum(problem, &whitened, &[record], &pinned, &start, false)?;
         let own = predicted(problem, &own, &[record])?.remove(0);
         found.push((record, at_mean, own));
     }
     Some(found)
+}
+
+/// A problem without some of its records. The coordinates of these stay, and move nothing.
+struct Without<'a> {
+    problem: &'a dyn Problem,
+    /// The records that are left, by index in the problem.
+    kept: Vec<usize>,
+    records: Vec<Record>,
+    coordinates: Vec<Coordinate>,
+}
+
+impl<'a> Without<'a> {
+    fn new(problem: &'a dyn Problem, kept: Vec<usize>) -> Self {
+        let place = |record: usize| kept.iter().position(|kept| *kept == record).unwrap_or(usize::MAX);
+        let renumbered = |coordinate: &Coordinate| match coordinate.scope {
+            Scope::Shared => coordinate.clone(),
+            Scope::Record(record) => Coordinate { scope: Scope::Record(place(record)), ..coordinate.clone() },
+        };
+        let coordinates = problem.coordinates().iter().map(renumbered).collect();
+        let records = kept.iter().map(|record| problem.records()[*record].clone()).collect();
+        Self { problem, kept, records, coordinates }
+    }
+}
+
+impl Problem for Without<'_> {
+    fn coordinates(&self) -> &[Coordinate] {
+        &self.coordinates
+    }
+
+    fn records(&self) -> &[Record] {
+        &self.records
+    }
+
+    fn predict(&self, points: &[Vec<f64>], requests: &[Request]) -> Vec<Option<Vec<f64>>> {
+        let of_whole = |request: &Request| Request { record: self.kept[request.record], ..*request };
+        self.problem.predict(points, &requests.iter().map(of_whole).collect::<Vec<_>>())
+    }
+
+    fn stop(&self) -> &Stop {
+        self.problem.stop()
+    }
 }
 
 /// The standard deviation of a coordinate that is not to move.
@@ -103,7 +174,8 @@ fn predicted(problem: &dyn Problem, u: &[f64], records: &[usize]) -> Option<Vec<
     residual.collect()
 }
 
-/// The optimum for some records near a point, by steps with derivatives taken close by; never worse than the point.
+/// The optimum for some records near a point, by steps with derivatives taken close by, and what another such step still
+/// promises, nats; never worse than the point.
 fn optimum(
     problem: &dyn Problem,
     whitened: &Whitened,
@@ -111,7 +183,7 @@ fn optimum(
     coordinates: &[Coordinate],
     from: &[f64],
     is_damped: bool,
-) -> Option<Vec<f64>> {
+) -> Option<(Vec<f64>, f64)> {
     let at = |u: &[f64]| -> Option<(f64, Normal)> {
         let normal = whitened.with_residuals(&predicted(problem, u, records)?);
         Some((normal.chi2 + prior_cost(coordinates, u), normal))
@@ -131,5 +203,6 @@ fn optimum(
             None => break,
         }
     }
-    Some(best.0)
+    let newton = Posterior::new(coordinates, &best.0, &best.1.1).newton();
+    Some((best.0, newton.map_or(f64::INFINITY, |step| 0.5 * step.predicted_gain)))
 }

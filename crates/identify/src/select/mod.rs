@@ -20,7 +20,7 @@ pub use options::{BY_CHANCE, SelectOptions};
 
 use self::race::{best_start, settling};
 use crate::fit::{Fit, FitOptions, fit};
-use crate::held_out::{folds, held_out};
+use crate::held_out::{folds, held_out, refitted};
 use crate::left::{excess, hidden_by_bounds, left_nats, left_to_explain, normalised_rms};
 use crate::noise::Noise;
 use crate::problem::{Problem, Scope};
@@ -82,7 +82,7 @@ fn base_at<F: Family>(family: &F, level: Level, from: Option<&Model<F::Member>>)
     let most = fits.iter().map(|fit| fit.log_evidence).fold(f64::NEG_INFINITY, f64::max);
     let fit = fits.into_iter().find(|fit| fit.log_evidence > most - BY_CHANCE)?;
     let fit = if level == Level::Low { freed(&problem, fit, &options) } else { fit };
-    let held_out = (level == Level::High).then(|| held_out(&problem, &fit, &folds(&problem))).flatten();
+    let held_out = (level == Level::High).then(|| held_out(&problem, &fit, &folds(&problem), &options)).flatten();
     Some(Model { set: Vec::new(), level, problem, fit, held_out })
 }
 
@@ -221,15 +221,21 @@ impl<F: Family> Search<'_, F> {
             .is_none_or(|known| known.fit.log_evidence + least_gain < fit.log_evidence);
         if better {
             let is_wanted = level == Level::High;
-            let held_out = is_wanted.then(|| held_out(&problem, &fit, &folds(&problem))).flatten();
+            let options = self.family.options();
+            let held_out = is_wanted.then(|| held_out(&problem, &fit, &folds(&problem), &options)).flatten();
             self.models.insert((set.clone(), level), Model { set, level, problem, fit, held_out });
         }
     }
 
-    /// Whether shapes of a set are free only in a fit as exact as those that decide: a cheap one does not say how far it may get.
+    /// How many shapes of a set are free only in a fit as exact as those that decide.
+    fn late_shapes(&self, set: &[usize]) -> usize {
+        let free = |level| self.family.member(set, level).map_or(0, |member| member.coordinates().len());
+        free(Level::High).saturating_sub(free(Level::Low))
+    }
+
+    /// Whether there are any: a cheap fit does not say how far such a set may get.
     fn has_late_shapes(&self, set: &[usize]) -> bool {
-        let free = |level| self.family.member(set, level).map(|member| member.coordinates().len());
-        free(Level::High) > free(Level::Low)
+        self.late_shapes(set) > 0
     }
 
     fn evidence(&self, set: &[usize], level: Level) -> Option<f64> {
@@ -422,16 +428,34 @@ impl<F: Family> Search<'_, F> {
                 };
                 (gain < self.options.accept || !falls).then_some(gain)
             };
+            // What the evidence has is refused for what was held out only after fits of their own.
             let least = smaller
                 .into_iter()
                 .filter_map(|smaller| Some((is_needless(&smaller)?, smaller)))
                 .min_by(|a, b| a.0.total_cmp(&b.0));
             match least {
+                Some((gain, smaller)) if gain >= self.options.accept && self.refits([&set, &smaller]) => {}
                 Some((_, smaller)) => set = smaller,
                 None => break,
             }
         }
         set
+    }
+
+    /// Holds out once more from sets what decides between them, with fits of their own; whether that had not been done.
+    fn refits(&mut self, sets: [&Set; 2]) -> bool {
+        let options = self.family.options();
+        let mut is_new = false;
+        for set in sets {
+            let Some(model) = self.models.get_mut(&(set.clone(), Level::High)) else { continue };
+            if model.held_out.as_ref().is_some_and(|held| !held.is_refitted)
+                && let Some(found) = refitted(&model.problem, &model.fit, &folds(&model.problem), &options)
+            {
+                model.held_out = Some(found);
+                is_new = true;
+            }
+        }
+        is_new
     }
 
     /// The set with one effect exchanged where that is more likely; the neighbours are kept beside it. Where another set is
@@ -490,7 +514,15 @@ impl<F: Family> Search<'_, F> {
         }
         let mut rivals: Vec<(f64, Set)> = rivals.into_iter().map(|(rival, gain)| (gain, rival.clone())).collect();
         rivals.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let rivals = rivals.into_iter().take(self.options.rivals).map(|(_, rival)| rival);
+        // As many for each effect that another may stand in the place of: sets that lack the one may all be likelier than those that
+        // lack the other, since they began closer to where the set is best.
+        let exchanged = |rival: &Set| set.iter().position(|one| !rival.contains(one));
+        let mut places = vec![self.options.rivals; set.len()];
+        rivals.retain(|(_, rival)| {
+            let place = exchanged(rival).map(|index| &mut places[index]).filter(|left| **left > 0);
+            place.map(|left| *left -= 1).is_some()
+        });
+        let rivals = rivals.into_iter().map(|(_, rival)| rival);
         // A pair that was fitted to the end began where a smaller set had put right what else was off.
         let is_ended =
             |rival: &Set| self.models.get(&(rival.clone(), Level::High)).is_some_and(|model| model.fit.converged);

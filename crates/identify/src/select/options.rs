@@ -27,7 +27,8 @@ pub struct SelectOptions {
     /// A fit that goes on may gain so many times what its next step promises, and no more than the best one leaves to be
     /// explained; twice was the most seen where a fit had not fallen into another valley.
     pub optimism: f64,
-    /// Sets that are fitted once more from the optimum of the best one: those that came next to it with one effect exchanged.
+    /// Sets that are fitted once more from the optimum of the best one, for each of its effects: those that came next to it with
+    /// that one exchanged.
     pub rivals: usize,
     /// Sets that are followed to the end, at most.
     pub followed: usize,

@@ -80,9 +80,15 @@ impl<F: Family> Search<'_, F> {
         runners.sort_by(|a, b| b.fit.log_evidence.total_cmp(&a.fit.log_evidence));
         let best = runners.first().map_or(best_known, |runner| runner.fit.log_evidence.max(best_known));
         let mut finalists = known;
+        // What grew out of a set and has no more evidence than that, both fitted cheaply, is not accepted in its place.
+        let of_grown = if is_exchange { None } else { self.evidence(from, Level::Low) };
         for (place, runner) in runners.into_iter().enumerate() {
             let is_near = runner.fit.log_evidence > best - self.options.margin || self.has_late_shapes(&runner.set);
-            if place < self.options.finalists && is_near {
+            let optimism = if runner.fit.converged { 1.0 } else { self.options.optimism };
+            let prospect = runner.fit.log_evidence + optimism * runner.fit.predicted_gain;
+            let may_win =
+                of_grown.is_none_or(|of| prospect > of) || self.late_shapes(&runner.set) > self.late_shapes(from);
+            if place < self.options.finalists && is_near && may_win {
                 finalists.push(runner.set.clone());
             }
             self.keep(runner.set, Level::Low, runner.problem, runner.fit);

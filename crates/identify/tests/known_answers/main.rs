@@ -4,6 +4,7 @@
 mod common;
 mod densities;
 mod drawn;
+mod folds;
 mod regressors;
 mod ripples;
 mod rivals;

@@ -174,8 +174,8 @@ pub fn model_discrepancy<'a>(
             .collect();
         for one in finished {
             let gain = one.fit.log_evidence - best.fit.log_evidence;
-            let held =
-                held_out(&one.problem, &one.fit, &folds(&one.problem)).map(|held| Errors::of(&one.problem, &held.own));
+            let held = held_out(&one.problem, &one.fit, &folds(&one.problem), &near(&one.fit));
+            let held = held.map(|held| Errors::of(&one.problem, &held.own));
             // A formula that was not held against what it had not seen is none.
             if catalogue.stop.is_asked() {
                 break;

@@ -1,0 +1,68 @@
+//! What is predicted of records that were held out, where the optimum without them is known.
+
+use identify::held_out::{HeldOut, folds, held_out, refitted};
+use identify::{Fit, FitOptions, fit};
+
+use crate::common::{Functions, options, record, shared};
+
+/// Two records of one coordinate. The first is precise and observes it to be 1. The second says that it is 3, and rows that do not
+/// move there, `bent` times its squared distance from 1, say that it is 2.
+fn contradicting(bent: f64) -> (Functions, Fit) {
+    let problem = Functions {
+        coordinates: vec![shared("place", 1.0, 100.0, 50.0)],
+        records: vec![record(&[1.0; 50], 1e-3, false, 0), record(&[3.0, bent], 0.1, false, 1)],
+        of_records: vec![
+            Box::new(|u| vec![u[0]; 50]),
+            Box::new(move |u| vec![u[0], bent * (u[0] - 1.0) * (u[0] - 1.0)]),
+        ],
+        asked: 0.into(),
+    };
+    let whole = fit(&problem, &[1.0], &FitOptions { tolerance: 0.5, ..options() }).expect("a start that is possible");
+    assert!((whole.u[0] - 1.0).abs() < 1e-3, "the first record decides: {:?}", whole.u);
+    (problem, whole)
+}
+
+/// Where the coordinate is without the first record, by what is predicted of it.
+fn place_without(held: &HeldOut) -> f64 {
+    1.0 - held.own[0][0]
+}
+
+/// The root of `(x - 3) + 2 bent^2 ((x - 1)^2 - 1) (x - 1)`: the least squares of the second record.
+fn known_place(bent: f64) -> f64 {
+    let slope = |x: f64| (x - 3.0) + 2.0 * bent * bent * ((x - 1.0) * (x - 1.0) - 1.0) * (x - 1.0);
+    let (mut below, mut above) = (2.0, 3.0);
+    while above - below > 1e-9 {
+        let middle = 0.5 * (below + above);
+        if slope(middle) < 0.0 { below = middle } else { above = middle }
+    }
+    below
+}
+
+#[test]
+fn derivatives_of_the_whole_fit_may_lead_beside_the_optimum_without_a_fold() {
+    let (problem, whole) = contradicting(0.1);
+    let quick = held_out(&problem, &whole, &folds(&problem), &options()).expect("two conditions");
+    assert!((place_without(&quick) - 3.0).abs() < 0.03, "they see the first row alone: {}", place_without(&quick));
+    let own = refitted(&problem, &whole, &folds(&problem), &options()).expect("two conditions");
+    assert!((place_without(&own) - known_place(0.1)).abs() < 1e-3, "{} for {}", place_without(&own), known_place(0.1));
+    assert!(own.is_refitted && !quick.is_refitted);
+}
+
+#[test]
+fn a_fold_whose_quick_steps_end_short_of_what_they_promise_has_a_fit_of_its_own() {
+    // So steep that no step with the derivatives at hand makes anything better.
+    let (problem, whole) = contradicting(20.0);
+    let quick = held_out(&problem, &whole, &folds(&problem), &options()).expect("two conditions");
+    assert!(
+        (place_without(&quick) - known_place(20.0)).abs() < 1e-2,
+        "{} for {}",
+        place_without(&quick),
+        known_place(20.0)
+    );
+}
+
+#[test]
+fn a_record_alone_can_not_be_held_out() {
+    let (problem, whole) = contradicting(0.1);
+    assert!(held_out(&problem, &whole, &[vec![0, 1]], &options()).is_none());
+}
