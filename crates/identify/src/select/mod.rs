@@ -10,6 +10,7 @@ mod family;
 mod foreseen;
 mod options;
 mod race;
+mod rivals;
 
 use std::collections::BTreeMap;
 
@@ -492,59 +493,6 @@ impl<F: Family> Search<'_, F> {
             next = alike.into_iter().find(|(evidence, set)| is_near(*evidence) && !done.contains(set)).map(|one| one.1);
         }
         self.best_rival(best)
-    }
-
-    /// Of a set and those that came next to it, with one effect exchanged, the most likely one. What came next may have been held
-    /// in another valley by parameters that had made up for what was missing, or for want of shapes that are free in the end
-    /// only; now both are known better.
-    fn best_rival(&mut self, set: Set) -> Set {
-        let mut rivals: BTreeMap<&Set, f64> = BTreeMap::new();
-        let is_rival = |other: &Set| {
-            let shared = other.iter().filter(|one| set.contains(one)).count();
-            other.len() == set.len() && shared + 1 == set.len()
-        };
-        for model in self.models.values().filter(|model| is_rival(&model.set)) {
-            let Some(base) = self.evidence(&[], model.level) else { continue };
-            let gain = model.fit.log_evidence - base;
-            if gain > self.options.accept {
-                // A first look sees a few of the records only. The last level is the most exact one.
-                let rows: usize = model.problem.records().iter().map(crate::Record::row_count).sum();
-                rivals.insert(&model.set, gain / rows as f64);
-            }
-        }
-        let mut rivals: Vec<(f64, Set)> = rivals.into_iter().map(|(rival, gain)| (gain, rival.clone())).collect();
-        rivals.sort_by(|a, b| b.0.total_cmp(&a.0));
-        // As many for each effect that another may stand in the place of: sets that lack the one may all be likelier than those that
-        // lack the other, since they began closer to where the set is best.
-        let exchanged = |rival: &Set| set.iter().position(|one| !rival.contains(one));
-        let mut places = vec![self.options.rivals; set.len()];
-        rivals.retain(|(_, rival)| {
-            let place = exchanged(rival).map(|index| &mut places[index]).filter(|left| **left > 0);
-            place.map(|left| *left -= 1).is_some()
-        });
-        let rivals = rivals.into_iter().map(|(_, rival)| rival);
-        // A pair that was fitted to the end began where a smaller set had put right what else was off.
-        let is_ended =
-            |rival: &Set| self.models.get(&(rival.clone(), Level::High)).is_some_and(|model| model.fit.converged);
-        let rivals: Vec<Set> = rivals.filter(|rival| rival.len() < 2 || !is_ended(rival)).collect();
-        let of_set = self.evidence(&set, Level::High).unwrap_or(f64::NEG_INFINITY);
-        // As exactly as they are reported from the outset: what is free in the end only may decide between them.
-        let begun = self.begun_from(&set, &rivals, Level::High);
-        let is_near =
-            |fit: &Fit| fit.log_evidence + self.options.optimism * fit.predicted_gain > of_set - self.options.margin;
-        let ended = begun.into_par_iter().filter(|(.., fit)| is_near(fit)).map(|(rival, problem, begun)| {
-            let base = self.family.options().exact();
-            let options = FitOptions { known: Some(begun.noise.clone()), ..settling(base.settled, base) };
-            let further = fit(&problem, &begun.u, &options);
-            let ended = further.filter(|fit| fit.log_evidence > begun.log_evidence).unwrap_or(begun);
-            (rival, problem, ended)
-        });
-        for (rival, problem, fit) in ended.collect::<Vec<_>>() {
-            self.keep(rival, Level::High, problem, fit);
-        }
-        let of = |set: &Set| self.evidence(set, Level::High).unwrap_or(f64::NEG_INFINITY);
-        let best = rivals.into_iter().max_by(|a, b| of(a).total_cmp(&of(b)));
-        best.filter(|rival| of(rival) > of_set).unwrap_or(set)
     }
 
     /// The sets with one effect exchanged that have not been fitted.
