@@ -68,10 +68,12 @@ pub trait Family: Sync {
     fn options(&self) -> FitOptions;
 
     /// Called as a set has been fitted.
-    fn tell(&self, news: News<'_>);
+    fn tell(&self, _news: News<'_>) {}
 
     /// Whether somebody asked to stop.
-    fn stop(&self) -> &Stop;
+    fn stop(&self) -> &Stop {
+        Stop::never()
+    }
 }
 
 /// What a search tells.

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use identify::left::normalised_rms;
 use identify::select::{Family, Level, Model, News, SelectOptions, select};
-use identify::{Coordinate, FitOptions, Noise, Problem, Record, Request, Stop};
+use identify::{Coordinate, FitOptions, Noise, Problem, Record, Request};
 
 use crate::common::{record, shared};
 use crate::drawn::{far_off, noise, regressor};
@@ -124,10 +124,6 @@ impl<'a> Family for &'a Regressors {
         if let News::Fitted { .. } = news {
             *self.fitted.lock().expect("no panic") += 1;
         }
-    }
-
-    fn stop(&self) -> &Stop {
-        Stop::never()
     }
 }
 

@@ -1,7 +1,7 @@
 //! Candidates that do much the same, one of which begins in the wrong valley.
 
-use identify::select::{Family, Level, News, SelectOptions, select};
-use identify::{Coordinate, FitOptions, Problem, Record, Request, Stop, fit};
+use identify::select::{Family, Level, SelectOptions, select};
+use identify::{Coordinate, FitOptions, Problem, Record, Request, fit};
 
 use crate::common::{record, shared};
 use crate::drawn::{RIGHT_VALLEY, WRONG_VALLEY, far_off, noise, regressor};
@@ -102,12 +102,6 @@ impl<'a> Family for &'a Rivals {
 
     fn options(&self) -> FitOptions {
         far_off()
-    }
-
-    fn tell(&self, _: News<'_>) {}
-
-    fn stop(&self) -> &Stop {
-        Stop::never()
     }
 }
 

@@ -1,7 +1,7 @@
 //! A candidate whose shape is usual elsewhere than it is likely.
 
-use identify::select::{Family, Level, News, SelectOptions, select};
-use identify::{Coordinate, FitOptions, Problem, Record, Request, Stop, fit};
+use identify::select::{Family, Level, SelectOptions, select};
+use identify::{Coordinate, FitOptions, Problem, Record, Request, fit};
 
 use crate::common::{record, shared};
 use crate::drawn::{QUICK, SLOW, far_off, noise};
@@ -64,12 +64,6 @@ impl<'a> Family for &'a Swings {
 
     fn options(&self) -> FitOptions {
         far_off()
-    }
-
-    fn tell(&self, _: News<'_>) {}
-
-    fn stop(&self) -> &Stop {
-        Stop::never()
     }
 }
 

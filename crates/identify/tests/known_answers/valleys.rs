@@ -1,7 +1,7 @@
 //! Fits that end in the wrong one of two valleys.
 
-use identify::select::{Family, Level, Model, News, SelectOptions, afresh, select};
-use identify::{Coordinate, FitOptions, Problem, Record, Request, Stop, fit};
+use identify::select::{Family, Level, Model, SelectOptions, afresh, select};
+use identify::{Coordinate, FitOptions, Problem, Record, Request, fit};
 
 use crate::common::{record, shared};
 use crate::drawn::{RIGHT_VALLEY, WRONG_VALLEY, far_off, noise, regressor};
@@ -81,12 +81,6 @@ impl<'a> Family for &'a Valleys {
 
     fn options(&self) -> FitOptions {
         far_off()
-    }
-
-    fn tell(&self, _: News<'_>) {}
-
-    fn stop(&self) -> &Stop {
-        Stop::never()
     }
 }
 
