@@ -1,7 +1,7 @@
 //! How well a fit predicts what it has not seen.
 //!
 //! Folds of records are held out in turn. The optimum without a fold is found by a few steps with the derivatives of the
-//! whole fit, each judged by what the problem predicts there, and by a fit of its own where these end short of it; what it
+//! whole fit, each judged by what the problem predicts there, and by a fit of its own where it matters; what it
 //! predicts for the fold is the answer.
 
 use rayon::prelude::*;
@@ -18,14 +18,30 @@ pub struct HeldOut {
     pub at_mean: Vec<Vec<f64>>,
     /// With the record's own coordinates fitted to it and everything shared from the others.
     pub own: Vec<Vec<f64>>,
-    /// Whether every fold had a fit of its own.
-    pub is_refitted: bool,
+    /// Which folds had fits of their own.
+    pub own_fits: OwnFits,
+}
+
+/// Which folds have a fit of their own, from cheap to dear: it costs about as much as fitting the whole.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub enum OwnFits {
+    /// None: for what is only looked at beside others.
+    #[default]
+    None,
+    /// Those where the quick steps end short of what they promise.
+    WhereShort,
+    /// All, since the derivatives of the whole fit can lead beside the optimum without promising anything there.
+    All,
 }
 
 /// A record that was held out: its index, and its residuals with own coordinates at their means, and fitted.
 type HeldOutRecord = (usize, Vec<f64>, Vec<f64>);
 
-/// Folds of records: by condition where there are several, else each record alone; empty for a single record.
+/// Folds at most of records of one condition: with more, those that are left hardly differ from one fold to the next, and five
+/// to ten are as good as any number (Kohavi, IJCAI 1995).
+const MOST_FOLDS: usize = 5;
+
+/// Folds of records: by condition where there are several, else a few, each with every so manieth record; empty for a single record.
 pub fn folds(problem: &dyn Problem) -> Vec<Vec<usize>> {
     let mut folds: Vec<Vec<usize>> = Vec::new();
     let records = problem.records();
@@ -36,34 +52,27 @@ pub fn folds(problem: &dyn Problem) -> Vec<Vec<usize>> {
         }
     }
     if folds.len() == 1 {
-        folds = (0..records.len()).map(|record| vec![record]).collect();
+        let count = records.len().min(MOST_FOLDS);
+        folds = (0..count).map(|first| (first..records.len()).step_by(count).collect()).collect();
     }
     if folds.len() == 1 { Vec::new() } else { folds }
 }
 
 /// Holds out fold after fold; nothing where there is only one, or where somebody asks to stop. `options` are those of the fit.
-pub fn held_out(problem: &dyn Problem, fit: &Fit, folds: &[Vec<usize>], options: &FitOptions) -> Option<HeldOut> {
-    of_folds(problem, folds, |fold| hold_out(problem, fit, fold, options, false))
-}
-
-/// As [`held_out`], with a fit of its own without every fold: it costs as many fits as there are folds. The derivatives of the
-/// whole fit can lead beside the optimum without promising anything there.
-pub fn refitted(problem: &dyn Problem, fit: &Fit, folds: &[Vec<usize>], options: &FitOptions) -> Option<HeldOut> {
-    let found = of_folds(problem, folds, |fold| hold_out(problem, fit, fold, options, true))?;
-    Some(HeldOut { is_refitted: true, ..found })
-}
-
-fn of_folds(
+pub fn held_out(
     problem: &dyn Problem,
+    fit: &Fit,
     folds: &[Vec<usize>],
-    hold_out: impl Fn(&Vec<usize>) -> Option<Vec<HeldOutRecord>> + Sync + Send,
+    options: &FitOptions,
+    own_fits: OwnFits,
 ) -> Option<HeldOut> {
     if folds.len() < 2 {
         return None;
     }
     let none = || vec![Vec::new(); problem.records().len()];
-    let mut result = HeldOut { at_mean: none(), own: none(), is_refitted: false };
-    let of_folds: Vec<Option<Vec<HeldOutRecord>>> = folds.par_iter().map(hold_out).collect();
+    let mut result = HeldOut { at_mean: none(), own: none(), own_fits };
+    let of_folds: Vec<Option<Vec<HeldOutRecord>>> =
+        folds.par_iter().map(|fold| hold_out(problem, fit, fold, options, own_fits)).collect();
     for (record, at_mean, own) in of_folds.into_iter().collect::<Option<Vec<_>>>()?.into_iter().flatten() {
         result.at_mean[record] = at_mean;
         result.own[record] = own;
@@ -83,7 +92,7 @@ fn hold_out(
     fit: &Fit,
     fold: &[usize],
     options: &FitOptions,
-    is_refitted: bool,
+    own_fits: OwnFits,
 ) -> Option<Vec<HeldOutRecord>> {
     if problem.stop().is_asked() {
         return None;
@@ -92,7 +101,8 @@ fn hold_out(
     let whitened = Whitened::of(problem, &fit.linear, &fit.noise, &kept);
     let (mut without, promised) = optimum(problem, &whitened, &kept, problem.coordinates(), &fit.u, true)?;
     // Far from the whole fit its derivatives lead beside the optimum, and a model would be blamed for that.
-    if is_refitted || promised > fit.tolerance {
+    let is_short = own_fits == OwnFits::WhereShort && promised > fit.tolerance;
+    if is_short || own_fits == OwnFits::All {
         let options = FitOptions { annealed: 0, known: Some(fit.noise.clone()), followed: 0, ..options.clone() };
         without = fitted(&Without::new(problem, kept), &without, &options)?.u;
     }

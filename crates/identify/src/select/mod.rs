@@ -21,7 +21,7 @@ pub use options::{BY_CHANCE, SelectOptions};
 
 use self::race::{best_start, settling};
 use crate::fit::{Fit, FitOptions, fit};
-use crate::held_out::{folds, held_out, refitted};
+use crate::held_out::{OwnFits, folds, held_out};
 use crate::left::{excess, hidden_by_bounds, left_nats, left_to_explain, normalised_rms};
 use crate::noise::Noise;
 use crate::problem::{Problem, Scope};
@@ -83,7 +83,8 @@ fn base_at<F: Family>(family: &F, level: Level, from: Option<&Model<F::Member>>)
     let most = fits.iter().map(|fit| fit.log_evidence).fold(f64::NEG_INFINITY, f64::max);
     let fit = fits.into_iter().find(|fit| fit.log_evidence > most - BY_CHANCE)?;
     let fit = if level == Level::Low { freed(&problem, fit, &options) } else { fit };
-    let held_out = (level == Level::High).then(|| held_out(&problem, &fit, &folds(&problem), &options)).flatten();
+    let hold_out = || held_out(&problem, &fit, &folds(&problem), &options, OwnFits::WhereShort);
+    let held_out = (level == Level::High).then(hold_out).flatten();
     Some(Model { set: Vec::new(), level, problem, fit, held_out })
 }
 
@@ -221,9 +222,9 @@ impl<F: Family> Search<'_, F> {
             .get(&(set.clone(), level))
             .is_none_or(|known| known.fit.log_evidence + least_gain < fit.log_evidence);
         if better {
-            let is_wanted = level == Level::High;
             let options = self.family.options();
-            let held_out = is_wanted.then(|| held_out(&problem, &fit, &folds(&problem), &options)).flatten();
+            let hold_out = || held_out(&problem, &fit, &folds(&problem), &options, OwnFits::None);
+            let held_out = (level == Level::High).then(hold_out).flatten();
             self.models.insert((set.clone(), level), Model { set, level, problem, fit, held_out });
         }
     }
@@ -292,12 +293,13 @@ impl<F: Family> Search<'_, F> {
         smaller
     }
 
-    /// Fits to the end what a set is told beside: the sets with one effect less, however far behind they are.
+    /// Fits to the end what a set is told beside: the sets with one effect less, which are so far behind that a little more
+    /// or less decides nothing.
     fn end_smaller(&mut self, set: &[usize]) {
         let smaller = set.iter().map(|one| set.iter().copied().filter(|other| other != one).collect());
         let is_ended = |set: &Set| self.models.contains_key(&(set.clone(), Level::High));
         let missing: Vec<Set> = smaller.filter(|set| !is_ended(set)).collect();
-        for (set, problem, fit) in self.ended_from(set, &missing) {
+        for (set, problem, fit) in self.ended_from(set, &missing, &self.family.options()) {
             self.keep(set, Level::High, problem, fit);
         }
     }
@@ -316,7 +318,7 @@ impl<F: Family> Search<'_, F> {
         for (set, problem, fit) in begun {
             self.keep(set, Level::Low, problem, fit);
         }
-        for (set, problem, fit) in self.ended_from(origin, &near) {
+        for (set, problem, fit) in self.ended_from(origin, &near, &self.family.options().exact()) {
             self.keep(set, Level::High, problem, fit);
         }
     }
@@ -337,8 +339,8 @@ impl<F: Family> Search<'_, F> {
         sets.par_iter().filter_map(fitted).collect()
     }
 
-    /// Sets fitted as exactly as another: from its optimum, and from where they are known to be best.
-    fn ended_from(&self, origin: &[usize], sets: &[Set]) -> Vec<(Set, F::Member, Fit)> {
+    /// Sets fitted to the end: from the optimum of another, and from where they are known to be best.
+    fn ended_from(&self, origin: &[usize], sets: &[Set], options: &FitOptions) -> Vec<(Set, F::Member, Fit)> {
         let Some(origin) = self.models.get(&(origin.to_vec(), Level::High)) else { return Vec::new() };
         let fitted = |set: &Set| {
             let problem = self.family.member(set, Level::High)?;
@@ -348,8 +350,7 @@ impl<F: Family> Search<'_, F> {
                 starts.push(self.refined(&problem, low));
             }
             // A start that looks worse may lie in the better valley.
-            let options = self.family.options().exact();
-            let fits = starts.into_par_iter().filter_map(|start| fit(&problem, &start, &options));
+            let fits = starts.into_par_iter().filter_map(|start| fit(&problem, &start, options));
             let fit = fits.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))?;
             Some((set.clone(), problem, fit))
         };
@@ -398,6 +399,7 @@ impl<F: Family> Search<'_, F> {
         while !set.is_empty() {
             self.fit_afresh(&set);
             let smaller = self.with_smaller(&set);
+            self.hold_out([&set, &Set::new()].into_iter().chain(&smaller), OwnFits::WhereShort);
             let Some(model) = self.models.get(&(set.clone(), Level::High)) else { return set };
             let (all, noise) = (model.fit.log_evidence, &model.fit.noise);
             let (base, error) = (self.held_out(&[], noise), self.held_out(&set, noise));
@@ -435,7 +437,8 @@ impl<F: Family> Search<'_, F> {
                 .filter_map(|smaller| Some((is_needless(&smaller)?, smaller)))
                 .min_by(|a, b| a.0.total_cmp(&b.0));
             match least {
-                Some((gain, smaller)) if gain >= self.options.accept && self.refits([&set, &smaller]) => {}
+                Some((gain, smaller))
+                    if gain >= self.options.accept && self.hold_out([&set, &smaller].into_iter(), OwnFits::All) => {}
                 Some((_, smaller)) => set = smaller,
                 None => break,
             }
@@ -444,13 +447,13 @@ impl<F: Family> Search<'_, F> {
     }
 
     /// Holds out once more from sets what decides between them, with fits of their own; whether that had not been done.
-    fn refits(&mut self, sets: [&Set; 2]) -> bool {
+    fn hold_out<'s>(&mut self, sets: impl Iterator<Item = &'s Set>, own_fits: OwnFits) -> bool {
         let options = self.family.options();
         let mut is_new = false;
         for set in sets {
             let Some(model) = self.models.get_mut(&(set.clone(), Level::High)) else { continue };
-            if model.held_out.as_ref().is_some_and(|held| !held.is_refitted)
-                && let Some(found) = refitted(&model.problem, &model.fit, &folds(&model.problem), &options)
+            if model.held_out.as_ref().is_some_and(|held| held.own_fits < own_fits)
+                && let Some(found) = held_out(&model.problem, &model.fit, &folds(&model.problem), &options, own_fits)
             {
                 model.held_out = Some(found);
                 is_new = true;

@@ -1,6 +1,6 @@
 //! What is predicted of records that were held out, where the optimum without them is known.
 
-use identify::held_out::{HeldOut, folds, held_out, refitted};
+use identify::held_out::{HeldOut, OwnFits, folds, held_out};
 use identify::{Fit, FitOptions, fit};
 
 use crate::common::{Functions, options, record, shared};
@@ -41,18 +41,22 @@ fn known_place(bent: f64) -> f64 {
 #[test]
 fn derivatives_of_the_whole_fit_may_lead_beside_the_optimum_without_a_fold() {
     let (problem, whole) = contradicting(0.1);
-    let quick = held_out(&problem, &whole, &folds(&problem), &options()).expect("two conditions");
+    let quick =
+        held_out(&problem, &whole, &folds(&problem), &options(), OwnFits::WhereShort).expect("two conditions");
     assert!((place_without(&quick) - 3.0).abs() < 0.03, "they see the first row alone: {}", place_without(&quick));
-    let own = refitted(&problem, &whole, &folds(&problem), &options()).expect("two conditions");
+    let own = held_out(&problem, &whole, &folds(&problem), &options(), OwnFits::All).expect("two conditions");
     assert!((place_without(&own) - known_place(0.1)).abs() < 1e-3, "{} for {}", place_without(&own), known_place(0.1));
-    assert!(own.is_refitted && !quick.is_refitted);
+    assert!(own.own_fits > quick.own_fits);
 }
 
 #[test]
 fn a_fold_whose_quick_steps_end_short_of_what_they_promise_has_a_fit_of_its_own() {
     // So steep that no step with the derivatives at hand makes anything better.
     let (problem, whole) = contradicting(20.0);
-    let quick = held_out(&problem, &whole, &folds(&problem), &options()).expect("two conditions");
+    let quick = held_out(&problem, &whole, &folds(&problem), &options(), OwnFits::None).expect("two conditions");
+    assert!((place_without(&quick) - known_place(20.0)).abs() > 0.3, "{}", place_without(&quick));
+    let quick =
+        held_out(&problem, &whole, &folds(&problem), &options(), OwnFits::WhereShort).expect("two conditions");
     assert!(
         (place_without(&quick) - known_place(20.0)).abs() < 1e-2,
         "{} for {}",
@@ -64,5 +68,23 @@ fn a_fold_whose_quick_steps_end_short_of_what_they_promise_has_a_fit_of_its_own(
 #[test]
 fn a_record_alone_can_not_be_held_out() {
     let (problem, whole) = contradicting(0.1);
-    assert!(held_out(&problem, &whole, &[vec![0, 1]], &options()).is_none());
+    assert!(held_out(&problem, &whole, &[vec![0, 1]], &options(), OwnFits::All).is_none());
+}
+
+#[test]
+fn many_strokes_of_one_condition_are_few_folds_with_each_stroke_once() {
+    let records = |count: usize, conditions: usize| Functions {
+        coordinates: vec![shared("place", 1.0, 100.0, 50.0)],
+        records: (0..count).map(|index| record(&[1.0], 0.1, false, index % conditions)).collect(),
+        of_records: Vec::new(),
+        asked: 0.into(),
+    };
+    let of_one = folds(&records(13, 1));
+    assert_eq!(of_one.len(), 5);
+    let mut all: Vec<usize> = of_one.into_iter().flatten().collect();
+    all.sort_unstable();
+    assert_eq!(all, (0..13).collect::<Vec<_>>());
+    assert_eq!(folds(&records(3, 1)), [[0], [1], [2]]);
+    assert_eq!(folds(&records(4, 2)), [[0, 2], [1, 3]]);
+    assert!(folds(&records(1, 1)).is_empty());
 }

@@ -1,7 +1,7 @@
 //! Effects that the user chose: everything refitted with them, one after the other.
 
 use campaign::Campaign;
-use identify::held_out::{folds, held_out};
+use identify::held_out::{OwnFits, folds, held_out};
 use identify::select::{Family, Level, Model, SelectOptions, afresh};
 use identify::{Fit, FitOptions, Stop, fit};
 use rayon::prelude::*;
@@ -112,7 +112,7 @@ pub fn sequence(file: &ValveFile, campaign: &Campaign, additions: &[Addition], s
         && fit.log_evidence > model.fit.log_evidence
         && let Some(last) = rungs.last_mut()
     {
-        let held_out = held_out(&problem, &fit, &folds(&problem), &options);
+        let held_out = held_out(&problem, &fit, &folds(&problem), &options, OwnFits::WhereShort);
         model = Model { set: Vec::new(), level: Level::High, problem, fit, held_out };
         let name = last.step.step.clone();
         *last = rung(&name, &model);
@@ -147,7 +147,7 @@ fn best<'a>(
     let problem = subject.problem(space.clone(), Level::High, stop);
     let fits: Vec<Fit> = starts.par_iter().filter_map(|start| fit(&problem, start, options)).collect();
     let fit = fits.into_iter().max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))?;
-    let held_out = held_out(&problem, &fit, &folds(&problem), options);
+    let held_out = held_out(&problem, &fit, &folds(&problem), options, OwnFits::WhereShort);
     Some(Model { set: Vec::new(), level: Level::High, problem, fit, held_out })
 }
 

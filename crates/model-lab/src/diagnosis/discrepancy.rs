@@ -4,7 +4,7 @@
 //! nuisances. Those that are most likely name the place; short formulas that start from their shape are then fitted, and
 //! the most likely one that also predicts what was held out becomes a ready custom effect.
 
-use identify::held_out::{folds, held_out};
+use identify::held_out::{OwnFits, folds, held_out};
 use identify::normal::Linearised;
 use identify::select::{Level, Model};
 use identify::variance::{Effort as Thoroughness, components, evidence};
@@ -174,7 +174,7 @@ pub fn model_discrepancy<'a>(
             .collect();
         for one in finished {
             let gain = one.fit.log_evidence - best.fit.log_evidence;
-            let held = held_out(&one.problem, &one.fit, &folds(&one.problem), &near(&one.fit));
+            let held = held_out(&one.problem, &one.fit, &folds(&one.problem), &near(&one.fit), OwnFits::WhereShort);
             let held = held.map(|held| Errors::of(&one.problem, &held.own));
             // A formula that was not held against what it had not seen is none.
             if catalogue.stop.is_asked() {
