@@ -73,6 +73,13 @@ const USUAL: usize = 3;
 /// 20 nats at most, if an effect does just what the simulation does wrong.
 const OWN_ERROR: (f64, f64) = (0.5, 0.2);
 
+/// Steps that one may span on a stop, where that costs little; the last one that does counts.
+const SPANS: [u32; 3] = [2, 4, 8];
+
+/// What spans may cost in all, nats, as if the errors that they make were an effect's doing: on the way, and for what decides. A
+/// model whose terms forbid them has none.
+const SPANS_MAY_COST: (f64, f64) = (5.0, 1.0);
+
 /// The rungs of a record whose usual fidelity is this.
 fn rungs(usual: Fidelity) -> [Fidelity; RUNGS.len()] {
     RUNGS.map(|(step, substeps)| Fidelity {
@@ -87,6 +94,40 @@ fn normalised_rms(setup: &Setup, records: &[usize], errors: &[Vec<f64>]) -> f64 
     let (sum, count) =
         rows.fold((0.0, 0.0), |(sum, count), (row, error)| (sum + (error / row.sigma).powi(2), count + 1.0));
     (sum / f64::max(count, 1.0)).sqrt()
+}
+
+/// What some predictions differ by from others, by record and row.
+fn differences(one: &[Vec<f64>], other: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    one.iter().zip(other).map(|(one, other)| one.iter().zip(other).map(|(one, other)| one - other).collect()).collect()
+}
+
+/// Lets steps on a stop span several in each record, as many as cost no more than its share of so many nats against every step taken. Stroke
+/// times are all simulated alike.
+fn choose_spans(setup: &mut Setup, most_nats: f64, predict: impl Fn(&Setup) -> Option<Vec<Vec<f64>>>) {
+    let count = setup.recordings.len();
+    let Some(every) = predict(setup) else { return };
+    let mut chosen = vec![1; count];
+    for span in SPANS {
+        let mut spanned = setup.clone();
+        spanned.recordings.iter_mut().for_each(|recording| recording.fidelity.most_span = span);
+        let Some(predicted) = predict(&spanned) else { continue };
+        let errors = differences(&predicted, &every);
+        let nats = |recording: usize| -> f64 {
+            let rows = setup.records[recording].rows().zip(&errors[recording]);
+            rows.map(|(row, error)| 0.5 * (error / row.sigma).powi(2)).sum()
+        };
+        let is_cheap = |recording: usize| nats(recording) <= most_nats / count as f64;
+        let is_timed = |recording: usize| matches!(setup.recordings[recording].kind, Kind::Times(_));
+        let are_timed_cheap = (0..count).filter(|recording| is_timed(*recording)).all(is_cheap);
+        for (recording, chosen) in chosen.iter_mut().enumerate() {
+            if if is_timed(recording) { are_timed_cheap } else { is_cheap(recording) } {
+                *chosen = span;
+            }
+        }
+    }
+    for (recording, span) in setup.recordings.iter_mut().zip(chosen) {
+        recording.fidelity.most_span = span;
+    }
 }
 
 impl Subject {
@@ -204,13 +245,7 @@ impl Subject {
         let Some((exact, others)) = predicted.split_last().filter(|(_, others)| others.len() + 1 == RUNGS.len()) else {
             return;
         };
-        let errors: Vec<Vec<Vec<f64>>> = others
-            .iter()
-            .map(|predicted| {
-                let both = predicted.iter().zip(exact);
-                both.map(|(one, exact)| one.iter().zip(exact).map(|(one, exact)| one - exact).collect()).collect()
-            })
-            .collect();
+        let errors: Vec<Vec<Vec<f64>>> = others.iter().map(|predicted| differences(predicted, exact)).collect();
         let is_timed = |recording: usize| matches!(setup.recordings[recording].kind, Kind::Times(_));
         let recordings = 0..of_recording.len();
         let first = |recording: usize, rungs: std::ops::RangeInclusive<usize>, most: f64| {
@@ -225,14 +260,21 @@ impl Subject {
             .clone()
             .map(|recording| first(recording, low[recording].max(USUAL)..=finest, OWN_ERROR.1))
             .collect();
-        let of_rungs = |chosen: &[usize]| -> Vec<Vec<f64>> {
-            chosen.iter().enumerate().map(|(recording, rung)| errors[*rung][recording].clone()).collect()
-        };
-        at(&mut self.low, &low);
-        self.low.add_noise(&of_rungs(&low));
-        self.high = setup;
-        at(&mut self.high, &high);
-        self.high.add_noise(&of_rungs(&high));
+        let exact = exact.clone();
+        self.high = setup.clone();
+        for (setup, chosen, most) in
+            [(&mut self.low, &low, SPANS_MAY_COST.0), (&mut self.high, &high, SPANS_MAY_COST.1)]
+        {
+            at(setup, chosen);
+            choose_spans(setup, most, |setup| {
+                let problem = ValveProblem::new(setup, self.space.clone(), &self.nuisances, Stop::never());
+                predict_all(&problem, &[problem.start()]).remove(0)
+            });
+            let problem = ValveProblem::new(setup, self.space.clone(), &self.nuisances, Stop::never());
+            if let Some(predicted) = predict_all(&problem, &[problem.start()]).remove(0) {
+                setup.add_noise(&differences(&predicted, &exact));
+            }
+        }
     }
 
     /// Which delays only a simulation tells: those of records in which a command finds the valve still filling, emptying or
