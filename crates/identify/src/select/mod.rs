@@ -133,14 +133,45 @@ fn freed(problem: &dyn Problem, mut best: Fit, options: &FitOptions) -> Fit {
 /// Fits a set from the empty set's optimum, and knowing nothing; the better one. The way of a search may end in a valley beside the
 /// best one, and what is told must not depend on it.
 pub fn afresh<F: Family>(family: &F, set: &[usize], base: &Model<F::Member>) -> Option<(F::Member, Fit)> {
-    let problem = family.member(set, Level::High)?;
+    ended_afresh(family, &begun_afresh(family, set, base)?)
+}
+
+/// The better one of both starts, cheaply.
+fn begun_afresh<F: Family>(family: &F, set: &[usize], base: &Model<F::Member>) -> Option<Model<F::Member>> {
+    let (set, level) = (set.to_vec(), Level::Low);
+    let problem = family.member(&set, level)?;
     let warm = best_start(&problem, family.warm(&problem, &base.problem, &base.fit.u));
     let cold = best_start(&problem, family.cold(&problem));
     let starts: Vec<Vec<f64>> = warm.into_iter().chain(cold).collect();
-    let options = family.options().exact();
+    let options = family.options();
     let fits = starts.par_iter().filter_map(|start| fit(&problem, start, &options));
     let fit = fits.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))?;
+    Some(Model { set, level, problem, fit, held_out: None })
+}
+
+/// As exactly as it is reported, from there.
+fn ended_afresh<F: Family>(family: &F, begun: &Model<F::Member>) -> Option<(F::Member, Fit)> {
+    let problem = family.member(&begun.set, Level::High)?;
+    let start = family.carried(&begun.problem, &begun.fit.u, &problem);
+    let options = continued(family, begun, family.options().exact());
+    let fit = fit(&problem, &start, &options)?;
     Some((problem, fit))
+}
+
+/// How a fit goes on as exactly as those that decide from where a cheap one ended: what is free in the end only needs a phase
+/// that is annealed.
+fn continued<F: Family>(family: &F, cheap: &Model<F::Member>, options: FitOptions) -> FitOptions {
+    if cheap.fit.converged && late_shapes(family, &cheap.set) == 0 {
+        FitOptions { known: Some(cheap.fit.noise.clone()), ..settling(options.settled, options) }
+    } else {
+        options
+    }
+}
+
+/// How many shapes of a set are free only in a fit as exact as those that decide.
+fn late_shapes<F: Family>(family: &F, set: &[usize]) -> usize {
+    let free = |level| family.member(set, level).map_or(0, |member| member.coordinates().len());
+    free(Level::High).saturating_sub(free(Level::Low))
 }
 
 /// Searches a family for the effects that records need; nothing where not even the empty set can be fitted, or where somebody
@@ -229,15 +260,9 @@ impl<F: Family> Search<'_, F> {
         }
     }
 
-    /// How many shapes of a set are free only in a fit as exact as those that decide.
-    fn late_shapes(&self, set: &[usize]) -> usize {
-        let free = |level| self.family.member(set, level).map_or(0, |member| member.coordinates().len());
-        free(Level::High).saturating_sub(free(Level::Low))
-    }
-
-    /// Whether there are any: a cheap fit does not say how far such a set may get.
+    /// Whether a set has shapes that are free in the end only: a cheap fit does not say how far such a set may get.
     fn has_late_shapes(&self, set: &[usize]) -> bool {
-        self.late_shapes(set) > 0
+        late_shapes(self.family, set) > 0
     }
 
     fn evidence(&self, set: &[usize], level: Level) -> Option<f64> {
@@ -345,12 +370,12 @@ impl<F: Family> Search<'_, F> {
         let fitted = |set: &Set| {
             let problem = self.family.member(set, Level::High)?;
             let warm = best_start(&problem, self.family.warm(&problem, &origin.problem, &origin.fit.u))?;
-            let mut starts = vec![warm];
+            let mut starts = vec![(warm, options.clone())];
             if let Some(low) = self.models.get(&(set.clone(), Level::Low)) {
-                starts.push(self.refined(&problem, low));
+                starts.push((self.refined(&problem, low), continued(self.family, low, options.clone())));
             }
             // A start that looks worse may lie in the better valley.
-            let fits = starts.into_par_iter().filter_map(|start| fit(&problem, &start, options));
+            let fits = starts.into_par_iter().filter_map(|(start, options)| fit(&problem, &start, &options));
             let fit = fits.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))?;
             Some((set.clone(), problem, fit))
         };
@@ -385,7 +410,11 @@ impl<F: Family> Search<'_, F> {
         if is_known || self.afresh.iter().any(|other| other == set) || self.family.stop().is_asked() {
             return;
         }
-        if let Some((problem, fit)) = afresh(self.family, set, base) {
+        let begun = begun_afresh(self.family, set, base);
+        // Where the search led is known as cheaply: what is no likelier is no other valley.
+        let known = self.evidence(set, Level::Low).unwrap_or(f64::NEG_INFINITY);
+        let better = begun.filter(|begun| begun.fit.log_evidence > known + self.options.nothing_left);
+        if let Some((problem, fit)) = better.and_then(|begun| ended_afresh(self.family, &begun)) {
             self.keep(set.to_vec(), Level::High, problem, fit);
         }
         self.afresh.push(set.to_vec());

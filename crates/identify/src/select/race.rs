@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::{Family, Level, News, Search, Set};
+use super::{Family, Level, News, Search, Set, continued, late_shapes};
 use crate::fit::{Fit, FitOptions, fit};
 use crate::left::{left_nats, normalised_rms};
 use crate::problem::{Problem, error_in_activity, predict_all};
@@ -86,8 +86,8 @@ impl<F: Family> Search<'_, F> {
             let is_near = runner.fit.log_evidence > best - self.options.margin || self.has_late_shapes(&runner.set);
             let optimism = if runner.fit.converged { 1.0 } else { self.options.optimism };
             let prospect = runner.fit.log_evidence + optimism * runner.fit.predicted_gain;
-            let may_win =
-                of_grown.is_none_or(|of| prospect > of) || self.late_shapes(&runner.set) > self.late_shapes(from);
+            let may_win = of_grown.is_none_or(|of| prospect > of)
+                || late_shapes(self.family, &runner.set) > late_shapes(self.family, from);
             if place < self.options.finalists && is_near && may_win {
                 finalists.push(runner.set.clone());
             }
@@ -181,7 +181,7 @@ impl<F: Family> Search<'_, F> {
                 let low = self.models.get(&(set.clone(), Level::Low))?;
                 let problem = self.family.member(set, Level::High)?;
                 let start = self.refined(&problem, low);
-                let fit = fit(&problem, &start, &options)?;
+                let fit = fit(&problem, &start, &continued(self.family, low, options.clone()))?;
                 self.family.tell(fitted_news(set, &problem, &fit, of));
                 Some((set.clone(), problem, fit))
             })

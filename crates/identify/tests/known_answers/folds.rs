@@ -41,8 +41,7 @@ fn known_place(bent: f64) -> f64 {
 #[test]
 fn derivatives_of_the_whole_fit_may_lead_beside_the_optimum_without_a_fold() {
     let (problem, whole) = contradicting(0.1);
-    let quick =
-        held_out(&problem, &whole, &folds(&problem), &options(), OwnFits::WhereShort).expect("two conditions");
+    let quick = held_out(&problem, &whole, &folds(&problem), &options(), OwnFits::WhereShort).expect("two conditions");
     assert!((place_without(&quick) - 3.0).abs() < 0.03, "they see the first row alone: {}", place_without(&quick));
     let own = held_out(&problem, &whole, &folds(&problem), &options(), OwnFits::All).expect("two conditions");
     assert!((place_without(&own) - known_place(0.1)).abs() < 1e-3, "{} for {}", place_without(&own), known_place(0.1));
@@ -55,8 +54,7 @@ fn a_fold_whose_quick_steps_end_short_of_what_they_promise_has_a_fit_of_its_own(
     let (problem, whole) = contradicting(20.0);
     let quick = held_out(&problem, &whole, &folds(&problem), &options(), OwnFits::None).expect("two conditions");
     assert!((place_without(&quick) - known_place(20.0)).abs() > 0.3, "{}", place_without(&quick));
-    let quick =
-        held_out(&problem, &whole, &folds(&problem), &options(), OwnFits::WhereShort).expect("two conditions");
+    let quick = held_out(&problem, &whole, &folds(&problem), &options(), OwnFits::WhereShort).expect("two conditions");
     assert!(
         (place_without(&quick) - known_place(20.0)).abs() < 1e-2,
         "{} for {}",
