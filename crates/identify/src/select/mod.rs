@@ -370,12 +370,12 @@ impl<F: Family> Search<'_, F> {
         let fitted = |set: &Set| {
             let problem = self.family.member(set, Level::High)?;
             let warm = best_start(&problem, self.family.warm(&problem, &origin.problem, &origin.fit.u))?;
-            let mut starts = vec![(warm, options.clone())];
+            let mut starts = vec![warm];
             if let Some(low) = self.models.get(&(set.clone(), Level::Low)) {
-                starts.push((self.refined(&problem, low), continued(self.family, low, options.clone())));
+                starts.push(self.refined(&problem, low));
             }
-            // A start that looks worse may lie in the better valley.
-            let fits = starts.into_par_iter().filter_map(|(start, options)| fit(&problem, &start, &options));
+            // A start that looks worse may lie in the better valley, and a set that lacks something gets stuck: both are annealed.
+            let fits = starts.into_par_iter().filter_map(|start| fit(&problem, &start, options));
             let fit = fits.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))?;
             Some((set.clone(), problem, fit))
         };
@@ -429,6 +429,17 @@ impl<F: Family> Search<'_, F> {
             self.fit_afresh(&set);
             let smaller = self.with_smaller(&set);
             self.hold_out([&set, &Set::new()].into_iter().chain(&smaller), OwnFits::WhereShort);
+            if set.len() > 1 {
+                // Where the evidence does not decide alone about a companion, what was held out must be right.
+                let close = |smaller: &&Set| {
+                    let [all, without] = [&set, *smaller].map(|set| self.evidence(set, Level::High));
+                    all.zip(without).is_some_and(|(all, without)| all - without < self.options.margin)
+                };
+                let close: Vec<Set> = smaller.iter().filter(close).cloned().collect();
+                if !close.is_empty() {
+                    self.hold_out(std::iter::once(&set).chain(&close), OwnFits::All);
+                }
+            }
             let Some(model) = self.models.get(&(set.clone(), Level::High)) else { return set };
             let (all, noise) = (model.fit.log_evidence, &model.fit.noise);
             let (base, error) = (self.held_out(&[], noise), self.held_out(&set, noise));
