@@ -411,9 +411,7 @@ impl Fitting<'_> {
     /// The third phase: steps along directions that data hardly pin, with derivatives measured along these. Such valleys are
     /// narrow and bend: a step leaves them, and the same derivatives lead back to their floor. Ends at derivatives that were
     /// measured where it is.
-    /// A round that makes the whole no likelier is the last: what a step gains there is that the valley becomes narrower.
     fn follow(&mut self, mut at: Linearised, mut noise: Noise) -> (Linearised, Noise, f64) {
-        let mut most = f64::NEG_INFINITY;
         for round in 0.. {
             at = refined(self.problem, at, &noise);
             noise = components(self.problem, &at, &self.options.groups, &noise, Effort::Local);
@@ -421,10 +419,7 @@ impl Fitting<'_> {
             let posterior = Posterior::new(self.problem.coordinates(), &at.u, &whitened.normal);
             let promised = posterior.newton().map_or(0.0, |step| 0.5 * step.predicted_gain);
             let tolerance = self.tolerance(&noise, &whitened.normal);
-            let now = evidence(self.problem, &at, &whitened.normal, &self.options.groups, &noise);
-            let has_ended = promised < tolerance || now < most + tolerance;
-            most = most.max(now);
-            let is_over = has_ended || round >= self.options.followed || self.problem.stop().is_asked();
+            let is_over = promised < tolerance || round >= self.options.followed || self.problem.stop().is_asked();
             let best = if is_over { None } else { self.along_valley(&whitened, &posterior) };
             let Some(best) = best.filter(|best| 0.5 * (posterior.cost - best.cost) > WORTHWHILE * tolerance) else {
                 return (at, noise, promised);
