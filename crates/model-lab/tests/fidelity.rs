@@ -22,6 +22,11 @@ fn step_s(setup: &Setup) -> f64 {
     setup.recordings.iter().map(|unit| unit.fidelity.step_s).fold(0.0, f64::max)
 }
 
+/// Steps that one may span on a stop in any record.
+fn most_span(setup: &Setup) -> u32 {
+    setup.recordings.iter().map(|unit| unit.fidelity.most_span).fold(1, u32::max)
+}
+
 /// Noise of the noisiest row of positions, m.
 fn noisiest_m(setup: &Setup) -> f64 {
     let rows = setup.records.iter().flat_map(identify::Record::rows);
@@ -41,4 +46,8 @@ fn a_quiet_sensor_is_simulated_more_exactly_and_what_is_cut_short_is_noise() {
     }
     // On the way less is enough, where a sensor is loud.
     assert!(step_s(loud.setup(Level::Low)) > step_s(loud.setup(Level::High)));
+    // Steps on a stop span several where a fit does not see it: what they cut short may be an effect's by its look.
+    let spans = [&loud, &quiet].map(|subject| most_span(subject.setup(Level::High)));
+    assert_eq!(spans[1], 1);
+    assert!(spans[0] > 1, "{spans:?}");
 }
