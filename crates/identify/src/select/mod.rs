@@ -428,18 +428,7 @@ impl<F: Family> Search<'_, F> {
         while !set.is_empty() {
             self.fit_afresh(&set);
             let smaller = self.with_smaller(&set);
-            self.hold_out([&set, &Set::new()].into_iter().chain(&smaller), OwnFits::WhereShort);
-            if set.len() > 1 {
-                // Where the evidence does not decide alone about a companion, what was held out must be right.
-                let close = |smaller: &&Set| {
-                    let [all, without] = [&set, *smaller].map(|set| self.evidence(set, Level::High));
-                    all.zip(without).is_some_and(|(all, without)| all - without < self.options.margin)
-                };
-                let close: Vec<Set> = smaller.iter().filter(close).cloned().collect();
-                if !close.is_empty() {
-                    self.hold_out(std::iter::once(&set).chain(&close), OwnFits::All);
-                }
-            }
+            self.hold_out_fairly(&set, &smaller);
             let Some(model) = self.models.get(&(set.clone(), Level::High)) else { return set };
             let (all, noise) = (model.fit.log_evidence, &model.fit.noise);
             let (base, error) = (self.held_out(&[], noise), self.held_out(&set, noise));
@@ -484,6 +473,19 @@ impl<F: Family> Search<'_, F> {
             }
         }
         set
+    }
+
+    /// Holds out from a set and smaller ones what is about to decide between them. Where the evidence does not decide alone about a
+    /// companion, that must be right.
+    fn hold_out_fairly(&mut self, set: &Set, smaller: &[Set]) {
+        let all = self.evidence(set, Level::High).unwrap_or(f64::NEG_INFINITY);
+        let is_close =
+            |smaller: &&Set| self.evidence(smaller, Level::High).is_some_and(|of| all - of < self.options.margin);
+        let close: Vec<&Set> = smaller.iter().filter(|_| set.len() > 1).filter(is_close).collect();
+        if !close.is_empty() {
+            self.hold_out(close.into_iter().chain([set]), OwnFits::All);
+        }
+        self.hold_out(smaller.iter().chain([set, &Set::new()]), OwnFits::WhereShort);
     }
 
     /// Holds out once more from sets what decides between them, with fits of their own; whether that had not been done.
