@@ -86,6 +86,31 @@ fn a_valve_that_no_tables_can_be_built_for_has_its_campaign_told_all_the_same() 
 }
 
 #[test]
+fn what_was_adopted_is_told_with_how_sure_it_is_as_the_last_step_has_it() {
+    let sandbox = Sandbox::new();
+    let step = |action: &str, found: &str| {
+        format!(
+            "\n[[history]]\naction = \"{action}\"\ncampaign = \"bench 3\"\nerror_before = 4.0\nerror_after = 2.0\n\
+             found = [{found}]\nundo = []\n"
+        )
+    };
+    let preload = |value: &str| {
+        format!(
+            "{{ parameter = \"spring.preload_compression\", value = {value}, standard_error = 2e-4, unit = \"m\" }}"
+        )
+    };
+    let force = "{ effect = \"dry-friction\", parameter = \"coulomb_force\", value = 34.9, standard_error = 1.2, unit = \"N\" }";
+    let history =
+        step("calibrated", &preload("0.0355")) + &step("added dry-friction", &(preload("0.0362") + ", " + force));
+    sandbox.write("valve.toml", &format!("{VALVE}{history}"));
+    let output = sandbox.valve(&["report", "valve.toml", "--out", "report.html"]);
+    assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
+    let page = sandbox.read("report.html");
+    assert!(page.contains("34.90 ± 1.2 N") && page.contains("36.20 ± 0.20 mm"), "{}", &page[page.len() / 2..]);
+    assert!(!page.contains("35.50 ±"), "what a later step found anew is told once");
+}
+
+#[test]
 fn the_life_is_told_with_the_physics_that_was_found() {
     let sandbox = Sandbox::new();
     Recording::default().write(&sandbox, &format!("{VALVE}{FRICTION}"));

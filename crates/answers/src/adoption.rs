@@ -2,13 +2,13 @@
 
 use campaign::Campaign;
 use identify::Stop;
-use model_lab::diagnosis::Explanation;
 use model_lab::diagnosis::adopt::{Addition, Rung, Sequence, sequence};
+use model_lab::diagnosis::{Explanation, MovedParameter};
 use model_lab::errors::StepReport;
 use model_lab::space::Target;
 use serde::Serialize;
 use serde_json::Value;
-use valve_file::{HistoryEntry, ValveFile, ValveFileError};
+use valve_file::{FoundValue, HistoryEntry, ValveFile, ValveFileError};
 use valve_model::{EffectKind, ParameterId};
 
 use crate::explanation::EffectParameterDocument;
@@ -104,7 +104,7 @@ impl Adoption {
         let action = if actions.is_empty() { "calibrated".to_owned() } else { actions.join(", ") };
         let [first, .., last] = &sequence.rungs[..] else { unreachable!("it begins with datasheet and calibrated") };
         let [before, after] = [first, last].map(|rung| rung.step.errors.normalised_rms);
-        let entry = HistoryEntry::new(&action, &campaign.name, before, after);
+        let entry = HistoryEntry::new(&action, &campaign.name, before, after).with_found(found(&sequence));
         let file = adopted(&without, last)?.with_history(entry)?;
         Ok(Self { names, action, sequence, models, file })
     }
@@ -178,6 +178,18 @@ fn additions(file: &ValveFile, names: &[String]) -> Result<(Vec<Addition>, Valve
         }
     }
     Ok((additions, without))
+}
+
+/// What a sequence found in the end, as a valve file keeps it.
+fn found(sequence: &Sequence) -> Vec<FoundValue> {
+    let of_effects = sequence.parameters.iter().map(|one| FoundValue {
+        effect: Some(one.effect.id().to_owned()),
+        parameter: one.name.to_owned(),
+        value: one.value,
+        standard_error: one.sigma,
+        unit: one.unit.to_owned(),
+    });
+    of_effects.chain(sequence.moved.iter().filter_map(MovedParameter::found)).collect()
 }
 
 /// The valve file with everything that a fit moved.

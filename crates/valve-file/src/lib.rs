@@ -28,4 +28,4 @@ pub use change::Change;
 pub use doubt::ValveDoubt;
 pub use error::ValveFileError;
 pub use file::{Tolerance, ValveFile};
-pub use history::HistoryEntry;
+pub use history::{FoundValue, HistoryEntry};

@@ -3,7 +3,7 @@
 mod common;
 
 use common::VALVE;
-use valve_file::{Change, HistoryEntry, ValveFile, ValveFileError};
+use valve_file::{Change, FoundValue, HistoryEntry, ValveFile, ValveFileError};
 use valve_model::custom::{CustomEffect, CustomParameter, CustomTarget};
 use valve_model::{Effect, EffectKind, ParameterId};
 
@@ -73,6 +73,30 @@ fn a_calibration_can_be_undone_exactly() {
     );
     assert_eq!(file.reverted().unwrap().text(), VALVE);
     assert!(matches!(read().reverted(), Err(ValveFileError::NothingToRevert { .. })));
+}
+
+#[test]
+fn a_step_keeps_how_sure_what_it_found_is() {
+    let of = |effect: Option<&str>, parameter: &str, value: f64, standard_error: f64, unit: &str| FoundValue {
+        effect: effect.map(str::to_owned),
+        parameter: parameter.to_owned(),
+        value,
+        standard_error,
+        unit: unit.to_owned(),
+    };
+    let found = vec![
+        of(Some("dry-friction"), "coulomb_force", 35.5, 1.25, "N"),
+        of(None, "actuator.viscous_friction", 708.0, 12.0, "N s/m"),
+        of(Some("gas-heating"), "share", 1.0, 0.25, ""),
+    ];
+    let unknown = of(None, "gas.compressibility", 1.0, f64::INFINITY, "");
+    let entry = step("calibrated").with_found(found.iter().cloned().chain([unknown]).collect());
+    let file = read().with_parameters(&[(ParameterId::ViscousFriction, 708.0)]).unwrap().with_history(entry).unwrap();
+    assert_eq!(file.history()[0].found, found);
+    assert_eq!(file.reverted().unwrap().text(), VALVE);
+    let wrong = file.text().replace("standard_error = 1.25", "standard_error = \"little\"");
+    let error = ValveFile::parse(&wrong, "v.toml").unwrap_err().to_string();
+    assert!(error.contains("standard_error") && error.contains("v.toml:"), "{error}");
 }
 
 #[test]

@@ -3,10 +3,11 @@
 use leak_table::TableBundle;
 use report::figures::TableFigure;
 use report::html::{Block, Section, Table};
-use valve_file::ValveFile;
+use valve_file::{FoundValue, HistoryEntry, ValveFile};
 use valve_model::Conditions;
 use valve_model::simulate::DEFAULT_STEP_S;
 
+use crate::commands::adopt::with_error;
 use crate::commands::build_tables;
 use answers::figures::simulation::trace;
 use answers::strokes::Cycles;
@@ -45,11 +46,26 @@ pub fn no_tables(reason: &dyn std::fmt::Display) -> Section {
     Section { title: "Leaks".to_owned(), blocks: vec![Block::Text(sentence)] }
 }
 
+/// What the steps of a history found, each value as the last step that tells it does: effects first, then the valve's own.
+fn found(history: &[HistoryEntry]) -> Vec<Vec<String>> {
+    let mut last: Vec<&FoundValue> = Vec::new();
+    for one in history.iter().flat_map(|entry| &entry.found) {
+        last.retain(|other| (&other.effect, &other.parameter) != (&one.effect, &one.parameter));
+        last.push(one);
+    }
+    last.sort_by_key(|one| one.effect.is_none());
+    let row = |one: &FoundValue| {
+        let of = one.effect.clone().unwrap_or_else(|| "valve".to_owned());
+        vec![of, one.parameter.clone(), with_error(one.value, one.standard_error, &one.unit).replace("+-", "±")]
+    };
+    last.into_iter().map(row).collect()
+}
+
 /// The valve file itself, and what changed it.
 pub fn model(file: &ValveFile) -> Section {
     let mut blocks = Vec::new();
     if !file.history().is_empty() {
-        let row = |entry: &valve_file::HistoryEntry| {
+        let row = |entry: &HistoryEntry| {
             vec![
                 entry.action.clone(),
                 entry.campaign.clone(),
@@ -60,6 +76,12 @@ pub fn model(file: &ValveFile) -> Section {
         blocks.push(Block::Text("Steps that changed the model; errors in units of the noise:".to_owned()));
         let columns = ["step", "campaign", "error before", "error after"];
         blocks.push(Block::Table(Table::of_texts(columns, file.history().iter().map(row).collect())));
+        let found = found(file.history());
+        if !found.is_empty() {
+            blocks
+                .push(Block::Text("What they found, with one standard deviation of what it may be off by:".to_owned()));
+            blocks.push(Block::Table(Table::of_texts(["of", "parameter", "value"], found)));
+        }
     }
     blocks.push(Block::Code(file.text().to_owned()));
     Section { title: "Valve file".to_owned(), blocks }

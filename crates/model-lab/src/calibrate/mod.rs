@@ -115,7 +115,8 @@ impl Calibration {
     pub fn adopted(&self, file: &ValveFile, campaign_name: &str) -> Result<ValveFile, CalibrateError> {
         let values: Vec<(ParameterId, f64)> = self.parameters.iter().map(|one| (one.id, one.after)).collect();
         let [before, after] = [0, 1].map(|step| self.steps[step].errors.normalised_rms);
-        let entry = HistoryEntry::new("calibrated", campaign_name, before, after);
+        let found = self.parameters.iter().filter_map(MovedParameter::found).collect();
+        let entry = HistoryEntry::new("calibrated", campaign_name, before, after).with_found(found);
         Ok(file.with_parameters(&values)?.with_history(entry)?)
     }
 }

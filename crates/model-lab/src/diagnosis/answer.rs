@@ -1,5 +1,6 @@
 //! The answer of a diagnosis.
 
+use valve_file::FoundValue;
 use valve_model::{EffectKind, ParameterId, Valve};
 
 use super::discrepancy::ModelDiscrepancy;
@@ -105,6 +106,19 @@ pub struct MovedParameter {
     pub pull_sigma: f64,
     /// Whether it ended at its bound, with errors of nothing: a sign of something missing.
     pub is_at_bound: bool,
+}
+
+impl MovedParameter {
+    /// As the history of a valve file keeps it; nothing at a bound, where how sure it is is not known.
+    pub fn found(&self) -> Option<FoundValue> {
+        (!self.is_at_bound).then(|| FoundValue {
+            effect: None,
+            parameter: self.id.key().to_owned(),
+            value: self.after,
+            standard_error: self.sigma,
+            unit: self.id.si_unit().to_owned(),
+        })
+    }
 }
 
 /// What an instrument or a condition was found to be off by.
