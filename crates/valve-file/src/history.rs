@@ -57,7 +57,7 @@ fn float(value: f64) -> String {
 
 /// Entries of a list, each on a line of its own.
 fn listed(entries: impl Iterator<Item = String>) -> String {
-    let lines: String = entries.map(|entry| format!("  {entry},\n")).collect();
+    let lines = entries.map(|entry| format!("  {entry},\n")).collect::<Vec<_>>().concat();
     if lines.is_empty() { "[]".to_owned() } else { format!("[\n{lines}]") }
 }
 
