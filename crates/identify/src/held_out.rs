@@ -41,7 +41,7 @@ type HeldOutRecord = (usize, Vec<f64>, Vec<f64>);
 /// to ten are as good as any number (Kohavi, IJCAI 1995).
 const MOST_FOLDS: usize = 5;
 
-/// Folds of records: by condition where there are several, else a few, each with every so manieth record; empty for a single record.
+/// Folds of records: by condition where there are several, else a few, to which records are dealt in turn; empty for one.
 pub fn folds(problem: &dyn Problem) -> Vec<Vec<usize>> {
     let mut folds: Vec<Vec<usize>> = Vec::new();
     let records = problem.records();
