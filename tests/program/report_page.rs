@@ -100,14 +100,16 @@ fn what_was_adopted_is_told_with_how_sure_it_is_as_the_last_step_has_it() {
         )
     };
     let force = "{ effect = \"dry-friction\", parameter = \"coulomb_force\", value = 34.9, standard_error = 1.2, unit = \"N\" }";
-    let history =
-        step("calibrated", &preload("0.0355")) + &step("added dry-friction", &(preload("0.0362") + ", " + force));
+    let at_its_bound_since =
+        ", { parameter = \"spring.stiffness\", value = 15900.0, standard_error = 50.0, unit = \"N/m\" }";
+    let history = step("calibrated", &(preload("0.0355") + at_its_bound_since))
+        + &step("added dry-friction", &(preload("0.0362") + ", " + force));
     sandbox.write("valve.toml", &format!("{VALVE}{history}"));
     let output = sandbox.valve(&["report", "valve.toml", "--out", "report.html"]);
     assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
     let page = sandbox.read("report.html");
     assert!(page.contains("34.90 ± 1.2 N") && page.contains("36.20 ± 0.20 mm"), "{}", &page[page.len() / 2..]);
-    assert!(!page.contains("35.50 ±"), "what a later step found anew is told once");
+    assert!(!page.contains("35.50 ±") && !page.contains("15900 ±"), "a later step fitted the valve's own values anew");
 }
 
 #[test]

@@ -46,12 +46,13 @@ pub fn no_tables(reason: &dyn std::fmt::Display) -> Section {
     Section { title: "Leaks".to_owned(), blocks: vec![Block::Text(sentence)] }
 }
 
-/// What the steps of a history found, each value as the last step that tells it does: effects first, then the valve's own.
+/// What the steps of a history found, effects first. Each step that found anything has fitted all of the valve's own values anew.
 fn found(history: &[HistoryEntry]) -> Vec<Vec<String>> {
     let mut last: Vec<&FoundValue> = Vec::new();
-    for one in history.iter().flat_map(|entry| &entry.found) {
-        last.retain(|other| (&other.effect, &other.parameter) != (&one.effect, &one.parameter));
-        last.push(one);
+    for found in history.iter().map(|entry| &entry.found).filter(|found| !found.is_empty()) {
+        let is_new = |other: &FoundValue| found.iter().any(|one| one.effect == other.effect);
+        last.retain(|other| other.effect.is_some() && !is_new(other));
+        last.extend(found);
     }
     last.sort_by_key(|one| one.effect.is_none());
     let row = |one: &FoundValue| {
