@@ -51,9 +51,9 @@ pub struct InitValveArgs {
     #[arg(long, value_name = "LENGTH")]
     pub stroke: Option<String>,
     /// Bore of the cylinder, such as "63 mm"
-    #[arg(long, value_name = "LENGTH", conflicts_with = "piston_area")]
+    #[arg(long, value_name = "LENGTH")]
     pub bore: Option<String>,
-    /// Effective area of piston or diaphragm, such as "31.2 cm2"
+    /// Effective area of piston or diaphragm, such as "31.2 cm2"; a bore beside it has to agree
     #[arg(long, value_name = "AREA")]
     pub piston_area: Option<String>,
     /// Supply pressure, such as "75 psig" or "5.2 barg"
@@ -155,6 +155,9 @@ pub struct InitCampaignArgs {
     /// Which column is which: CHANNEL=NAME, such as position=LVDT, or supply_pressure=none to leave a channel out
     #[arg(long, value_name = "CHANNEL=NAME")]
     pub column: Vec<String>,
+    /// Noise of the position sensor, one standard deviation, such as "0.01 mm", where a datasheet states it
+    #[arg(long, value_name = "LENGTH")]
+    pub position_noise: Option<String>,
     /// What a command of 1 means: close or open
     #[arg(long, value_name = "close|open", value_parser = ["close", "open"])]
     pub one_means: Option<String>,

@@ -51,6 +51,12 @@ pub fn run(args: &AdoptArgs) -> anyhow::Result<Answer> {
                 let _ = write!(text, "\n{}", calibrate::parameter_table(&adoption.sequence.moved).render());
             }
             text.push_str(&beside_the_file(&adoption.sequence.nuisances));
+            if let Some(words) = answers::moved::far_off(&adoption.sequence.moved) {
+                let _ = write!(text, "\nwarning: {words}\n");
+            }
+            if !adoption.changes_valve() {
+                text.push_str(ONLY_RECORDED);
+            }
             if let Some(lives) = &lives {
                 let _ = write!(text, "\n{}", lives.table());
             }
@@ -81,6 +87,9 @@ pub fn run(args: &AdoptArgs) -> anyhow::Result<Answer> {
     }
     Ok(Answer::Fine)
 }
+
+/// Where what was added is of the instrument alone.
+const ONLY_RECORDED: &str = "\nWhat was added is of what records the valve: where stroke times are others now, the refitted values make them so.\n";
 
 /// Where what was added is not what is missing.
 const MUCH_LEFT: &str = "warning: this leaves more than instruments and small laws explain; something else is missing, and the \

@@ -163,6 +163,12 @@ fn text(
     text.push('\n');
     text.push_str(&run_table(comparison, against.map(|(_, other)| &other.comparison)).render());
     text.push_str("times are measured minus simulated: where the model is late, they are negative\n");
+    let has_none = |run: &model_lab::compare::RunComparison| {
+        run.score.close_time_error_s.is_none() || run.score.open_time_error_s.is_none()
+    };
+    if comparison.runs.iter().any(has_none) {
+        text.push_str("-: recorded or simulated, that stroke was not made or not to its end\n");
+    }
     if !comparison.overall.phases.is_empty() {
         text.push('\n');
         text.push_str(&phase_table(&comparison.overall.phases).render());

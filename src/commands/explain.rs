@@ -102,7 +102,7 @@ fn show(line: &ProgressLine, done: &AtomicUsize, round: &AtomicUsize, progress: 
 
 fn text(answer: &Explanation, input: &CampaignInput) -> String {
     let mut groups = String::new();
-    answer.indistinguishable.iter().for_each(|group| indistinguishable_text(&mut groups, group));
+    answer.indistinguishable.iter().for_each(|group| indistinguishable_text(&mut groups, group, answer));
     let mut sections = vec![
         format!("{}: {}", input.campaign.name, headline(answer)),
         parameter_lines(&answer.parameters),
@@ -123,9 +123,11 @@ fn headline(answer: &Explanation) -> String {
     explanation::headline_in(answer, &|rmse_m| format!("{} {}", unit.number(rmse_m, 3), unit.name()))
 }
 
-fn indistinguishable_text(text: &mut String, group: &Indistinguishable) {
+fn indistinguishable_text(text: &mut String, group: &Indistinguishable, answer: &Explanation) {
     if group.with.is_empty() {
-        let _ = writeln!(text, "{}: no other effect explains these data as well", group.kind.id());
+        let share = explanation::inclusion_words(answer, group.kind)
+            .map_or_else(String::new, |share| format!("needed with a probability of {share}; "));
+        let _ = writeln!(text, "{}: {share}no other effect explains these data as well", group.kind.id());
         return;
     }
     let _ = writeln!(text, "{} cannot be told from:", group.kind.id());
@@ -167,8 +169,12 @@ pub fn nuisance_lines(nuisances: &[NuisanceReport]) -> String {
         if nuisance.record.is_none() || of_records.len() <= TOLD_ALONE {
             let (value, sigma, unit) = in_unit(nuisance, nuisance.value);
             let of = nuisance.record.as_ref().map_or(String::new(), |record| format!(" ({record})"));
-            let bound = if nuisance.is_at_bound { format!(", {AT_BOUND}") } else { String::new() };
-            let _ = writeln!(text, "  {}{of}: {value} +- {sigma} {unit}{bound}", nuisance.what);
+            // At a bound nothing is known of how sure it is.
+            let _ = if nuisance.is_at_bound {
+                writeln!(text, "  {}{of}: {value} {unit}, {AT_BOUND}", nuisance.what)
+            } else {
+                writeln!(text, "  {}{of}: {value} +- {sigma} {unit}", nuisance.what)
+            };
         } else if !told.contains(&nuisance.what) {
             told.push(nuisance.what);
             let values = || of_records.iter().map(|one| one.value);
@@ -331,15 +337,15 @@ mod tests {
         assert_eq!(
             lines,
             "  zero of the position sensor (a.csv): +1.000 +- 0.100 mm\n  \
-             zero of the position sensor (b.csv): -2.000 +- 0.100 mm, at its bound: something may be missing\n  \
-             gain of the position sensor: +3.000 +- 0.010 %, at its bound: something may be missing\n"
+             zero of the position sensor (b.csv): -2.000 mm, at its bound: something may be missing\n  \
+             gain of the position sensor: +3.000 %, at its bound: something may be missing\n"
         );
         let three = [&two[..2], &[zero(Some("c.csv"), 4e-3, true), gain.clone()]].concat();
         let lines = nuisance_lines(&three);
         assert_eq!(
             lines,
             "  zero of the position sensor: -2.000 to +4.000 mm in 3 records, at its bound: something may be missing (b.csv; c.csv)\n  \
-             gain of the position sensor: +3.000 +- 0.010 %, at its bound: something may be missing\n"
+             gain of the position sensor: +3.000 %, at its bound: something may be missing\n"
         );
         let held = [&three[..3], &[zero(Some("d.csv"), 3e-3, true)]].concat();
         assert_eq!(

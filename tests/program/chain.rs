@@ -261,8 +261,8 @@ fn report_holds_what_a_campaign_says_of_the_model() {
     ] {
         assert!(page.contains(part), "no {part:?}");
     }
-    // Overlay, strips, force, signature; parameters; steps, candidates; cycle and tables.
-    assert_eq!(page.matches("<figure>").count(), 9);
+    // Overlay, strips, signature; parameters; steps, candidates; cycle and tables. No missing force, since nothing is missing.
+    assert_eq!(page.matches("<figure>").count(), 8);
     sandbox.write("campaign.toml", "name = \"empty\"\n");
     let output = sandbox.valve(&["report", "valve.toml", "--campaign", "campaign.toml", "--out", "other.html"]);
     assert_eq!(output.status.code(), Some(2), "{}", shown(&output));

@@ -54,7 +54,7 @@ fn valves_stand_as_prognose_has_them_and_follow_their_log() {
     let last = String::from_utf8(output.stdout.clone()).expect("text");
     let last: Value =
         serde_json::from_str(last.lines().last().unwrap_or_else(|| panic!("{}", shown(&output)))).expect("JSON");
-    assert_eq!(row["rul"], json!([last["rul_p05"], last["rul_p50"], last["rul_p95"]]));
+    assert_eq!(row["rul"], json!([last["rul_p05"], last["rul_cycles"], last["rul_p95"]]));
     for key in ["status", "fault", "severity", "replace_by_cycle", "caveat"] {
         assert_eq!(row[key], last[key], "{key}");
     }

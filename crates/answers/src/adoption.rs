@@ -119,6 +119,13 @@ impl Adoption {
         &self.sequence.rungs[self.sequence.rungs.len() - 1]
     }
 
+    /// Whether anything that was added changes how the valve moves, and not only what is recorded of it.
+    pub fn changes_valve(&self) -> bool {
+        let is_recorded_only =
+            |name: &String| EffectKind::from_id(name).is_some_and(|kind| kind.info().acts_on.is_measurement());
+        self.names.is_empty() || !self.names.iter().all(is_recorded_only)
+    }
+
     /// For programs.
     pub fn document(&self) -> Value {
         value_of(&AdoptionDocument {

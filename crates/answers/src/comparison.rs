@@ -38,7 +38,7 @@ impl Compared {
         let comparison = Comparison::new(&subject, file.valve(), &input.data)?;
         let stated = subject.stated(Stop::never())?;
         let nuisances = nuisance_reports(&stated, &Certainty::new(&stated.problem, &stated.fit));
-        Some(Self { comparison, allowing: StepReport::new("datasheet", &stated), nuisances })
+        Some(Self { comparison, allowing: StepReport::new("valve file", &stated), nuisances })
     }
 }
 

@@ -56,7 +56,22 @@ pub fn headline_in(answer: &Explanation, length: &dyn Fn(f64) -> String) -> Stri
 
 /// What else the reader should know; what is wrong with a run that was left out comes first.
 pub fn notes(answer: &Explanation) -> Vec<String> {
-    answer.left_out.iter().map(slip).chain(answer.notes.iter().cloned()).collect()
+    let slips = answer.left_out.iter().map(slip);
+    let of_instruments = answer.recommended.iter().filter(|kind| kind.info().acts_on.is_measurement()).map(|kind| {
+        format!(
+            "{} is of what records the valve: the valve itself moves as before, and its stroke times stay",
+            kind.id()
+        )
+    });
+    slips.chain(of_instruments).chain(moved::far_off(&answer.moved)).chain(answer.notes.iter().cloned()).collect()
+}
+
+/// How surely an effect is needed, among all sets of effects that were compared; nothing where that is not known.
+pub fn inclusion_words(answer: &Explanation, kind: EffectKind) -> Option<String> {
+    /// What is surer than this is not told more finely: the priors of sets are no better known.
+    const SURE: f64 = 0.999;
+    let share = answer.inclusion.iter().find(|(one, _)| *one == kind)?.1;
+    Some(if share > SURE { "> 99.9 %".to_owned() } else { format!("{:.1} %", 100.0 * share) })
 }
 
 /// What is to be mended of a run that was left out: "run.csv: supply_pressure 58.0 psig should be about 84.9 psig".

@@ -74,7 +74,7 @@ impl CampaignInput {
     /// What looks wrong in either file and can be used all the same, a sentence each.
     pub fn doubts(&self) -> Vec<String> {
         let valve = self.file.doubts().into_iter().map(|doubt| doubt.to_string());
-        valve.chain(self.campaign.warnings.iter().map(ToString::to_string)).collect()
+        valve.chain(self.campaign.doubts()).collect()
     }
 
     /// Every file that was read; none of them is to be replaced.

@@ -40,6 +40,21 @@ pub fn parameters(moved: &[MovedParameter]) -> Vec<ParameterDocument> {
     moved.iter().map(ParameterDocument::from).collect()
 }
 
+/// What to think of values that ended further off than their tolerances let one expect; nothing where none did.
+pub fn far_off(moved: &[MovedParameter]) -> Option<String> {
+    let far: Vec<String> = moved
+        .iter()
+        .filter(|one| one.is_far())
+        .map(|one| format!("{} is {:+.1} tolerances off", one.id.key(), one.pull))
+        .collect();
+    (!far.is_empty()).then(|| {
+        format!(
+            "{}: its tolerance is stated too narrowly, or the valve file is wrong about something else (weight and orientation,              bore, spring, supply); sizes of effects are only as sure as that",
+            far.join(", ")
+        )
+    })
+}
+
 /// What an instrument or a condition was found to be off by, for programs, SI.
 #[derive(Debug, Clone, Serialize)]
 pub struct NuisanceDocument {

@@ -2,6 +2,8 @@
 
 use column_source::NoticeKind;
 
+use crate::types::Campaign;
+
 /// A warning with its place.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Warning {
@@ -304,7 +306,78 @@ pub enum Doubt {
     },
 }
 
+/// Outliers of a channel in more files than this are told together.
+const TOLD_ALONE: usize = 2;
+
+impl Campaign {
+    /// What looks wrong, a sentence each; readings that were left out of many recordings together.
+    #[must_use]
+    pub fn doubts(&self) -> Vec<String> {
+        sentences(&self.warnings)
+    }
+}
+
+fn sentences(warnings: &[Warning]) -> Vec<String> {
+    let mut told: Vec<&str> = Vec::new();
+    let mut sentences = Vec::new();
+    for warning in warnings {
+        let Doubt::Outliers { channel, .. } = warning.doubt else {
+            sentences.push(warning.to_string());
+            continue;
+        };
+        let alike = warnings.iter().filter_map(|other| match &other.doubt {
+            Doubt::Outliers { channel: of, count, named } if *of == channel => Some((other, *count, named)),
+            _ => None,
+        });
+        let alike: Vec<_> = alike.collect();
+        if alike.len() <= TOLD_ALONE {
+            sentences.push(warning.to_string());
+        } else if !told.contains(&channel) {
+            told.push(channel);
+            let all: usize = alike.iter().map(|(_, count, _)| count).sum();
+            let first = alike[0].2.split(", ").next().unwrap_or_default();
+            let places = alike.iter().map(|(one, count, _)| format!("{}:{} ({count})", one.file, one.line));
+            sentences.push(format!(
+                "{all} readings of the {channel} are far from all around them and were left out, the first {first}: {}",
+                places.collect::<Vec<_>>().join(", ")
+            ));
+        }
+    }
+    sentences
+}
+
 /// What a doubt adds where a reading was taken out.
 fn left_out(is_left_out: bool) -> &'static str {
     if is_left_out { " It was left out" } else { "" }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn outliers_of_many_recordings_are_one_sentence() {
+        let warning = |file: &str, count| Warning {
+            file: file.to_owned(),
+            line: 3,
+            doubt: Doubt::Outliers {
+                channel: "position",
+                count,
+                named: "1.0 mm at 0.2 s (line 3), and 4 more".to_owned(),
+            },
+        };
+        let stuck = Warning { file: "b.csv".to_owned(), line: 9, doubt: Doubt::RowsWithoutTime { rows: 2 } };
+        let mut warnings = vec![warning("a.csv", 5), stuck, warning("b.csv", 1)];
+        assert_eq!(sentences(&warnings).len(), 3);
+        warnings.push(warning("c.csv", 2));
+        let doubts = sentences(&warnings);
+        assert_eq!(doubts.len(), 2);
+        let places = "a.csv:3 (5), b.csv:3 (1), c.csv:3 (2)";
+        assert_eq!(
+            doubts[0],
+            format!(
+                "8 readings of the position are far from all around them and were left out, the first 1.0 mm at 0.2 s (line 3): {places}"
+            )
+        );
+    }
 }

@@ -12,22 +12,36 @@ pub struct Heading {
 }
 
 impl Heading {
-    /// The heading with the unit at its end: `Weg [mm]`, `p Kammer (bar)`, `position / mm`.
+    /// The heading with the unit at its end: `Weg [mm]`, `p Kammer (bar)`, `position / mm`, `Close ms`.
     #[must_use]
     pub fn new(name: &str) -> Self {
         let name = name.trim().to_owned();
-        let unit = bracketed(&name).and_then(|(_, unit)| understood(unit));
+        let unit = with_unit(&name).map(|(_, unit)| unit);
         Self { name, unit }
     }
 
-    /// The name without the unit in brackets.
+    /// The name without the unit at its end.
     #[must_use]
     pub fn bare(&self) -> &str {
-        match bracketed(&self.name) {
-            Some((bare, unit)) if understood(unit).is_some() => bare,
-            _ => &self.name,
-        }
+        with_unit(&self.name).map_or(&self.name, |(bare, _)| bare)
     }
+}
+
+/// The name and the unit at its end: set off from it, or a word of its own.
+fn with_unit(name: &str) -> Option<(&str, Unit)> {
+    let set_off = || bracketed(name).and_then(|(bare, unit)| Some((bare, understood(unit)?)));
+    let last_word = || {
+        let (bare, word) = name.rsplit_once(' ')?;
+        let unit = Some(word).filter(|word| !is_other_word(word)).and_then(understood)?;
+        Some((bare.trim_end(), unit))
+    };
+    // Of "p bar(g)" the brackets are of the unit.
+    if name.ends_with(')') { last_word().or_else(set_off) } else { set_off().or_else(last_word) }
+}
+
+/// Whether a word by itself can be something else than a unit: a letter that counts sensors, a sign, a preposition, the least.
+fn is_other_word(word: &str) -> bool {
+    word.len() < 2 || !word.starts_with(char::is_alphabetic) || matches!(word, "in" | "min")
 }
 
 /// The name and what stands in brackets, or behind a slash with spaces, at its end.
@@ -102,6 +116,12 @@ mod tests {
             ("Sensor (links)", "Sensor (links)", None),
             ("Kanal [3]", "Kanal [3]", None),
             ("position_mm", "position_mm", None),
+            ("Close ms", "Close", Some("ms")),
+            ("Kammerdruck bar(g)", "Kammerdruck", Some("bar(g)")),
+            ("Sensor C", "Sensor C", None),
+            ("Laufzeit min", "Laufzeit min", None),
+            ("Hub -", "Hub -", None),
+            ("Position links", "Position links", None),
         ] {
             let heading = Heading::new(name);
             assert_eq!(heading.bare(), bare);

@@ -9,8 +9,8 @@ use identify::Row;
 use identify::problem::{Problem, predict_all, residuals};
 use identify::select::Model;
 
-use crate::identification::ValveProblem;
 use crate::identification::setup::{Kind, Recording};
+use crate::identification::{Subject, ValveProblem};
 
 /// The errors of residuals.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -177,7 +177,7 @@ pub fn at(problem: &ValveProblem<'_>, u: &[f64]) -> Option<Errors> {
 /// One step of the model sequence.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StepReport {
-    /// "datasheet", "calibrated", then the effect added.
+    /// "datasheet" ("valve file" where it was fitted before), "calibrated", then the effect added.
     pub step: String,
     /// What is left.
     pub errors: Errors,
@@ -190,9 +190,9 @@ pub struct StepReport {
 }
 
 impl StepReport {
-    /// Of a model as its file states it.
-    pub fn datasheet(errors: Errors) -> Self {
-        Self::of("datasheet", errors, None)
+    /// Of a model as its file states it: by a datasheet, or by the steps in its history.
+    pub fn as_stated(subject: &Subject, errors: Errors) -> Self {
+        Self::of(if subject.was_fitted { "valve file" } else { "datasheet" }, errors, None)
     }
 
     /// Of errors alone.

@@ -81,6 +81,7 @@ pub(crate) const ATOMS: &[Atom] = &[
     pressure("bara", 1e5, Reference::Absolute),
     pressure("psig", PSI, Reference::Gauge),
     pressure("barg", 1e5, Reference::Gauge),
+    pressure("mbarg", 1e2, Reference::Gauge),
     pressure("kPag", 1e3, Reference::Gauge),
     pressure("MPag", 1e6, Reference::Gauge),
     plain("J", 1.0, 1.0, ENERGY),

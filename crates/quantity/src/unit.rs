@@ -134,14 +134,14 @@ fn normalised(text: &str) -> String {
 
 /// Datasheets say "bar(g)", "psi a", "psi gauge" and "barü"; as products these make no sense.
 fn referred(plain: &str) -> Option<String> {
-    ["psi", "bar", "kPa", "MPa"].into_iter().find_map(|name| {
+    ["psi", "bar", "kPa", "MPa", "hPa", "mbar"].into_iter().find_map(|name| {
         let (front, mark) = plain.split_at_checked(name.len())?;
         let _ = atom(front).filter(|atom| atom.name == name)?;
         match mark.trim_matches([' ', '(', ')', '.']).to_lowercase().as_str() {
             "g" | "gauge" | "ü" | "ue" | "überdruck" | "ueberdruck" => Some(format!("{name}g")),
-            // kPa and MPa are absolute by themselves.
+            // All but psi and bar are absolute by themselves.
             "a" | "abs" | "absolute" | "absolut" => {
-                Some(if name.ends_with("Pa") { name.to_owned() } else { format!("{name}a") })
+                Some(if matches!(name, "psi" | "bar") { format!("{name}a") } else { name.to_owned() })
             }
             _ => None,
         }
@@ -250,6 +250,9 @@ mod tests {
             ("barü", "barg"),
             ("bar ü", "barg"),
             ("bar Überdruck", "barg"),
+            ("mbar abs", "mbar"),
+            ("hPa(a)", "hPa"),
+            ("mbar(g)", "mbarg"),
             ("sq.in", "in2"),
             ("sq in", "in2"),
             ("sq. inches", "in2"),

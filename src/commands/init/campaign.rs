@@ -72,8 +72,8 @@ pub fn run(args: &InitCampaignArgs) -> anyhow::Result<Answer> {
     stated.ask(&mut runs)?;
     let (text, read) = written(&runs)?;
     out.write_whole(text.as_bytes())?;
-    for warning in &read.warnings {
-        output::note(&format!("warning: {warning}"));
+    for doubt in read.doubts() {
+        output::note(&format!("warning: {doubt}"));
     }
     output::print_text(&summary(args, &found, &runs, &read))?;
     Ok(Answer::Fine)
@@ -150,8 +150,12 @@ fn hints(args: &InitCampaignArgs, facts: Option<&ValveFacts>) -> anyhow::Result<
         let stroke = Quantity::parse(text, Dimension::Length).map(|quantity| quantity.si());
         stroke.map_err(|error| wrong.push(format!("--stroke: {error}"))).ok()
     });
+    if let Some(Err(error)) = args.position_noise.as_ref().map(|text| Quantity::parse(text, Dimension::Length)) {
+        wrong.push(format!("--position-noise: {error}"));
+    }
     dialogue::all_right(&wrong)?;
     Ok(Hints {
+        position_noise: args.position_noise.clone(),
         stroke_m: facts.map(|facts| facts.stroke_m).or(stroke),
         rests_m: None,
         ambient_pressure_pa: facts.map_or(USUAL_AMBIENT_PA, |facts| facts.ambient_pressure_pa),

@@ -22,6 +22,9 @@ const USUAL_COEFFICIENT: &str = "0.86";
 const KNOWN_STOPS: f64 = 0.1;
 const UNKNOWN_STOPS: f64 = 0.5;
 
+/// A piston area and a bore agree where their areas do to this share: a rod through the chamber takes more away.
+const SAME_AREA: f64 = 0.01;
+
 /// Gets each number from its option, the terminal, or what is typical.
 pub struct Collector<'a> {
     args: &'a InitValveArgs,
@@ -239,6 +242,15 @@ impl<'a> Collector<'a> {
         let shown = |area_m2: f64| rounded(area_m2, "cm2");
         if let Some(text) = &self.args.piston_area {
             let (area_m2, _) = self.named("--piston-area", plain(text, Dimension::Area)).unwrap_or((1.0, false));
+            let bore = self.args.bore.as_ref().and_then(|bore| self.named("--bore", plain(bore, Dimension::Length)));
+            if let Some((bore_m, _)) = bore
+                && (of_bore(bore_m) / area_m2 - 1.0).abs() > SAME_AREA
+            {
+                self.wrong.push(format!(
+                    "--bore: its area of {} is not the --piston-area of {text}; give the one that the pressure acts on",
+                    shown(of_bore(bore_m))
+                ));
+            }
             return Ok((text.clone(), area_m2, "effective area of piston or diaphragm".to_owned()));
         }
         let question = "Bore of the cylinder. Datasheet: bore, piston diameter, Kolbendurchmesser, alésage. E.g. 63 mm";

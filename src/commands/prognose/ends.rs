@@ -55,7 +55,7 @@ impl Ends {
             ("cycle", Align::Right),
             ("status", Align::Left),
             ("fault", Align::Left),
-            ("severity", Align::Right),
+            ("wear", Align::Right),
             ("cycles left", Align::Right),
             ("5 to 95 %", Align::Right),
             ("replace by", Align::Right),
@@ -71,15 +71,14 @@ impl Ends {
                 |value: Option<f64>, digits: usize| value.map_or_else(missing, |value| format!("{value:.digits$}"));
             let named = one.fault.wears();
             let bounds = bounds(one).filter(|_| named);
-            let dates = [one.replace_by.as_deref(), one.eol_time.as_deref().filter(|_| named)];
-            let [replace_by, end] = dates_in_words(dates);
+            let [replace_by, end] = dates(one);
             let replace_by = replace_by.or(one.replace_by_cycle.map(|by| by.to_string()));
             let end = end.unwrap_or_else(missing);
             let standing = Standing::of(one.status);
             let cells = [
                 one.cycle.to_string(),
                 one.fault.name().to_owned(),
-                number(one.severity.filter(|_| named), 2),
+                one.severity.filter(|_| named).map_or_else(missing, |severity| format!("{:.0} %", 100.0 * severity)),
                 number(one.rul_cycles.filter(|_| named), 1),
                 bounds.map_or_else(missing, bounds_words),
                 replace_by.unwrap_or_else(missing),
@@ -95,6 +94,12 @@ impl Ends {
         }
         table
     }
+}
+
+/// By when to replace a valve, and when it ends, as people say dates.
+fn dates(one: &Prognosis) -> [Option<String>; 2] {
+    let named = one.fault.wears();
+    dates_in_words([one.replace_by.as_deref(), one.eol_time.as_deref().filter(|_| named)])
 }
 
 /// Dates of RFC 3339 by their days, since nobody replaces a valve to the second; to the minute where they are of one day.
@@ -113,6 +118,16 @@ impl End {
     /// The last row.
     pub fn row(&self) -> &Prognosis {
         &self.0
+    }
+
+    /// By when it is to be replaced, in a sentence; nothing where that is never.
+    pub fn replacement(&self) -> Option<String> {
+        let cycle = self.0.replace_by_cycle?;
+        let [replace_by, _] = dates(&self.0);
+        Some(match replace_by {
+            Some(date) => format!("replace {} by {date} (cycle {cycle})", self.0.valve),
+            None => format!("replace {} by cycle {cycle}", self.0.valve),
+        })
     }
 
     /// The state in a sentence.

@@ -7,13 +7,14 @@ use identify::Stop;
 use lab::frozen::{self, NamedModel};
 use model_lab::calibrate::Calibration;
 use model_lab::compare::Comparison;
-use model_lab::diagnosis::{DiagnoseOptions, Explanation};
+use model_lab::diagnosis::{DiagnoseOptions, Explanation, Verdict};
 use model_lab::errors::Errors;
 use model_lab::residual_force::ResidualForce;
 use quantity::Dimension;
 use report::Figure;
 use report::html::{Block, Point, Section, View};
 use serde_json::json;
+use valve_model::custom::CustomEffect;
 
 use super::Part;
 use crate::cli::{LogColumnArgs, ReportArgs};
@@ -34,7 +35,7 @@ pub fn part(input: &CampaignInput, args: &ReportArgs) -> anyhow::Result<Part> {
         .transpose()?;
     let answer = explain::search(input, &DiagnoseOptions::default())?;
     let lives = args.log.as_deref().map(|log| lives(input, &answer, log, &args.columns)).transpose()?.flatten();
-    let mut sections = vec![compared(input)?];
+    let mut sections = vec![compared(input, answer.verdict != Verdict::Adequate)?];
     sections.extend(calibration.as_ref().map(|calibration| calibrated(input, calibration)));
     sections.push(explained(input, &answer));
     if let Some(lives) = &lives {
@@ -92,7 +93,11 @@ fn in_short(errors: &Errors) -> String {
 
 /// Whether physics is missing, which, what that does to the error and to the life, and what to do.
 fn short(args: &ReportArgs, input: &CampaignInput, answer: &Explanation, lives: Option<&Lives>) -> Vec<Point> {
-    let mut points = vec![Point::new("Physics", explanation::headline(answer))];
+    let effects: Vec<&str> = input.file.valve().effects().iter().map(|effect| effect.kind().id()).collect();
+    let custom = input.file.valve().custom().iter().map(CustomEffect::name);
+    let known = effects.into_iter().chain(custom).collect::<Vec<_>>().join(" and ");
+    let has = if known.is_empty() { String::new() } else { format!("the valve file has {known}; beside that: ") };
+    let mut points = vec![Point::new("Physics", has + &explanation::headline(answer))];
     let steps = explain_figures::steps(answer);
     if let [first, .., last] = &steps[..] {
         let [before, after] = [first, last].map(|step| in_short(&step.errors));
@@ -102,7 +107,7 @@ fn short(args: &ReportArgs, input: &CampaignInput, answer: &Explanation, lives: 
     let (why, words) = explain::next(&args.valve, input, answer);
     let words: Vec<&str> = words.iter().map(String::as_str).collect();
     let command = Some(command(&words).trim_start().to_owned());
-    points.push(Point { lead: "What to do", text: why.replace("above", "below"), command });
+    points.push(Point { lead: "With the model", text: why.replace("above", "below"), command });
     points
 }
 
@@ -127,7 +132,8 @@ fn figure(figure: Figure) -> Block {
     Block::Figure(Box::new(figure))
 }
 
-fn compared(input: &CampaignInput) -> anyhow::Result<Section> {
+/// The model as it is beside the recordings; where physics is missing, the force that would have to be added.
+fn compared(input: &CampaignInput, is_missing: bool) -> anyhow::Result<Section> {
     let compared = compare::compared(input, &input.file)?;
     let comparison = &compared.comparison;
     let mut blocks: Vec<Block> = comparison.words().into_iter().map(Block::Callout).collect();
@@ -143,7 +149,7 @@ fn compared(input: &CampaignInput) -> anyhow::Result<Section> {
         still.extend(overlay.sheets(RUNS_A_SHEET).into_iter().map(figure));
         still.push(figure(compare_figures::strips(input, comparison, None).figure()));
         if let Some(force) = ResidualForce::new(&input.data, input.file.valve(), input.file.tolerances()) {
-            still.push(figure(compare_figures::missing_force(&force).figure()));
+            still.extend(is_missing.then(|| figure(compare_figures::missing_force(&force).figure())));
             let signature = force.signature.as_ref();
             beside.extend(signature.map(|found| {
                 figure(compare_figures::signature(input.file.name(), found, compare::signature_words(found)).figure())

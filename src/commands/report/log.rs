@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use lab::frozen::FrozenFleet;
 use leak_table::TableBundle;
-use prognoser::{Method, Prognoser, Prognosis, Status};
+use prognoser::{Method, Prognoser, Status};
 use report::html::{Block, Point, Section, Table, View};
 use serde_json::json;
 
@@ -87,7 +87,7 @@ fn short(ends: &Ends) -> Vec<Point> {
     let now = |end: &&crate::commands::prognose::End| matches!(end.row().status, Status::EolReached | Status::ActNow);
     let mut urgent: Vec<&str> = ends.iter().filter(now).map(|end| end.row().valve.as_str()).collect();
     let to_do = if urgent.is_empty() {
-        next_replacement(worst.row())
+        worst.replacement().unwrap_or_else(|| "go on recording: nothing is to be replaced".to_owned())
     } else {
         let more = urgent.len().saturating_sub(NAMED);
         urgent.truncate(NAMED);
@@ -96,15 +96,6 @@ fn short(ends: &Ends) -> Vec<Point> {
     };
     points.push(Point::new("What to do", to_do));
     points
-}
-
-/// By when the worst of valves that all have time is to be replaced.
-fn next_replacement(worst: &Prognosis) -> String {
-    match (&worst.replace_by, worst.replace_by_cycle) {
-        (Some(date), Some(cycle)) => format!("replace {} by {date} (cycle {cycle})", worst.valve),
-        (None, Some(cycle)) => format!("replace {} by cycle {cycle}", worst.valve),
-        (_, None) => "go on recording: nothing is to be replaced".to_owned(),
-    }
 }
 
 /// The paths of these valves. Which they are is only known at the end of the log, so it is read again.

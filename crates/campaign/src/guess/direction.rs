@@ -12,6 +12,8 @@ use super::{ColumnGuess, Hints, Recording, Understanding, Unknown, words};
 const ZERO_IS_RIGHT: f64 = 0.08;
 /// Motion below this share of the stroke reaches no stop at one end at least.
 const SHORT: f64 = 0.85;
+/// Motion beyond the stroke by more than this is told to be the stops'.
+const GIVE_SHOWS: f64 = 1.01;
 
 /// Settles both; an [`Unknown::Direction`] where nothing tells.
 pub(super) fn settle(recordings: &[&Recording], hints: &Hints, found: &mut Understanding) {
@@ -127,11 +129,16 @@ fn turn_position(recordings: &[&Recording], hints: &Hints, grows_to_open: bool, 
     }
     let mut words =
         if grows_to_open { "counts towards open".to_owned() } else { "counts towards closed, turned round".to_owned() };
+    // Writing to a string cannot fail.
     if position.offset != 0.0 {
         words.push_str(", zero put at the closed stop");
     } else if closed_m.abs() > 0.01 * span_m {
-        // Writing to a string cannot fail.
         let _ = write!(words, ", its closed end at {:.3} mm left where it is", closed_m * 1e3);
     }
-    found.said.push(format!("position: {words} (it moves over {:.3} mm)", span_m * 1e3));
+    let _ = write!(words, " (it moves over {:.3} mm", span_m * 1e3);
+    if let Some(stroke_m) = hints.stroke_m.filter(|stroke_m| span_m > GIVE_SHOWS * stroke_m) {
+        let _ = write!(words, ": the stroke of {:.3} mm and what the stops or the linkage give way by", stroke_m * 1e3);
+    }
+    words.push(')');
+    found.said.push(format!("position: {words}"));
 }

@@ -92,7 +92,12 @@ pub fn draft(name: &str, found: &Understanding, first: &Recording, runs: &[Draft
     }
     let _ =
         writeln!(text, "# One standard deviation of the noise; estimated from the recordings where it is not stated.");
-    let _ = writeln!(text, "# [sensors]\n# position_noise = \"0.03 mm\"\n# pressure_noise = \"0.5 kPa\"\n");
+    let _ = match &found.position_noise {
+        Some(noise) => {
+            writeln!(text, "[sensors]\nposition_noise = {}\n# pressure_noise = \"0.5 kPa\"\n", quoted(noise))
+        }
+        None => writeln!(text, "# [sensors]\n# position_noise = \"0.03 mm\"\n# pressure_noise = \"0.5 kPa\"\n"),
+    };
     let _ = writeln!(text, "# How far instruments and conditions may be off apart from noise, one standard deviation.");
     let _ =
         writeln!(text, "# [uncertainty]\n# position_zero = \"0.1 mm\"\n# position_gain = 0.01\n# supply_gauge = 0.02");

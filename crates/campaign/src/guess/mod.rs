@@ -34,6 +34,8 @@ pub struct Hints {
     pub units: Vec<(String, Unit)>,
     /// Channels that are not to be read although there are columns for them.
     pub left_out: Vec<String>,
+    /// Noise of the position, one standard deviation, as a quantity, where it is stated.
+    pub position_noise: Option<String>,
     /// Whether a command of 1 (or the higher level) tells the valve to close.
     pub one_closes: Option<bool>,
     /// Why that is known, where it is not the user's word.
@@ -79,6 +81,8 @@ pub struct Understanding {
     pub conflicts: Vec<Conflict>,
     /// Channels that `[columns]` is to leave out.
     pub left_out: Vec<String>,
+    /// Noise of the position as a quantity, where it is stated.
+    pub position_noise: Option<String>,
 }
 
 /// The column of a channel.
@@ -186,7 +190,11 @@ pub enum Conflict {
 /// Looks at recordings of one recorder.
 #[must_use]
 pub fn understand(recordings: &[Recording], hints: &Hints) -> Understanding {
-    let mut found = Understanding { left_out: hints.left_out.clone(), ..Understanding::default() };
+    let mut found = Understanding {
+        left_out: hints.left_out.clone(),
+        position_noise: hints.position_noise.clone(),
+        ..Understanding::default()
+    };
     let Some(first) = recordings.first() else { return found };
     let hints = &hints.parted(first);
     // From here on all have the columns and the units of the first.

@@ -201,7 +201,7 @@ impl Fleet {
         let point = Point {
             cycle: told.cycle,
             severity: small(told.severity),
-            rul: [told.rul_p05, told.rul_p50, told.rul_p95].map(small),
+            rul: [told.rul_p05, told.rul_cycles, told.rul_p95].map(small),
             times_s: Stroke::ALL.map(|stroke| small(row.reading.time_s(stroke))),
         };
         let remarks: Vec<(u64, String)> = told.notices.iter().map(|notice| (told.cycle, notice.to_string())).collect();
@@ -300,7 +300,7 @@ impl Fleet {
             severity: last.severity,
             leak_mm2: last.leak_area_mm2,
             leak_limit_mm2: leak_limit_mm2(&self.tables, last.fault),
-            rul: [last.rul_p05, last.rul_p50, last.rul_p95],
+            rul: [last.rul_p05, last.rul_cycles, last.rul_p95],
             replace_by_cycle: last.replace_by_cycle,
             replace_by: last.replace_by.clone(),
             caveat: last.caveat.clone(),

@@ -15,7 +15,7 @@ export class ValvePage {
   private readonly title = h("h2", { id: "valve-title", tabindex: -1 });
   private readonly facts = h("dl", { class: "facts" });
   private readonly faults = h("div", { class: "faults" });
-  private readonly remarks = h("div", {});
+  private readonly remarks = h("div", { class: "remarks" });
   private readonly notice = h("p", { class: "notice bad", role: "alert", hidden: true });
   private limits: [number, number] = [0, 0];
   private readonly wear: Chart;
@@ -30,7 +30,7 @@ export class ValvePage {
     this.life = new Chart({ ...shared, height: 280, title: "cycles left", y: "cycles left", y_at_least: [0, 1], bands: [[3, 1]],
       lines: [
         { label: "present estimate − 20 %", colour: "before", width: 1, dash: [3, 3] },
-        { label: "5 %", colour: "model", width: 1 }, { label: "50 %", colour: "model", width: 2.5 }, { label: "95 %", colour: "model", width: 1 },
+        { label: "5 %", colour: "model", width: 1 }, { label: "estimate", colour: "model", width: 2.5 }, { label: "95 %", colour: "model", width: 1 },
         { label: "present estimate + 20 %", colour: "before", width: 1, dash: [3, 3] },
       ] });
     this.times = new Chart({ ...shared, title: "stroke times", y: "stroke time (s)", y_at_least: [0, 0.1],
@@ -83,7 +83,7 @@ export class ValvePage {
       ["cycles left", middle === null ? null : `${cycles(middle)} (${cycles(low)} to ${cycles(high)})`],
       ["end of life", now.eol_cycle === null ? null : `cycle ${fixed(now.eol_cycle, 1)}${now.eol_time ? `, ${now.eol_time.slice(0, 10)}` : ""}`],
       ["replace by", row.status === "eol-reached" ? "now" : row.replace_by_cycle === null ? null : `cycle ${row.replace_by_cycle}${row.replace_by ? `, ${row.replace_by.slice(0, 10)}` : ""}`],
-      ["now at", `cycle ${row.cycle}${row.time ? `, ${row.time}` : ""}, ${row.rows} rows`],
+      ["now at", `cycle ${row.cycle}${row.time ? `, ${row.time.slice(0, 10)}` : ""}, ${row.rows} rows`],
       ["be careful", row.caveat],
     ];
     fill(this.facts, ...facts.filter(([, text]) => text !== null && text !== "").map(([name, text]) => h("div", {}, h("dt", {}, name), h("dd", {}, text))));

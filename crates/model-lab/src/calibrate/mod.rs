@@ -102,7 +102,7 @@ impl Calibration {
             parameters,
             correlations: correlations(&covariance),
             non_identifiable: non_identifiable(&model.problem.space, &covariance),
-            steps: [StepReport::datasheet(datasheet), StepReport::new("calibrated", &model)],
+            steps: [StepReport::as_stated(&subject, datasheet), StepReport::new("calibrated", &model)],
             nuisances: nuisance_reports(&model, &certainty),
             verdict,
             reasons,

@@ -10,9 +10,6 @@ use crate::errors;
 use crate::identification::ValveProblem;
 use crate::identification::setup::Kind;
 
-/// A parameter this many tolerances off is a sign of missing physics.
-const FAR_PULL: f64 = 3.0;
-
 /// Standard deviations of the sum of squared pulls that are.
 const FAR_TOGETHER: f64 = 4.0;
 
@@ -44,7 +41,7 @@ impl Verdict {
 
 /// Conflicts of prior and data: parameters that a fit puts too far from where they are believed to be.
 pub(super) fn prior_data_conflicts(parameters: &[MovedParameter]) -> Vec<String> {
-    let far = parameters.iter().filter(|one| one.pull.abs() > FAR_PULL);
+    let far = parameters.iter().filter(|one| one.is_far());
     let mut reasons: Vec<String> =
         far.map(|one| format!("{} would have to be {:.1} tolerances off", one.id.key(), one.pull)).collect();
     let together: f64 = parameters.iter().map(|one| one.pull.powi(2)).sum();

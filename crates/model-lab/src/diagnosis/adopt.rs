@@ -73,7 +73,7 @@ pub fn sequence(file: &ValveFile, campaign: &Campaign, additions: &[Addition], s
     let mut space = subject.space.clone();
     let base = subject.problem(space.clone(), Level::High, stop);
     let start = base.at_their_word();
-    let datasheet = StepReport::datasheet(errors::at(&base, &start)?);
+    let datasheet = StepReport::as_stated(&subject, errors::at(&base, &start)?);
     let u = start[..space.coordinates.len()].to_vec();
     let mut rungs = vec![Rung { step: datasheet, space: space.clone(), u, piston_area_m2: None }];
     let mut model = subject.calibrated(stop)?;

@@ -108,7 +108,15 @@ pub struct MovedParameter {
     pub is_at_bound: bool,
 }
 
+/// A parameter this many tolerances off is a sign of missing physics, or of a datasheet that is wrong.
+const FAR_PULL: f64 = 3.0;
+
 impl MovedParameter {
+    /// Whether it is further off than its tolerance lets one expect: a conflict of what is stated with what was recorded.
+    pub fn is_far(&self) -> bool {
+        self.pull.abs() > FAR_PULL
+    }
+
     /// As the history of a valve file keeps it; nothing at a bound, where how sure it is is not known.
     pub fn found(&self) -> Option<FoundValue> {
         (!self.is_at_bound).then(|| FoundValue {

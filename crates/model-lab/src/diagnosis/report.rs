@@ -353,7 +353,10 @@ fn steps(
 ) -> Vec<StepReport> {
     let mut steps = Vec::new();
     let Some(base) = found.model(&[]) else { return steps };
-    steps.extend(errors::at(&base.problem, &base.problem.at_their_word()).map(StepReport::datasheet));
+    steps.extend(
+        errors::at(&base.problem, &base.problem.at_their_word())
+            .map(|errors| StepReport::as_stated(catalogue.subject, errors)),
+    );
     let leads_there = |step: &&[usize]| step.iter().all(|one| set.contains(one)) && *step != set;
     let before = found.steps.iter().map(Vec::as_slice).filter(leads_there);
     let mut shown: Vec<EffectKind> = Vec::new();

@@ -38,6 +38,8 @@ pub struct Subject {
     pub space: Space,
     /// Whether the valve file names no tolerances, so that default ones stand in.
     pub tolerances_are_assumed: bool,
+    /// Whether steps were taken with the valve file before: it states no datasheet any more.
+    pub was_fitted: bool,
 }
 
 /// Sizes of an effect that a fit may start from, in typical sizes.
@@ -153,6 +155,7 @@ impl Subject {
             scattered: Scattered::default(),
             space,
             tolerances_are_assumed,
+            was_fitted: !file.history().is_empty(),
         };
         for recording in &mut subject.low.recordings {
             recording.fidelity = rungs(recording.fidelity)[0];
