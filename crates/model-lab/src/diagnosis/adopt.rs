@@ -117,7 +117,11 @@ pub fn sequence(file: &ValveFile, campaign: &Campaign, additions: &[Addition], s
         let name = last.step.step.clone();
         *last = rung(&name, &model);
     }
-    let certainty = Certainty::new(&model.problem, &model.fit);
+    let leaves_much = errors::is_large(&model, SelectOptions::default().large);
+    let mut certainty = Certainty::new(&model.problem, &model.fit);
+    if leaves_much {
+        certainty = certainty.leaving(errors::held_out(&model).as_ref());
+    }
     let parameters = effect_parameters(&model.problem, &model.fit, &certainty, &kinds, true);
     let mut moved = moved_parameters(&model.problem, &model.fit, &certainty);
     let mut nuisances = nuisance_reports(&model, &certainty);
@@ -126,7 +130,6 @@ pub fn sequence(file: &ValveFile, campaign: &Campaign, additions: &[Addition], s
         moved.push(area);
         nuisances.retain(|nuisance| nuisance.what != Nuisance::Bore.words().0);
     }
-    let leaves_much = errors::is_large(&model, SelectOptions::default().large);
     Some(Sequence { rungs, parameters, moved, nuisances, leaves_much })
 }
 

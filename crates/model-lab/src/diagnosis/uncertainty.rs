@@ -2,7 +2,10 @@
 //!
 //! The covariance of a fit knows noise, nuisances and the model error. Where single records disagree by more than it says,
 //! the cluster-robust one takes its place: a jackknife over records, to first order. The sizes of effects are widened where fits that hold them
-//! beside their optimum are better than the covariance says: a profile of the likelihood.
+//! beside their optimum are better than the covariance says: a profile of the likelihood. Where physics is left that no effect
+//! explains, all are as many times wider as strokes that were held out are off more than their noise (the dispersion of a
+//! quasi-likelihood, McCullagh and Nelder, Generalized Linear Models, 1989, chapter 9): what is left is alike in every stroke, and
+//! a covariance takes it for an error that goes away with their number.
 
 use identify::normal::{Normal, Posterior};
 use identify::problem::Problem;
@@ -14,6 +17,7 @@ use valve_model::effects::{ActsOn, EffectParameter, Search};
 use valve_model::{EffectKind, ParameterId};
 
 use super::answer::{FittedParameter, MovedParameter};
+use crate::errors::Errors;
 use crate::identification::{Entry, Nuisance, ValveProblem};
 use crate::space::Target;
 
@@ -30,6 +34,8 @@ pub struct Certainty {
     covariance: DMatrix<f64>,
     /// Points that fits without one record each would end at, to first order.
     without: Vec<Vec<f64>>,
+    /// How many times wider what is left makes everything.
+    dispersion: f64,
 }
 
 impl Certainty {
@@ -44,7 +50,7 @@ impl Certainty {
             }
         }
         let coordinates = problem.coordinates();
-        let Some(sum) = sum else { return Self { covariance: DMatrix::zeros(0, 0), without: Vec::new() } };
+        let Some(sum) = sum else { return Self::of(DMatrix::zeros(0, 0), Vec::new()) };
         let posterior = Posterior::new(coordinates, &fit.u, &sum);
         let covariance = posterior.covariance(&fit.held);
         let mut without = Vec::new();
@@ -56,7 +62,17 @@ impl Certainty {
                 without.extend(posterior.newton().map(|step| step.to));
             }
         }
-        Self { covariance, without }
+        Self::of(covariance, without)
+    }
+
+    fn of(covariance: DMatrix<f64>, without: Vec<Vec<f64>>) -> Self {
+        Self { covariance, without, dispersion: 1.0 }
+    }
+
+    /// Of a fit that leaves physics unexplained, by the errors on what was held out.
+    #[must_use]
+    pub fn leaving(self, held_out: Option<&Errors>) -> Self {
+        Self { dispersion: held_out.map_or(1.0, |errors| errors.normalised_rms.max(1.0)), ..self }
     }
 
     /// The covariance of the coordinates.
@@ -105,7 +121,7 @@ impl Certainty {
             let mean = values.iter().sum::<f64>() / count;
             jackknife = (count - 1.0) / count * values.iter().map(|one| (one - mean).powi(2)).sum::<f64>();
         }
-        [variance, jackknife].map(|variance| variance.max(0.0).sqrt())
+        [variance, jackknife].map(|variance| self.dispersion * variance.max(0.0).sqrt())
     }
 }
 
@@ -279,4 +295,19 @@ pub fn moved_parameters(problem: &ValveProblem<'_>, fit: &Fit, certainty: &Certa
             })
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_left_makes_everything_wider_and_nothing_narrower() {
+        let leaving = |normalised_rms: f64| {
+            let errors = Errors { normalised_rms, ..Errors::default() };
+            Certainty::of(DMatrix::identity(1, 1), Vec::new()).leaving(Some(&errors)).dispersion
+        };
+        assert_eq!([leaving(8.5), leaving(0.9)], [8.5, 1.0]);
+        assert_eq!(Certainty::of(DMatrix::identity(1, 1), Vec::new()).leaving(None).dispersion, 1.0);
+    }
 }
