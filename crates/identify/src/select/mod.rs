@@ -403,11 +403,7 @@ impl<F: Family> Search<'_, F> {
     /// Fits a set that may be told from where no search led.
     fn fit_afresh(&mut self, set: &[usize]) {
         let Some(base) = self.models.get(&(Vec::new(), Level::High)) else { return };
-        // A single effect was fitted from both starts in its race; what its fit still promises tells whether that sufficed.
-        let is_single = set.len() < 2;
-        let has_ended = |model: &Model<F::Member>| model.fit.predicted_gain < self.options.nothing_left;
-        let is_known = is_single && self.models.get(&(set.to_vec(), Level::High)).is_some_and(has_ended);
-        if is_known || self.afresh.iter().any(|other| other == set) || self.family.stop().is_asked() {
+        if self.afresh.iter().any(|other| other == set) || self.family.stop().is_asked() {
             return;
         }
         let begun = begun_afresh(self.family, set, base);
