@@ -102,6 +102,21 @@ fn what_else_a_datasheet_tells_goes_in_as_it_is_told() {
 }
 
 #[test]
+fn a_bore_beside_a_piston_area_has_to_agree_with_it() {
+    let sandbox = Sandbox::new();
+    let with_area = |area: &str, out: &str| {
+        sandbox.valve(&[&["init", "--out", out], &DATASHEET[3..], &["--typical", "--piston-area", area]].concat())
+    };
+    let output = with_area("31.2 cm2", "both.toml");
+    assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
+    assert!(sandbox.read("both.toml").contains("piston_area = \"31.2 cm2\""));
+    let output = with_area("25 cm2", "other.toml");
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(said.contains("--bore: its area of 31.17 cm2 is not the --piston-area of 25 cm2"), "{said}");
+    assert!(!sandbox.path("other.toml").exists());
+}
+
+#[test]
 fn a_cylinder_without_a_spring_is_opened_by_its_weight() {
     let sandbox = Sandbox::new();
     let arguments = "init --out new.toml --typical --supply 5_barg --bore 25_mm --stroke 80_mm --moving-mass 1.5_kg \
@@ -251,10 +266,12 @@ fn raw_recordings_become_a_campaign_that_compares() {
     let sandbox = Sandbox::new();
     let files = recordings(&sandbox, "Magnetventil zu");
     let mut call = vec!["init", "campaign", "--valve", "valve.toml", "--temperature", "20 degC"];
+    call.extend(["--position-noise", "0.02 mm"]);
     call.extend(files.iter().map(String::as_str));
     let output = sandbox.valve(&call);
     assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
     let said = String::from_utf8(output.stdout).unwrap();
+    assert!(sandbox.read("campaign.toml").contains("[sensors]\nposition_noise = \"0.02 mm\"\n"));
     for expected in [
         "- time: column \"Zeit\" (by its name, unit and shape), in ms, as it says",
         "- command: 1 means close (by the column's name)",

@@ -49,7 +49,8 @@ pub fn far_off(moved: &[MovedParameter]) -> Option<String> {
         .collect();
     (!far.is_empty()).then(|| {
         format!(
-            "{}: its tolerance is stated too narrowly, or the valve file is wrong about something else (weight and orientation,              bore, spring, supply); sizes of effects are only as sure as that",
+            "{}: its tolerance is stated too narrowly, or the valve file is wrong about something else (weight and orientation, \
+             bore, spring, supply); sizes of effects are only as sure as that",
             far.join(", ")
         )
     })
@@ -84,4 +85,31 @@ impl From<&NuisanceReport> for NuisanceDocument {
 /// What instruments and conditions were found to be off by, for programs.
 pub fn nuisances(found: &[NuisanceReport]) -> Vec<NuisanceDocument> {
     found.iter().map(NuisanceDocument::from).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use valve_model::ParameterId;
+
+    use super::*;
+
+    #[test]
+    fn values_far_off_their_tolerances_are_doubted_by_name() {
+        let moved = |id, pull| MovedParameter {
+            id,
+            before: 1.0,
+            after: 1.1,
+            sigma: 0.01,
+            interval_90: (1.08, 1.12),
+            tolerance: 0.03,
+            pull,
+            pull_sigma: 0.3,
+            is_at_bound: false,
+        };
+        let near = moved(ParameterId::SpringStiffness, 2.9);
+        assert_eq!(far_off(&[near]), None);
+        let words = far_off(&[near, moved(ParameterId::PreloadCompression, -4.19)]).expect("one is far");
+        assert!(words.starts_with("spring.preload_compression is -4.2 tolerances off: its tolerance"), "{words}");
+        assert!(!words.contains("  "), "{words}");
+    }
 }

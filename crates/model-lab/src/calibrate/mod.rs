@@ -91,7 +91,7 @@ impl Calibration {
         let subject = Subject::new(file, campaign, &NuisanceSizes::default());
         let model = subject.calibrated(stop).ok_or_else(cannot)?;
         let valve = model.problem.space.valve(&model.fit.u).ok_or_else(cannot)?;
-        let certainty = Certainty::new(&model.problem, &model.fit);
+        let certainty = Certainty::of_model(&model);
         let parameters = moved_parameters(&model.problem, &model.fit, &certainty);
         let datasheet = errors::at(&model.problem, &model.problem.at_their_word()).ok_or_else(cannot)?;
         let conflicts = verdict::prior_data_conflicts(&parameters);

@@ -118,10 +118,7 @@ pub fn sequence(file: &ValveFile, campaign: &Campaign, additions: &[Addition], s
         *last = rung(&name, &model);
     }
     let leaves_much = errors::is_large(&model, SelectOptions::default().large);
-    let mut certainty = Certainty::new(&model.problem, &model.fit);
-    if leaves_much {
-        certainty = certainty.leaving(errors::held_out(&model).as_ref());
-    }
+    let certainty = Certainty::of_model(&model);
     let parameters = effect_parameters(&model.problem, &model.fit, &certainty, &kinds, true);
     let mut moved = moved_parameters(&model.problem, &model.fit, &certainty);
     let mut nuisances = nuisance_reports(&model, &certainty);

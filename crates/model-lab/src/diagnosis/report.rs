@@ -101,10 +101,7 @@ pub(super) fn assemble<'a>(
     if interrupted {
         notes.push("the search was cut short; this is what was known by then".into());
     }
-    let certainty = match verdict {
-        Verdict::PartlyExplained => certainty.leaving(errors::held_out(best).as_ref()),
-        _ => certainty,
-    };
+    let certainty = Certainty::of_model(best);
     let pulled = moved_parameters(&best.problem, &best.fit, &certainty);
     Explanation {
         verdict,

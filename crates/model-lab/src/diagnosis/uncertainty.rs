@@ -2,13 +2,14 @@
 //!
 //! The covariance of a fit knows noise, nuisances and the model error. Where single records disagree by more than it says,
 //! the cluster-robust one takes its place: a jackknife over records, to first order. The sizes of effects are widened where fits that hold them
-//! beside their optimum are better than the covariance says: a profile of the likelihood. Where physics is left that no effect
-//! explains, all are as many times wider as strokes that were held out are off more than their noise (the dispersion of a
-//! quasi-likelihood, McCullagh and Nelder, Generalized Linear Models, 1989, chapter 9): what is left is alike in every stroke, and
-//! a covariance takes it for an error that goes away with their number.
+//! beside their optimum are better than the covariance says: a profile of the likelihood. All are as many times
+//! wider as strokes that were held out are off more than their noise (the dispersion of a quasi-likelihood, McCullagh and Nelder,
+//! Generalized Linear Models, 1989, chapter 9): what a model leaves is alike in every stroke, and a covariance takes it for an
+//! error that goes away with their number.
 
 use identify::normal::{Normal, Posterior};
 use identify::problem::Problem;
+use identify::select::Model;
 use identify::special::t_quantile_95;
 use identify::{Fit, FitOptions, fit};
 use nalgebra::DMatrix;
@@ -17,7 +18,7 @@ use valve_model::effects::{ActsOn, EffectParameter, Search};
 use valve_model::{EffectKind, ParameterId};
 
 use super::answer::{FittedParameter, MovedParameter};
-use crate::errors::Errors;
+use crate::errors::{self, Errors};
 use crate::identification::{Entry, Nuisance, ValveProblem};
 use crate::space::Target;
 
@@ -69,9 +70,12 @@ impl Certainty {
         Self { covariance, without, dispersion: 1.0 }
     }
 
-    /// Of a fit that leaves physics unexplained, by the errors on what was held out.
-    #[must_use]
-    pub fn leaving(self, held_out: Option<&Errors>) -> Self {
+    /// Of a model, by its errors on what was held out.
+    pub fn of_model(model: &Model<ValveProblem<'_>>) -> Self {
+        Self::new(&model.problem, &model.fit).leaving(errors::held_out(model).as_ref())
+    }
+
+    fn leaving(self, held_out: Option<&Errors>) -> Self {
         Self { dispersion: held_out.map_or(1.0, |errors| errors.normalised_rms.max(1.0)), ..self }
     }
 
