@@ -40,7 +40,8 @@ pub struct FitOptions {
     pub followed: usize,
 }
 
-/// Enough steps along soft directions for every fit that was looked at.
+/// Steps along soft directions of a fit that is told: most that were looked at end after one to four, and where a model is
+/// rough they wander.
 pub const FOLLOWED: usize = 8;
 
 impl FitOptions {
@@ -385,7 +386,7 @@ impl Fitting<'_> {
             }
         }
         if self.options.followed > 0 {
-            (at, noise, predicted_gain) = self.follow(at, noise);
+            (at, noise, predicted_gain) = self.follow(at, noise)?;
             has_ended = true;
         }
         let normal = at.normal(self.problem, &noise);
@@ -409,9 +410,10 @@ impl Fitting<'_> {
     }
 
     /// The third phase: steps along directions that data hardly pin, with derivatives measured along these. Such valleys are
-    /// narrow and bend: a step leaves them, and the same derivatives lead back to their floor. Ends at derivatives that were
-    /// measured where it is.
-    fn follow(&mut self, mut at: Linearised, mut noise: Noise) -> (Linearised, Noise, f64) {
+    /// narrow and bend: a step leaves them, and the same derivatives lead back to their floor. Where nothing is gained that way, all
+    /// derivatives are taken anew once. Ends at derivatives that were measured where it is; nothing where it was stopped.
+    fn follow(&mut self, mut at: Linearised, mut noise: Noise) -> Option<(Linearised, Noise, f64)> {
+        let mut are_new = false;
         for round in 0.. {
             at = refined(self.problem, at, &noise);
             noise = components(self.problem, &at, &self.options.groups, &noise, Effort::Local);
@@ -419,28 +421,44 @@ impl Fitting<'_> {
             let posterior = Posterior::new(self.problem.coordinates(), &at.u, &whitened.normal);
             let promised = posterior.newton().map_or(0.0, |step| 0.5 * step.predicted_gain);
             let tolerance = self.tolerance(&noise, &whitened.normal);
-            let is_over = promised < tolerance || round >= self.options.followed || self.problem.stop().is_asked();
-            let best = if is_over { None } else { self.along_valley(&whitened, &posterior) };
-            let Some(best) = best.filter(|best| 0.5 * (posterior.cost - best.cost) > WORTHWHILE * tolerance) else {
-                return (at, noise, promised);
-            };
-            let weights: Vec<f64> = posterior.precision.diagonal().iter().copied().collect();
-            at = at.updated(best.u, best.residual, &weights);
+            if promised < tolerance || round >= self.options.followed || self.problem.stop().is_asked() {
+                return Some((at, noise, promised));
+            }
+            let best = self.along_valley(&whitened, &posterior);
+            match best.filter(|best| 0.5 * (posterior.cost - best.cost) > WORTHWHILE * tolerance) {
+                Some(best) => {
+                    let weights: Vec<f64> = posterior.precision.diagonal().iter().copied().collect();
+                    at = at.updated(best.u, best.residual, &weights);
+                    are_new = false;
+                }
+                None if are_new => return Some((at, noise, promised)),
+                None => {
+                    at = self.linearised(at.u)?;
+                    are_new = true;
+                }
+            }
         }
         unreachable!("the loop ends")
     }
 
-    /// The best of several steps, each led back to the floor of its valley.
+    /// The best of several points on the way to where the least is expected, each led back to the floor of its valley.
     fn along_valley(&mut self, whitened: &Whitened, posterior: &Posterior<'_>) -> Option<Trial> {
         let coordinates = self.problem.coordinates();
+        let newton = posterior.newton()?;
+        let moves =
+            newton.to.iter().zip(posterior.u()).zip(coordinates).map(|((to, from), c)| (to - from).abs() / c.sigma);
+        let longest = moves.fold(0.0, f64::max);
+        let on_the_way = |share: f64| newton.to.iter().zip(posterior.u()).map(|(to, u)| u + share * (to - u)).collect();
+        let mut shares = REACHES.map(|reach| (reach / longest).min(1.0)).to_vec();
+        shares.dedup();
+        let first = shares.iter().map(|share| (on_the_way(*share), *share, 0.0)).collect();
         let mut tried = Vec::new();
-        let first = REACHES.iter().filter_map(|reach| Some((posterior.step(0.0, *reach)?.to, *reach, 0.0)));
-        self.try_all(whitened, first.collect(), &mut tried);
+        self.try_all(whitened, first, &mut tried);
         let mut at = 0;
         for _ in 0..LED_BACK {
             let back = tried[at..].iter().filter_map(|trial: &Trial| {
                 let there = Posterior::new(coordinates, &trial.u, &trial.normal);
-                Some((there.step(1.0, trial.factor)?.to, trial.factor, 0.0))
+                Some((there.led_back(posterior, 1.0 - trial.factor, &newton.held)?, trial.factor, 0.0))
             });
             let back = back.collect();
             at = tried.len();

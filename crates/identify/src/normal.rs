@@ -286,6 +286,11 @@ impl<'a> Posterior<'a> {
         Self { coordinates, u, precision, pull, cost, rows: normal.rows, order: ordered(coordinates) }
     }
 
+    /// The point.
+    pub fn u(&self) -> &[f64] {
+        self.u
+    }
+
     /// The step to the least of the quadratic within the bounds.
     pub fn newton(&self) -> Option<Step> {
         self.step(0.0, f64::INFINITY)
@@ -333,7 +338,9 @@ impl<'a> Posterior<'a> {
             let inwards = (0..n).find(|index| {
                 let (lower, upper) = bounds(*index);
                 let at = self.u[*index] + step[*index];
+                // What is bounded to a single value has no inwards.
                 fixed[*index].is_some()
+                    && lower < upper
                     && ((at <= lower && left[*index] > 1e-9 * matrix[(*index, *index)])
                         || (at >= upper && left[*index] < -1e-9 * matrix[(*index, *index)]))
             });
@@ -351,6 +358,17 @@ impl<'a> Posterior<'a> {
         let predicted_gain = 2.0 * self.pull.dot(&step) - step.dot(&(&self.precision * &step));
         let held = to.iter().zip(self.coordinates).map(|(to, coordinate)| coordinate.is_at_bound(*to)).collect();
         Some((Step { to, predicted_gain, held }, factor))
+    }
+
+    /// From beside the floor of a bent valley back to it: where only a share of the pull at `from` is left, which is what a
+    /// straight valley would leave there (the second-order part of geodesic acceleration, Transtrum and Sethna,
+    /// arXiv:1201.5885, 2012). Coordinates that are `held` stay. Nothing where the matrix is not positive definite.
+    pub fn led_back(&self, from: &Self, share: f64, held: &[bool]) -> Option<Vec<f64>> {
+        let fixed: Vec<Option<f64>> = held.iter().map(|held| held.then_some(0.0)).collect();
+        let beside = Self { pull: &self.pull - share * &from.pull, ..self.clone() };
+        let (step, _) = beside.solve_free(&self.precision, &fixed)?;
+        let to = self.coordinates.iter().zip(self.u.iter().zip(step.iter()));
+        Some(to.map(|(coordinate, (u, by))| (u + by).clamp(coordinate.lower, coordinate.upper)).collect())
     }
 
     /// The step in which some coordinates move by what is fixed and the others as is best, and the factor of those.

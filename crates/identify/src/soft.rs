@@ -10,7 +10,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::noise::Noise;
 use crate::normal::{Linearised, Posterior};
-use crate::problem::{Problem, Scope, predict_all};
+use crate::problem::{Coordinate, Problem, Scope, predict_all};
 
 /// Directions known more sharply than this share of the prior need no better derivatives.
 const SHARP: f64 = 0.02;
@@ -27,55 +27,106 @@ const SOFTER: f64 = 1.3;
 /// A difference that bounds leave less than this share of on one side is taken to the other.
 const ONE_SIDED: f64 = 0.3;
 
-/// A direction in which data pin all records' common coordinates softly, the others following.
+/// A direction in which data pin coordinates softly.
 struct Soft {
-    /// The common coordinates' part, of length one in prior deviations.
-    common: DVector<f64>,
     /// All coordinates.
     direction: Vec<f64>,
+    /// The coordinates whose derivatives are mended by what is measured along it, and each one's share.
+    mends: Vec<(usize, f64)>,
+    /// The record that it moves; nothing where it moves all of them.
+    record: Option<usize>,
     /// One standard deviation along it, in prior ones.
     sigma: f64,
 }
 
-/// A linearised problem with its derivatives measured along soft directions.
+/// Directions that are measured together: no two of them move the same record.
+type Together = Vec<Soft>;
+
+/// A linearised problem with its derivatives measured along soft directions: of each record's own coordinates first, then of
+/// those that all have in common.
 pub fn refined(problem: &dyn Problem, mut at: Linearised, noise: &Noise) -> Linearised {
     let coordinates = problem.coordinates();
     let is_free = |index: &usize| !coordinates[*index].is_at_bound(at.u[*index]);
     let free: Vec<usize> = (0..coordinates.len()).filter(is_free).collect();
     let (common, own): (Vec<usize>, Vec<usize>) =
         free.into_iter().partition(|index| coordinates[*index].scope == Scope::Shared);
+    let of_records = own_directions(problem, &at, noise, &own);
+    measure(problem, &mut at, &of_records);
     let mut softest = 0.0;
     for _ in 0..ROUNDS {
+        if problem.stop().is_asked() {
+            break;
+        }
         let Some(soft) = directions(problem, &at, noise, (&common, &own)) else { break };
-        let now: f64 = soft.iter().map(|one| one.sigma.ln()).sum();
+        let now: f64 = soft.iter().flatten().map(|one| one.sigma.ln()).sum();
         if softest != 0.0 && now - softest < SOFTER.ln() {
             break;
         }
         softest = now;
-        measure(problem, &mut at, &soft, &common);
-        if problem.stop().is_asked() {
-            break;
-        }
+        measure(problem, &mut at, &soft);
     }
     at
 }
 
-/// The soft directions at a point; nothing where there are none.
+/// A block of the precision, in prior deviations.
+fn block(coordinates: &[Coordinate], precision: &DMatrix<f64>, rows: &[usize], columns: &[usize]) -> DMatrix<f64> {
+    DMatrix::from_fn(rows.len(), columns.len(), |i, j| {
+        let (i, j) = (rows[i], columns[j]);
+        coordinates[i].sigma * precision[(i, j)] * coordinates[j].sigma
+    })
+}
+
+/// The soft directions of a block of the precision, of length one in prior deviations, with one standard deviation along each.
+fn soft_ones(block: DMatrix<f64>) -> Vec<(DVector<f64>, f64)> {
+    let eigen = block.symmetric_eigen();
+    let all = eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter());
+    let all = all.map(|(value, vector)| (vector.into_owned(), value.max(1.0).sqrt().recip()));
+    all.filter(|(_, sigma)| *sigma > SHARP).collect()
+}
+
+/// The directions in which each record's own coordinates are soft, all common ones known: the softest of all records together,
+/// then the next ones.
+fn own_directions(problem: &dyn Problem, at: &Linearised, noise: &Noise, own: &[usize]) -> Vec<Together> {
+    let coordinates = problem.coordinates();
+    let normal = at.normal(problem, noise);
+    let precision = Posterior::new(coordinates, &at.u, &normal).precision;
+    let mut batches: Vec<Together> = Vec::new();
+    for record in 0..problem.records().len() {
+        let of_record = |index: &usize| coordinates[*index].scope == Scope::Record(record);
+        let own: Vec<usize> = own.iter().copied().filter(of_record).collect();
+        let of_own = block(coordinates, &precision, &own, &own);
+        if own.is_empty() || of_own.iter().any(|value| !value.is_finite()) {
+            continue;
+        }
+        let mut soft = soft_ones(of_own);
+        soft.sort_by(|a, b| b.1.total_cmp(&a.1));
+        for (place, (vector, sigma)) in soft.into_iter().enumerate() {
+            let mut direction = vec![0.0; coordinates.len()];
+            for (index, part) in own.iter().zip(vector.iter()) {
+                direction[*index] = coordinates[*index].sigma * part;
+            }
+            let mends = own.iter().zip(vector.iter()).map(|(index, part)| (*index, part / coordinates[*index].sigma));
+            let soft = Soft { direction, mends: mends.collect(), record: Some(record), sigma };
+            match batches.get_mut(place) {
+                Some(batch) => batch.push(soft),
+                None => batches.push(vec![soft]),
+            }
+        }
+    }
+    batches
+}
+
+/// The soft directions of the common coordinates at a point, the records' own ones following; nothing where there are none.
 fn directions(
     problem: &dyn Problem,
     at: &Linearised,
     noise: &Noise,
     (common, own): (&[usize], &[usize]),
-) -> Option<Vec<Soft>> {
+) -> Option<Vec<Together>> {
     let coordinates = problem.coordinates();
     let normal = at.normal(problem, noise);
     let precision = Posterior::new(coordinates, &at.u, &normal).precision;
-    let block = |rows: &[usize], columns: &[usize]| {
-        DMatrix::from_fn(rows.len(), columns.len(), |i, j| {
-            let (i, j) = (rows[i], columns[j]);
-            coordinates[i].sigma * precision[(i, j)] * coordinates[j].sigma
-        })
-    };
+    let block = |rows: &[usize], columns: &[usize]| block(coordinates, &precision, rows, columns);
     let mut of_common = block(common, common);
     let mut following = DMatrix::zeros(0, common.len());
     if !own.is_empty() {
@@ -87,78 +138,82 @@ fn directions(
     if common.is_empty() || of_common.iter().any(|value| !value.is_finite()) {
         return None;
     }
-    let eigen = of_common.symmetric_eigen();
-    let soft = eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()).filter_map(|(value, vector)| {
-        let sigma = value.max(1.0).sqrt().recip();
-        (sigma > SHARP).then(|| {
-            let vector = vector.into_owned();
-            let mut direction = vec![0.0; coordinates.len()];
-            for (index, part) in common.iter().zip(vector.iter()) {
-                direction[*index] = coordinates[*index].sigma * part;
+    let soft = soft_ones(of_common).into_iter().map(|(vector, sigma)| {
+        let mut direction = vec![0.0; coordinates.len()];
+        for (index, part) in common.iter().zip(vector.iter()) {
+            direction[*index] = coordinates[*index].sigma * part;
+        }
+        if !own.is_empty() {
+            for (index, part) in own.iter().zip((&following * &vector).iter()) {
+                direction[*index] = -coordinates[*index].sigma * part;
             }
-            if !own.is_empty() {
-                for (index, part) in own.iter().zip((&following * &vector).iter()) {
-                    direction[*index] = -coordinates[*index].sigma * part;
-                }
-            }
-            Soft { common: vector, direction, sigma }
-        })
+        }
+        let mends = common.iter().zip(vector.iter()).map(|(index, part)| (*index, part / coordinates[*index].sigma));
+        vec![Soft { direction, mends: mends.collect(), record: None, sigma }]
     });
-    let soft: Vec<Soft> = soft.collect();
+    let soft: Vec<Together> = soft.collect();
     (!soft.is_empty()).then_some(soft)
 }
 
-/// Measures the derivatives along directions and mends those of the common coordinates by what they were wrong.
-fn measure(problem: &dyn Problem, at: &mut Linearised, soft: &[Soft], common: &[usize]) {
-    let coordinates = problem.coordinates();
-    let room = |direction: &[f64], sign: f64| {
+/// Where differences along a direction end, ahead and back, as factors on it.
+fn ends(coordinates: &[Coordinate], u: &[f64], soft: &Soft) -> (f64, f64) {
+    let room = |sign: f64| {
         let of = |index: usize| {
-            let by = sign * direction[index];
+            let by = sign * soft.direction[index];
             let bound = if by > 0.0 { coordinates[index].upper } else { coordinates[index].lower };
-            if by == 0.0 { f64::INFINITY } else { (bound - at.u[index]) / by }
+            if by == 0.0 { f64::INFINITY } else { (bound - u[index]) / by }
         };
-        (0..direction.len()).map(of).fold(f64::INFINITY, f64::min)
+        (0..u.len()).map(of).fold(f64::INFINITY, f64::min)
     };
-    let ends: Vec<(f64, f64)> = soft
-        .iter()
-        .map(|one| {
-            let step = (STEP * one.sigma).min(LONGEST);
-            let (ahead, back) = (room(&one.direction, 1.0).min(step), room(&one.direction, -1.0).min(step));
-            let both = ahead.min(back);
-            if both >= ONE_SIDED * step {
-                (both, -both)
-            } else if ahead > back {
-                (ahead, 0.0)
-            } else {
-                (0.0, -back)
+    let step = (STEP * soft.sigma).min(LONGEST);
+    let (ahead, back) = (room(1.0).min(step), room(-1.0).min(step));
+    let both = ahead.min(back);
+    if both >= ONE_SIDED * step {
+        (both, -both)
+    } else if ahead > back {
+        (ahead, 0.0)
+    } else {
+        (0.0, -back)
+    }
+}
+
+/// Measures the derivatives along directions and mends those of the coordinates by what they were wrong.
+fn measure(problem: &dyn Problem, at: &mut Linearised, batches: &[Together]) {
+    let coordinates = problem.coordinates();
+    let lengths: Vec<Vec<(f64, f64)>> =
+        batches.iter().map(|batch| batch.iter().map(|soft| ends(coordinates, &at.u, soft)).collect()).collect();
+    let mut points = Vec::with_capacity(2 * batches.len());
+    for (batch, lengths) in batches.iter().zip(&lengths) {
+        let (mut to, mut from) = (at.u.clone(), at.u.clone());
+        for (soft, (ahead, back)) in batch.iter().zip(lengths) {
+            for (index, part) in soft.direction.iter().enumerate() {
+                to[index] += ahead * part;
+                from[index] += back * part;
             }
-        })
-        .collect();
-    let points: Vec<Vec<f64>> = soft
-        .iter()
-        .zip(&ends)
-        .flat_map(|(one, (ahead, back))| {
-            let moved = |by: f64| at.u.iter().zip(&one.direction).map(|(u, d)| u + by * d).collect();
-            [moved(*ahead), moved(*back)]
-        })
-        .collect();
+        }
+        points.extend([to, from]);
+    }
     let predicted = predict_all(problem, &points);
-    for ((one, (ahead, back)), ends) in soft.iter().zip(&ends).zip(predicted.chunks_exact(2)) {
+    for ((batch, lengths), ends) in batches.iter().zip(&lengths).zip(predicted.chunks_exact(2)) {
         let [Some(to), Some(from)] = ends else { continue };
-        if ahead - back <= 0.0 {
-            continue;
-        }
-        for (columns, (to, from)) in at.columns.iter_mut().zip(to.iter().zip(from)) {
-            let mut wrong: Vec<f64> = to.iter().zip(from).map(|(to, from)| (to - from) / (ahead - back)).collect();
-            for (index, column) in columns.iter() {
-                let by = one.direction[*index];
-                wrong.iter_mut().zip(column).for_each(|(wrong, slope)| *wrong -= by * slope);
-            }
-            for (index, column) in columns.iter_mut() {
-                let Some(place) = common.iter().position(|one| one == index) else { continue };
-                let by = one.common[place] / coordinates[*index].sigma;
-                column.iter_mut().zip(&wrong).for_each(|(slope, wrong)| *slope += by * wrong);
+        for (soft, (ahead, back)) in batch.iter().zip(lengths).filter(|(_, (ahead, back))| ahead > back) {
+            let records = soft.record.map_or(0..at.columns.len(), |record| record..record + 1);
+            for record in records {
+                mend(&mut at.columns[record], soft, &to[record], &from[record], ahead - back);
             }
         }
+    }
+}
+
+/// Mends the derivatives of a record by what was predicted at both ends of a difference.
+fn mend(columns: &mut [(usize, Vec<f64>)], soft: &Soft, to: &[f64], from: &[f64], length: f64) {
+    let mut wrong: Vec<f64> = to.iter().zip(from).map(|(to, from)| (to - from) / length).collect();
+    for (index, column) in columns.iter() {
+        let by = soft.direction[*index];
+        wrong.iter_mut().zip(column).for_each(|(wrong, slope)| *wrong -= by * slope);
+    }
+    for (index, column) in columns.iter_mut() {
+        let Some((_, by)) = soft.mends.iter().find(|(one, _)| one == index) else { continue };
+        column.iter_mut().zip(&wrong).for_each(|(slope, wrong)| *slope += by * wrong);
     }
 }

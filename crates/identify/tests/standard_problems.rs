@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use common::{Functions, options, record, shared};
 use identify::normal::Posterior;
-use identify::{Coordinate, Fit, FitOptions, Problem, Record, Request, Stop, fit};
+use identify::{Coordinate, Fit, FitOptions, Problem, Record, Request, Scope, Stop, fit};
 
 struct Case {
     name: &'static str,
@@ -245,4 +245,53 @@ fn what_only_a_product_is_known_of_stays_as_unsure_as_it_was() {
     }
     let apart = (exact[0].log_evidence - exact[1].log_evidence).abs();
     assert!(apart < 0.2, "{apart} nats");
+}
+
+#[test]
+fn a_coordinate_bounded_to_one_value_stays_there_and_the_others_find_their_best_beside_it() {
+    let mut problem = product();
+    // The data would have it lower, and the prior as well.
+    (problem.coordinates[0].lower, problem.coordinates[0].upper) = (1.5, 1.5);
+    let found = fit(&problem, &[1.5, 1.0], &options()).expect("possible everywhere");
+    let beside = (1.0 / (1.0 + 0.3 * 1.5) - 1.0) / 0.3;
+    assert!(found.held[0] && (found.u[1] - beside).abs() < 0.01, "{:?} for {beside}", found.u);
+    assert!(found.predicted_gain >= 0.0, "{}", found.predicted_gain);
+}
+
+#[test]
+fn so_does_what_only_products_with_what_each_record_has_of_its_own_are_known_of() {
+    // A gauge that every record's own supply and load make up for, and each of these for the other.
+    const RECORDS: usize = 4;
+    let rows = |record: usize| {
+        move |x: &[f64]| -> Vec<f64> {
+            let own = &x[1 + 2 * record..];
+            let product = (1.0 + 0.3 * x[0]) * (1.0 + 0.3 * own[0]) * (1.0 + 0.3 * own[1]);
+            let rough = |t: f64| 3e-3 * (700.0 * x[0] - 900.0 * own[0] + 800.0 * own[1] + t).sin();
+            (0..60).map(|t| 150.0 * product + rough(f64::from(t))).collect()
+        }
+    };
+    let mut coordinates = vec![shared("common", 0.0, 1.0, 3.0)];
+    coordinates.extend(
+        (0..2 * RECORDS)
+            .map(|own| Coordinate { scope: Scope::Record(own / 2), ..shared(&format!("own {own}"), 0.0, 1.0, 3.0) }),
+    );
+    let observed = |one: usize| record(&rows(one)(&[0.0; 1 + 2 * RECORDS]), 1.0, false, 0);
+    let problem = Functions {
+        coordinates,
+        records: (0..RECORDS).map(observed).collect(),
+        of_records: (0..RECORDS).map(|one| Box::new(rows(one)) as _).collect(),
+        asked: AtomicUsize::new(0),
+    };
+    let mut start = vec![0.9];
+    start.extend([0.9, -1.5].repeat(RECORDS));
+    let found = fit(&problem, &start, &FitOptions { tolerance: 0.01, ..options() }.exact()).expect("possible");
+    let normal = found.linear.normal(&problem, &found.noise);
+    let covariance = Posterior::new(problem.coordinates(), &found.u, &normal).covariance(&found.held);
+    // Along the floor of the valley half of what the common one moves is made up for by each of a record's own.
+    let common = (1.0 + 0.5 * RECORDS as f64).sqrt().recip();
+    let sigma = covariance[(0, 0)].sqrt();
+    assert!((sigma / common - 1.0).abs() < 0.1, "{sigma} for {common}");
+    let own = covariance[(1, 1)].sqrt();
+    assert!(own > 0.7, "{own}");
+    assert!(found.u.iter().all(|u| u.abs() < 0.3), "{:?}", found.u);
 }

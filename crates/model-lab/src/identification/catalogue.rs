@@ -65,22 +65,26 @@ const UNSEEN_SIGMA: f64 = 0.3;
 
 /// Steps of the integrator, in usual ones, and the most substeps, from cheap to exact; the last one is what the others are
 /// measured by.
-const RUNGS: [(f64, u32); 6] = [(2.0, 2), (2.0, 4), (1.0, 2), (1.0, 4), (0.5, 4), (0.25, 4)];
+const RUNGS: [(f64, u32); 7] = [(2.0, 2), (2.0, 4), (1.0, 2), (1.0, 4), (0.5, 4), (0.25, 4), (0.125, 4)];
 
 /// The rung that is usual for what decides.
 const USUAL: usize = 3;
 
-/// What a simulation may be off by, in standard deviations of the rows (root mean square): on the way, where an optimum
-/// must only be close, and for what decides, where it must not look like missing physics. Over a thousand rows 0.2 are worth
-/// 20 nats at most, if an effect does just what the simulation does wrong.
-const OWN_ERROR: (f64, f64) = (0.5, 0.2);
+/// What a simulation may be off by on the way, where an optimum must only be close: in standard deviations of the rows (root mean
+/// square).
+const OFF_ON_THE_WAY: f64 = 0.5;
 
-/// Steps that one may span on a stop, where that costs little; the last one that does counts.
+/// What the simulations of what decides may be off by in all, nats, as if their errors were an effect's doing. Errors of so many
+/// nats move no value by more than a third of its standard deviation, along directions that data hardly pin as well.
+const OFF_WHERE_DECIDED: f64 = 0.05;
+
+/// Steps that one may span on a stop on the way, where that costs little; the last one that does counts. For what decides none
+/// are: where a piston begins to rest jumps from block to block with every parameter, and differences of these jumps look like
+/// knowledge of directions that nothing else pins.
 const SPANS: [u32; 3] = [2, 4, 8];
 
-/// What spans may cost in all, nats, as if the errors that they make were an effect's doing: on the way, and for what decides. A
-/// model whose terms forbid them has none.
-const SPANS_MAY_COST: (f64, f64) = (5.0, 1.0);
+/// What spans may cost in all on the way, nats.
+const SPANS_MAY_COST: f64 = 5.0;
 
 /// The rungs of a record whose usual fidelity is this.
 fn rungs(usual: Fidelity) -> [Fidelity; RUNGS.len()] {
@@ -90,12 +94,16 @@ fn rungs(usual: Fidelity) -> [Fidelity; RUNGS.len()] {
     })
 }
 
-/// Root mean square over some records of errors by record and row, in standard deviations of the rows.
-fn normalised_rms(setup: &Setup, records: &[usize], errors: &[Vec<f64>]) -> f64 {
+/// What errors by record and row cost over some records, nats.
+fn nats(setup: &Setup, records: &[usize], errors: &[Vec<f64>]) -> f64 {
     let rows = records.iter().flat_map(|record| setup.records[*record].rows().zip(&errors[*record]));
-    let (sum, count) =
-        rows.fold((0.0, 0.0), |(sum, count), (row, error)| (sum + (error / row.sigma).powi(2), count + 1.0));
-    (sum / f64::max(count, 1.0)).sqrt()
+    0.5 * rows.map(|(row, error)| (error / row.sigma).powi(2)).sum::<f64>()
+}
+
+/// Their root mean square, in standard deviations of the rows.
+fn normalised_rms(setup: &Setup, records: &[usize], errors: &[Vec<f64>]) -> f64 {
+    let rows: usize = records.iter().map(|record| errors[*record].len()).sum();
+    (2.0 * nats(setup, records, errors) / rows.max(1) as f64).sqrt()
 }
 
 /// What some predictions differ by from others, by record and row.
@@ -114,11 +122,7 @@ fn choose_spans(setup: &mut Setup, most_nats: f64, predict: impl Fn(&Setup) -> O
         spanned.recordings.iter_mut().for_each(|recording| recording.fidelity.most_span = span);
         let Some(predicted) = predict(&spanned) else { continue };
         let errors = differences(&predicted, &every);
-        let nats = |recording: usize| -> f64 {
-            let rows = setup.records[recording].rows().zip(&errors[recording]);
-            rows.map(|(row, error)| 0.5 * (error / row.sigma).powi(2)).sum()
-        };
-        let is_cheap = |recording: usize| nats(recording) <= most_nats / count as f64;
+        let is_cheap = |recording: usize| nats(setup, &[recording], &errors) <= most_nats / count as f64;
         let is_timed = |recording: usize| matches!(setup.recordings[recording].kind, Kind::Times(_));
         let are_timed_cheap = (0..count).filter(|recording| is_timed(*recording)).all(is_cheap);
         for (recording, chosen) in chosen.iter_mut().enumerate() {
@@ -251,31 +255,33 @@ impl Subject {
         let errors: Vec<Vec<Vec<f64>>> = others.iter().map(|predicted| differences(predicted, exact)).collect();
         let is_timed = |recording: usize| matches!(setup.recordings[recording].kind, Kind::Times(_));
         let recordings = 0..of_recording.len();
-        let first = |recording: usize, rungs: std::ops::RangeInclusive<usize>, most: f64| {
-            let last = *rungs.end();
+        let alike = |recording: usize| -> Vec<usize> {
             let is_alike = |other: &usize| *other == recording || is_timed(*other) && is_timed(recording);
-            let alike: Vec<usize> = recordings.clone().filter(is_alike).collect();
-            rungs.into_iter().find(|rung| normalised_rms(&setup, &alike, &errors[*rung]) <= most).unwrap_or(last)
+            recordings.clone().filter(is_alike).collect()
         };
-        let low: Vec<usize> = recordings.clone().map(|recording| first(recording, 0..=USUAL, OWN_ERROR.0)).collect();
-        let finest = errors.len() - 1;
-        let high: Vec<usize> = recordings
-            .clone()
-            .map(|recording| first(recording, low[recording].max(USUAL)..=finest, OWN_ERROR.1))
-            .collect();
-        let exact = exact.clone();
+        let low = |recording: usize| {
+            let mut rungs = 0..USUAL;
+            let is_close = |rung: &usize| normalised_rms(&setup, &alike(recording), &errors[*rung]) <= OFF_ON_THE_WAY;
+            rungs.find(is_close).unwrap_or(USUAL)
+        };
+        let high = |recording: usize| {
+            let (alike, finest) = (alike(recording), errors.len() - 1);
+            let share = OFF_WHERE_DECIDED * alike.len() as f64 / recordings.len() as f64;
+            (USUAL..finest).find(|rung| nats(&setup, &alike, &errors[*rung]) <= share).unwrap_or(finest)
+        };
+        let [low, high]: [Vec<usize>; 2] =
+            [recordings.clone().map(low).collect(), recordings.clone().map(high).collect()];
         self.high = setup.clone();
-        for (setup, chosen, most) in
-            [(&mut self.low, &low, SPANS_MAY_COST.0), (&mut self.high, &high, SPANS_MAY_COST.1)]
-        {
-            at(setup, chosen);
-            choose_spans(setup, most, |setup| {
-                let problem = ValveProblem::new(setup, self.space.clone(), &self.nuisances, Stop::never());
-                predict_all(&problem, &[problem.start()]).remove(0)
-            });
+        at(&mut self.low, &low);
+        at(&mut self.high, &high);
+        let predicted = |setup: &Setup| {
             let problem = ValveProblem::new(setup, self.space.clone(), &self.nuisances, Stop::never());
-            if let Some(predicted) = predict_all(&problem, &[problem.start()]).remove(0) {
-                setup.add_noise(&differences(&predicted, &exact));
+            predict_all(&problem, &[problem.start()]).remove(0)
+        };
+        choose_spans(&mut self.low, SPANS_MAY_COST, predicted);
+        for setup in [&mut self.low, &mut self.high] {
+            if let Some(predicted) = predicted(setup) {
+                setup.add_noise(&differences(&predicted, exact));
             }
         }
     }
