@@ -4,7 +4,7 @@
 
 use super::hypothesis::{Cause, Hypothesis, SIZE};
 use super::law::Law;
-use super::noise::NoiseState;
+use super::noise::{Densities, Innovations, NoiseState};
 use super::plant::Plant;
 use super::special::{normal_tail, quick_ln};
 use super::wide::{Wide, widely};
@@ -45,6 +45,8 @@ const LN_BY_NODES: f64 = -6.0;
 /// Nodes over a vague coordinate, and the standard deviations that they reach to either side.
 const NODES: usize = 7;
 const REACH: f64 = 3.5;
+/// Hypotheses that are weighed side by side.
+const SIDE: usize = 4;
 /// Logarithm of the square root of 2 pi.
 const LN_SQRT_TAU: f64 = 0.918_938_533_204_672_7;
 
@@ -333,8 +335,9 @@ impl Together {
                 }
                 widely(Weighing { looks, hypotheses, open, observed, stroke });
             }
+            let improper = observed.improper(plant, stroke);
             for &i in open {
-                courses[i].learn(&looks[i], &mut hypotheses[i], plant, observed, stroke);
+                courses[i].learn((&looks[i], improper), &mut hypotheses[i], plant, observed, stroke);
             }
         }
         for &i in open {
@@ -343,15 +346,27 @@ impl Together {
     }
 }
 
+/// Readings of a stroke that are no proper ones.
+#[derive(Clone, Copy, Debug)]
+struct Improper {
+    /// Share of those that stray farther than noise does.
+    strays: f64,
+    /// Density of outliers, 1/s: anywhere within the window.
+    outliers: f64,
+}
+
 impl Observation {
     /// Whether anything is known of a stroke.
     fn tells(&self, stroke: usize) -> bool {
         self.time_s[stroke].is_some() || self.stalled[stroke]
     }
 
-    /// Share of the readings that stray: none before the noise is known, which would be taken for them.
-    fn strays(&self) -> f64 {
-        STRAYS * (1.0 - UNKNOWN_UP_TO / self.shape).max(0.0)
+    /// What of a stroke is no proper reading. None strays before the noise is known, which would be taken for them.
+    fn improper(&self, plant: &Plant, stroke: usize) -> Improper {
+        Improper {
+            strays: STRAYS * (1.0 - UNKNOWN_UP_TO / self.shape).max(0.0),
+            outliers: self.outlier_share / plant.window_s(stroke),
+        }
     }
 }
 
@@ -382,7 +397,7 @@ impl Course {
                 look.at(hypothesis, self, plant, observed, stroke);
                 look.weigh(hypothesis, observed, stroke);
             }
-            self.learn(&look, hypothesis, plant, observed, stroke);
+            self.learn((&look, observed.improper(plant, stroke)), hypothesis, plant, observed, stroke);
         }
         self.finish(hypothesis);
     }
@@ -429,7 +444,14 @@ impl Course {
 
     /// Takes in what a stroke tells.
     #[inline]
-    fn learn(&mut self, look: &Look, out: &mut Hypothesis, plant: &Plant, observed: &Observation, stroke: usize) {
+    fn learn(
+        &mut self,
+        (look, improper): (&Look, Improper),
+        out: &mut Hypothesis,
+        plant: &Plant,
+        observed: &Observation,
+        stroke: usize,
+    ) {
         if !observed.tells(stroke) {
             out.noise.left_s[stroke] = f64::NAN;
             return;
@@ -438,9 +460,9 @@ impl Course {
         let window_s = plant.window_s(stroke);
         let Look { by_cov, model_spread, spread, predicted_s, innovation_s, density, stray, .. } = *look;
         let (innovation, inlier) = if observed.time_s[stroke].is_some() {
-            let strays = observed.strays();
+            let Improper { strays, outliers } = improper;
             let density = density * (1.0 - observed.outlier_share) * (1.0 - strays);
-            let total = density + strays * stray + observed.outlier_share / window_s;
+            let total = density + strays * stray + outliers;
             self.probability *= total;
             let inlier = density / total;
             self.update.residual_s[stroke] = Some(innovation_s);
@@ -506,10 +528,22 @@ impl Look {
         if observed.time_s[stroke].is_none() {
             return;
         }
+        let mut alone = Innovations::<1>::new();
+        self.set_in(&mut alone, 0, out, stroke);
+        self.take_from(&alone.densities(observed.shape, STRAY_VARIANCE), 0, out, stroke);
+    }
+
+    /// Puts the innovation among others.
+    #[inline(always)]
+    fn set_in<const N: usize>(&self, all: &mut Innovations<N>, place: usize, out: &Hypothesis, stroke: usize) {
+        all.set(place, self.innovation_s, self.model_spread, out.scale, out.noise.left_s[stroke]);
+    }
+
+    /// Takes what came out for it.
+    #[inline(always)]
+    fn take_from<const N: usize>(&mut self, all: &Densities<N>, place: usize, out: &mut Hypothesis, stroke: usize) {
         self.noise = out.noise;
-        let far = (self.model_spread + STRAY_VARIANCE) * out.scale / observed.shape;
-        (self.density, self.stray) =
-            out.noise.densities(stroke, self.innovation_s, self.model_spread, 2.0 * out.scale, observed.shape, far);
+        (self.density, self.stray) = all.tell(place, &mut out.noise, stroke);
     }
 }
 
@@ -527,8 +561,19 @@ impl Wide for Weighing<'_> {
 
     #[inline(always)]
     fn run(self) {
-        for &i in self.open {
-            self.looks[i].weigh(&mut self.hypotheses[i], self.observed, self.stroke);
+        let Self { looks, hypotheses, open, observed, stroke } = self;
+        if observed.time_s[stroke].is_none() {
+            return;
+        }
+        for places in open.chunks(SIDE) {
+            let mut side = Innovations::<SIDE>::new();
+            for (k, &i) in places.iter().enumerate() {
+                looks[i].set_in(&mut side, k, &hypotheses[i], stroke);
+            }
+            let densities = side.densities(observed.shape, STRAY_VARIANCE);
+            for (k, &i) in places.iter().enumerate() {
+                looks[i].take_from(&densities, k, &mut hypotheses[i], stroke);
+            }
         }
     }
 }

@@ -6,6 +6,8 @@
 //! much as n (1 - r)/(1 + r) independent ones, and so a reading counts as that
 //! much noisier.
 
+#![expect(clippy::needless_range_loop, reason = "numbers side by side")]
+
 use std::f64::consts::{PI, TAU};
 
 use super::special::{quick_exp, quick_ln};
@@ -59,58 +61,97 @@ impl NoiseState {
             *mine += share * theirs;
         }
     }
+}
 
-    /// Density of an innovation, given what was left of the last cycle, and the
-    /// correlations it speaks for; beside it the Gaussian density of a time that strays.
-    /// `model_spread` is the spread of the innovation beside its noise, whose unit `scale` is
-    /// (2 b of the inverse gamma), `shape` its shape, `far` the variance of a stray, in s2.
+/// Innovations of some hypotheses side by side, for the processor's wide registers.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Innovations<const N: usize> {
+    innovation_s: [f64; N],
+    /// Spread of the innovation beside its noise.
+    model_spread: [f64; N],
+    /// Scale of the inverse gamma, s2.
+    scale: [f64; N],
+    left_s: [f64; N],
+}
+
+/// How likely innovations are.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Densities<const N: usize> {
+    /// Density of each under each correlation.
+    correlated: [[f64; N]; 3],
+    /// Gaussian density of a time that strays.
+    stray: [f64; N],
+}
+
+impl<const N: usize> Innovations<N> {
+    /// Of none yet, whose places may stay as they are.
     #[inline(always)]
-    pub(crate) fn densities(
-        &mut self,
-        stroke: usize,
-        innovation: f64,
-        model_spread: f64,
-        scale: f64,
-        shape: f64,
-        far: f64,
-    ) -> (f64, f64) {
-        let left = self.left_s[stroke];
-        let fresh = left.is_nan();
-        let left = if fresh { 0.0 } else { left };
-        let square_of_norm = shape / (PI * scale) * (1.0 - 0.125 / shape).powi(2);
-        // The correlations and the stray side by side, for the processor's wide registers.
-        let (mut spread, mut ratio) = ([0.0; 4], [0.0; 4]);
-        for (i, r) in CORRELATIONS.into_iter().enumerate() {
-            let off = innovation - r * left;
-            spread[i] = model_spread + 1.0 - if fresh { 0.0 } else { r * r };
-            ratio[i] = off * off / (spread[i] * scale);
-        }
-        spread[3] = square_of_norm * far * TAU;
+    pub(crate) fn new() -> Self {
+        Self { innovation_s: [0.0; N], model_spread: [0.0; N], scale: [1.0; N], left_s: [0.0; N] }
+    }
+
+    /// Puts one in its place.
+    #[inline(always)]
+    pub(crate) fn set(&mut self, place: usize, innovation_s: f64, model_spread: f64, scale: f64, left_s: f64) {
+        self.innovation_s[place] = innovation_s;
+        self.model_spread[place] = model_spread;
+        self.scale[place] = scale;
+        self.left_s[place] = left_s;
+    }
+
+    /// Density of each, given what was left of the last cycle. `shape` is that of the inverse gamma, `stray_variance` the
+    /// variance of a stray in that of the noise.
+    #[inline(always)]
+    pub(crate) fn densities(&self, shape: f64, stray_variance: f64) -> Densities<N> {
+        let norm = (1.0 - 0.125 / shape).powi(2);
+        let (mut fresh, mut left, mut square_of_norm) = ([false; N], [0.0; N], [0.0; N]);
         // Loops and not maps: those of arrays are not made wide.
-        let mut exponent = [0.0; 4];
-        for i in 0..4 {
-            exponent[i] = -(shape + 0.5) * quick_ln(1.0 + ratio[i]);
+        for k in 0..N {
+            fresh[k] = self.left_s[k].is_nan();
+            left[k] = if fresh[k] { 0.0 } else { self.left_s[k] };
+            square_of_norm[k] = shape / (PI * (2.0 * self.scale[k])) * norm;
         }
-        exponent[3] = -0.5 * innovation * innovation / far;
-        let mut value = [0.0; 4];
-        for i in 0..4 {
-            value[i] = quick_exp(exponent[i]) * (square_of_norm / spread[i]).sqrt();
+        let mut out = Densities { correlated: [[0.0; N]; 3], stray: [0.0; N] };
+        for (value, r) in out.correlated.iter_mut().zip(CORRELATIONS) {
+            for k in 0..N {
+                let off = self.innovation_s[k] - r * left[k];
+                let spread = self.model_spread[k] + 1.0 - if fresh[k] { 0.0 } else { r * r };
+                let ratio = off * off / (spread * (2.0 * self.scale[k]));
+                let exponent = -(shape + 0.5) * quick_ln(1.0 + ratio);
+                value[k] = quick_exp(exponent) * (square_of_norm[k] / spread).sqrt();
+            }
         }
-        if fresh {
-            return (value[0], value[3]);
+        for k in 0..N {
+            let innovation = self.innovation_s[k];
+            let far = (self.model_spread[k] + stray_variance) * self.scale[k] / shape;
+            let spread = square_of_norm[k] * far * TAU;
+            out.stray[k] = quick_exp(-0.5 * innovation * innovation / far) * (square_of_norm[k] / spread).sqrt();
+        }
+        out
+    }
+}
+
+impl<const N: usize> Densities<N> {
+    /// Density of the innovation in a place, and that of a time that strays. It speaks for correlations.
+    #[inline(always)]
+    pub(crate) fn tell(&self, place: usize, noise: &mut NoiseState, stroke: usize) -> (f64, f64) {
+        let [white, medium, strong] = &self.correlated;
+        let (value, stray) = ([white[place], medium[place], strong[place]], self.stray[place]);
+        if noise.left_s[stroke].is_nan() {
+            return (value[0], stray);
         }
         let mut after = [0.0; 3];
         for i in 0..3 {
-            after[i] = self.weight[i] * value[i];
+            after[i] = noise.weight[i] * value[i];
         }
         let density: f64 = after.iter().sum();
         if density > 0.0 {
             let by_total = 1.0 / (density * (1.0 + 2.0 * LEAST));
-            for (weight, after) in self.weight.iter_mut().zip(after) {
+            for (weight, after) in noise.weight.iter_mut().zip(after) {
                 *weight = (after + LEAST * density) * by_total;
             }
-            self.weight[0] -= self.weight.iter().sum::<f64>() - 1.0;
+            noise.weight[0] -= noise.weight.iter().sum::<f64>() - 1.0;
         }
-        (density, value[3])
+        (density, stray)
     }
 }
