@@ -31,13 +31,17 @@ impl Assembly<'_> {
     }
 
     /// Adds a friction with bristles of this stiffness, N/m, under its key in the valve file. Frictions side by side
-    /// share the softest bristles.
+    /// share bristles, as stiff as the geometric mean of what each says: whichever says it, it counts smoothly, so that a fit
+    /// can tell.
     pub(crate) fn rubs(&mut self, stiffness_n_per_m: f64, key: &'static str) {
         self.terms.friction = true;
-        if stiffness_n_per_m < self.coefficients.bristle_stiffness {
-            self.coefficients.bristle_stiffness = stiffness_n_per_m;
+        let given = self.coefficients.bristle_stiffness;
+        let is_first = given.is_infinite();
+        if is_first || stiffness_n_per_m > given {
             *self.bristles = Some(Cause::effect(key, stiffness_n_per_m, "N/m", 0.5));
         }
+        self.coefficients.bristle_stiffness =
+            if is_first { stiffness_n_per_m } else { libm::sqrt(given * stiffness_n_per_m) };
     }
 
     /// Gives the supply a line with a pressure of its own, which rises by this much for the gas that stays in it,
