@@ -45,6 +45,11 @@ pub trait Family: Sync {
     /// The problem of a set; nothing where its effects exclude one another.
     fn member(&self, set: &[usize], level: Level) -> Option<Self::Member>;
 
+    /// The same problem, predicted more exactly than is usual for what decides; nothing where it is as exact as it can be.
+    fn finer(&self, _member: &Self::Member) -> Option<Self::Member> {
+        None
+    }
+
     /// A point of a problem at one level as one of the same set at another; coordinates that only the other has are
     /// at their prior means.
     fn carried(&self, from: &Self::Member, u: &[f64], to: &Self::Member) -> Vec<f64>;

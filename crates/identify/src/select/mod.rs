@@ -155,6 +155,28 @@ fn ended_afresh<F: Family>(family: &F, begun: &Model<F::Member>) -> Option<(F::M
     let start = family.carried(&begun.problem, &begun.fit.u, &problem);
     let options = continued(family, begun, family.options().exact());
     let fit = fit(&problem, &start, &options)?;
+    Some(finer_until_it_ends(family, (problem, fit)))
+}
+
+/// Goes on more exactly while a fit has ended that still promises more: what is rough about a prediction, such as a piston that
+/// sticks and slips, hides which way a valley goes, and with it the bounds of what is known.
+fn finer_until_it_ends<F: Family>(family: &F, mut at: (F::Member, Fit)) -> (F::Member, Fit) {
+    while let Some(next) = finer(family, &at.0, &at.1) {
+        at = next;
+    }
+    at
+}
+
+/// A fit that ended before it was done goes on with the same problem predicted more exactly; nothing where it was done, or is
+/// as exact as it can be.
+fn finer<F: Family>(family: &F, problem: &F::Member, found: &Fit) -> Option<(F::Member, Fit)> {
+    if found.predicted_gain <= found.tolerance {
+        return None;
+    }
+    let problem = family.finer(problem)?;
+    let base = family.options().exact();
+    let options = FitOptions { known: Some(found.noise.clone()), ..settling(base.settled, base) };
+    let fit = fit(&problem, &found.u, &options)?;
     Some((problem, fit))
 }
 
@@ -410,7 +432,12 @@ impl<F: Family> Search<'_, F> {
         // Where the search led is known as cheaply: what is no likelier is no other valley.
         let known = self.evidence(set, Level::Low).unwrap_or(f64::NEG_INFINITY);
         let better = begun.filter(|begun| begun.fit.log_evidence > known + self.options.nothing_left);
-        if let Some((problem, fit)) = better.and_then(|begun| ended_afresh(self.family, &begun)) {
+        let afresh = better.and_then(|begun| ended_afresh(self.family, &begun));
+        let gone_on = || {
+            let model = self.models.get(&(set.to_vec(), Level::High))?;
+            finer(self.family, &model.problem, &model.fit).map(|next| finer_until_it_ends(self.family, next))
+        };
+        if let Some((problem, fit)) = afresh.or_else(gone_on) {
             self.keep(set.to_vec(), Level::High, problem, fit);
         }
         self.afresh.push(set.to_vec());

@@ -4,6 +4,7 @@
 mod common;
 mod densities;
 mod drawn;
+mod finer;
 mod folds;
 mod regressors;
 mod ripples;

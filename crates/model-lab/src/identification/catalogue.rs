@@ -24,7 +24,8 @@ use crate::space::{Space, Target};
 #[derive(Debug)]
 pub struct Subject {
     low: Setup,
-    high: Setup,
+    /// As finely as what decides asks for, then finer and finer.
+    high: Vec<Setup>,
     nuisances: Vec<Entry>,
     /// A few of the records, their nuisances, and where those stand among all of them.
     screen: Setup,
@@ -77,6 +78,9 @@ const OFF_ON_THE_WAY: f64 = 0.5;
 /// What the simulations of what decides may be off by in all, nats, as if their errors were an effect's doing. Errors of so many
 /// nats move no value by more than a third of its standard deviation, along directions that data hardly pin as well.
 const OFF_WHERE_DECIDED: f64 = 0.05;
+
+/// How many rungs finer a fit may go on that has ended before it was done.
+const FINER: usize = 2;
 
 /// Steps that one may span on a stop on the way, where that costs little; the last one that does counts. For what decides none
 /// are: where a piston begins to rest jumps from block to block with every parameter, and differences of these jumps look like
@@ -150,7 +154,7 @@ impl Subject {
         let setup = Setup::new(campaign, &data, parameters);
         let mut subject = Self {
             low: setup.clone(),
-            high: setup.clone(),
+            high: vec![setup.clone()],
             nuisances: Vec::new(),
             screen: setup,
             screen_nuisances: Vec::new(),
@@ -178,7 +182,7 @@ impl Subject {
         match level {
             Level::Screen => &self.screen,
             Level::Low => &self.low,
-            Level::High => &self.high,
+            Level::High => &self.high[0],
         }
     }
 
@@ -234,7 +238,7 @@ impl Subject {
     /// what is cut short all the same counts as noise. Stroke times are all simulated alike.
     fn choose_fidelity(&mut self) {
         let of_recording: Vec<[Fidelity; RUNGS.len()]> =
-            self.high.recordings.iter().map(|recording| rungs(recording.fidelity)).collect();
+            self.high[0].recordings.iter().map(|recording| rungs(recording.fidelity)).collect();
         let at = |setup: &mut Setup, chosen: &[usize]| {
             for ((recording, rungs), rung) in setup.recordings.iter_mut().zip(&of_recording).zip(chosen) {
                 recording.fidelity = rungs[*rung];
@@ -271,19 +275,31 @@ impl Subject {
         };
         let [low, high]: [Vec<usize>; 2] =
             [recordings.clone().map(low).collect(), recordings.clone().map(high).collect()];
-        self.high = setup.clone();
+        self.high = vec![setup.clone()];
         at(&mut self.low, &low);
-        at(&mut self.high, &high);
+        at(&mut self.high[0], &high);
         let predicted = |setup: &Setup| {
             let problem = ValveProblem::new(setup, self.space.clone(), &self.nuisances, Stop::never());
             predict_all(&problem, &[problem.start()]).remove(0)
         };
         choose_spans(&mut self.low, SPANS_MAY_COST, predicted);
-        for setup in [&mut self.low, &mut self.high] {
+        for setup in [&mut self.low, &mut self.high[0]] {
             if let Some(predicted) = predicted(setup) {
                 setup.add_noise(&differences(&predicted, exact));
             }
         }
+        // What is cut short stays with the rows, so that all of these have the same.
+        for finer in 1..=FINER {
+            let mut setup = self.high[0].clone();
+            at(&mut setup, &high.iter().map(|rung| (rung + finer).min(RUNGS.len() - 1)).collect::<Vec<_>>());
+            self.high.push(setup);
+        }
+    }
+
+    /// A problem as finely as what decides asks for, finer; nothing where it is as fine as any is, or is none of these.
+    fn finer<'a>(&'a self, member: &ValveProblem<'a>) -> Option<ValveProblem<'a>> {
+        let place = self.high.iter().position(|setup| std::ptr::eq(setup, member.setup()))?;
+        self.high.get(place + 1).map(|finer| member.on(finer))
     }
 
     /// Which delays only a simulation tells: those of records in which a command finds the valve still filling, emptying or
@@ -555,6 +571,10 @@ impl<'a> Family for Catalogue<'a> {
         Some(self.subject.problem(space, level, self.stop))
     }
 
+    fn finer(&self, member: &Self::Member) -> Option<Self::Member> {
+        self.subject.finer(member)
+    }
+
     fn carried(&self, from: &Self::Member, u: &[f64], to: &Self::Member) -> Vec<f64> {
         let mut carried = to.start();
         to.space.carry(&from.space, u, &mut carried);
@@ -616,7 +636,7 @@ impl<'a> Family for Catalogue<'a> {
     }
 
     fn options(&self) -> FitOptions {
-        FitOptions::new(self.subject.high.groups.clone())
+        FitOptions::new(self.subject.setup(Level::High).groups.clone())
     }
 
     fn tell(&self, news: News<'_>) {
