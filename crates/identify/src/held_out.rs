@@ -83,6 +83,9 @@ pub fn held_out(
 /// Dampings of the step to the optimum without a fold: a long step along a poorly known direction ends beside it.
 const DAMPINGS: [f64; 3] = [0.0, 0.01, 0.3];
 
+/// A step that keeps this share of its promise is as good as any.
+const KEPT: f64 = 0.9;
+
 /// How often a point is corrected with the same derivatives for what was predicted there.
 const CORRECTIONS: usize = 2;
 
@@ -99,34 +102,35 @@ fn hold_out(
     }
     let kept: Vec<usize> = (0..problem.records().len()).filter(|record| !fold.contains(record)).collect();
     let whitened = Whitened::of(problem, &fit.linear, &fit.noise, &kept);
-    let (mut without, promised) = optimum(problem, &whitened, &kept, problem.coordinates(), &fit.u, true)?;
+    let there = kept.iter().map(|record| fit.linear.residual[*record].clone()).collect();
+    let near = Near { problem, whitened: &whitened, records: &kept, coordinates: problem.coordinates() };
+    let mut without = near.optimum(fit.u.clone(), there, DAMPINGS.as_slice());
     // Far from the whole fit its derivatives lead beside the optimum, and a model would be blamed for that.
-    let is_short = own_fits == OwnFits::WhereShort && promised > fit.tolerance;
+    let is_short = own_fits == OwnFits::WhereShort && without.promised > fit.tolerance;
     if is_short || own_fits == OwnFits::All {
         let options = FitOptions { annealed: 0, known: Some(fit.noise.clone()), followed: 0, ..options.clone() };
-        without = fitted(&Without::new(problem, kept), &without, &options)?.u;
+        without.u = fitted(&Without::new(problem, kept), &without.u, &options)?.u;
     }
-    let mut found = Vec::with_capacity(fold.len());
-    for &record in fold {
-        let at_mean = predicted(problem, &without, &[record])?.remove(0);
-        // Shared coordinates stay: they are pinned where the others left them.
-        let mut pinned = problem.coordinates().to_vec();
-        let mut start = without.clone();
-        for (coordinate, (u, fitted)) in pinned.iter_mut().zip(start.iter_mut().zip(&fit.u)) {
-            if coordinate.scope == Scope::Shared {
-                (coordinate.mean, coordinate.sigma) = (*u, PINNED);
-                (coordinate.lower, coordinate.upper) = (coordinate.lower.min(*u), coordinate.upper.max(*u));
-            } else {
-                // Close to where it belongs, which is where the derivatives were taken.
-                *u = *fitted;
-            }
+    // Shared coordinates stay: they are pinned where the others left them.
+    let (mut pinned, mut start) = (problem.coordinates().to_vec(), without.u.clone());
+    for (coordinate, (u, fitted)) in pinned.iter_mut().zip(start.iter_mut().zip(&fit.u)) {
+        if coordinate.scope == Scope::Shared {
+            (coordinate.mean, coordinate.sigma) = (*u, PINNED);
+            (coordinate.lower, coordinate.upper) = (coordinate.lower.min(*u), coordinate.upper.max(*u));
+        } else {
+            // Close to where it belongs, which is where the derivatives were taken.
+            *u = *fitted;
         }
-        let whitened = Whitened::of(problem, &fit.linear, &fit.noise, &[record]);
-        let (own, _) = optimum(problem, &whitened, &[record], &pinned, &start, false)?;
-        let own = predicted(problem, &own, &[record])?.remove(0);
-        found.push((record, at_mean, own));
     }
-    Some(found)
+    let at_means = predicted(problem, &[without.u, start.clone()], fold)?;
+    let [at_mean, at_start] = <[_; 2]>::try_from(at_means).ok()?;
+    let of_record = |((record, at_mean), at_start): ((&usize, Vec<f64>), Vec<f64>)| {
+        let whitened = Whitened::of(problem, &fit.linear, &fit.noise, &[*record]);
+        let near = Near { problem, whitened: &whitened, records: &[*record], coordinates: &pinned };
+        let own = near.optimum(start.clone(), vec![at_start], &DAMPINGS[..1]).residual.pop()?;
+        Some((*record, at_mean, own))
+    };
+    fold.iter().zip(at_mean).zip(at_start).map(of_record).collect()
 }
 
 /// A problem without some of its records. The coordinates of these stay, and move nothing.
@@ -173,46 +177,74 @@ impl Problem for Without<'_> {
 /// The standard deviation of a coordinate that is not to move.
 const PINNED: f64 = 1e-9;
 
-/// Observed minus predicted of some records at a point.
-fn predicted(problem: &dyn Problem, u: &[f64], records: &[usize]) -> Option<Vec<Vec<f64>>> {
-    let requests: Vec<Request> = records.iter().map(|record| Request { point: 0, record: *record }).collect();
-    let predicted = problem.predict(&[u.to_vec()], &requests);
-    let residual = records.iter().zip(predicted).map(|(record, predicted)| {
-        let rows = problem.records()[*record].rows();
+/// Observed minus predicted of some records at points, point by point; nothing where one is impossible.
+fn predicted(problem: &dyn Problem, points: &[Vec<f64>], records: &[usize]) -> Option<Vec<Vec<Vec<f64>>>> {
+    let of_point = |point| records.iter().map(move |record| Request { point, record: *record });
+    let requests: Vec<Request> = (0..points.len()).flat_map(of_point).collect();
+    let predicted = problem.predict(points, &requests);
+    let residual = requests.iter().zip(predicted).map(|(request, predicted)| {
+        let rows = problem.records()[request.record].rows();
         predicted.map(|predicted| rows.zip(predicted).map(|(row, value)| row.observed - value).collect())
     });
-    residual.collect()
+    let residuals = residual.collect::<Option<Vec<Vec<f64>>>>()?;
+    Some(residuals.chunks(records.len()).map(<[_]>::to_vec).collect())
 }
 
-/// The optimum for some records near a point, by steps with derivatives taken close by, and what another such step still
-/// promises, nats; never worse than the point.
-fn optimum(
-    problem: &dyn Problem,
-    whitened: &Whitened,
-    records: &[usize],
-    coordinates: &[Coordinate],
-    from: &[f64],
-    is_damped: bool,
-) -> Option<(Vec<f64>, f64)> {
-    let at = |u: &[f64]| -> Option<(f64, Normal)> {
-        let normal = whitened.with_residuals(&predicted(problem, u, records)?);
-        Some((normal.chi2 + prior_cost(coordinates, u), normal))
-    };
-    let mut best = (from.to_vec(), at(from)?);
-    let dampings = if is_damped { DAMPINGS.as_slice() } else { &DAMPINGS[..1] };
-    for _ in 0..=CORRECTIONS {
-        let posterior = Posterior::new(coordinates, &best.0, &best.1.1);
-        let tried: Vec<(Vec<f64>, (f64, Normal))> = dampings
-            .iter()
-            .filter_map(|damping| posterior.step(*damping, f64::INFINITY))
-            .filter_map(|step| at(&step.to).map(|value| (step.to, value)))
-            .collect();
-        let better = tried.into_iter().min_by(|a, b| a.1.0.total_cmp(&b.1.0)).filter(|one| one.1.0 < best.1.0);
-        match better {
-            Some(one) => best = one,
-            None => break,
+/// What is not worth another step, nats: no row that was held out moves by a tenth of its noise for that.
+const NOT_WORTH: f64 = 0.01;
+
+/// Some records of a problem near a point, with derivatives taken there.
+struct Near<'a> {
+    problem: &'a dyn Problem,
+    whitened: &'a Whitened,
+    records: &'a [usize],
+    coordinates: &'a [Coordinate],
+}
+
+/// An optimum that steps with the same derivatives led to.
+struct Optimum {
+    u: Vec<f64>,
+    /// Observed minus predicted there, by record.
+    residual: Vec<Vec<f64>>,
+    /// What another such step still promises, nats.
+    promised: f64,
+}
+
+impl Near<'_> {
+    /// The optimum near a point and what is left there, `residual`; never worse than the point. Where a step does not keep
+    /// what it promised, more damped ones are tried beside it.
+    fn optimum(&self, from: Vec<f64>, residual: Vec<Vec<f64>>, dampings: &[f64]) -> Optimum {
+        let cost = |u: &[f64], normal: &Normal| normal.chi2 + prior_cost(self.coordinates, u);
+        let normal = self.whitened.with_residuals(&residual);
+        let mut best = (cost(&from, &normal), from, residual, normal);
+        for _ in 0..=CORRECTIONS {
+            let posterior = Posterior::new(self.coordinates, &best.1, &best.3);
+            let mut better = None;
+            for damping in dampings {
+                let Some(step) = posterior.step(*damping, f64::INFINITY) else { continue };
+                if 0.5 * step.predicted_gain < NOT_WORTH {
+                    break;
+                }
+                let points = std::slice::from_ref(&step.to);
+                let Some(residual) = predicted(self.problem, points, self.records).and_then(|mut all| all.pop()) else {
+                    continue;
+                };
+                let normal = self.whitened.with_residuals(&residual);
+                let there = cost(&step.to, &normal);
+                if there < better.as_ref().map_or(best.0, |(least, ..): &(f64, _, _, _)| *least) {
+                    better = Some((there, step.to, residual, normal));
+                }
+                if better.as_ref().is_some_and(|(least, ..)| best.0 - least > KEPT * step.predicted_gain) {
+                    break;
+                }
+            }
+            match better {
+                Some(better) => best = better,
+                None => break,
+            }
         }
+        let newton = Posterior::new(self.coordinates, &best.1, &best.3).newton();
+        let promised = newton.map_or(f64::INFINITY, |step| 0.5 * step.predicted_gain);
+        Optimum { u: best.1, residual: best.2, promised }
     }
-    let newton = Posterior::new(coordinates, &best.0, &best.1.1).newton();
-    Some((best.0, newton.map_or(f64::INFINITY, |step| 0.5 * step.predicted_gain)))
 }

@@ -203,12 +203,16 @@ pub fn select<F: Family>(family: &F, options: &SelectOptions) -> Option<Selectio
         family,
         options,
         models: BTreeMap::new(),
+        begun: f64::NAN,
         looked_at: Vec::new(),
         screened: BTreeMap::new(),
         reduced: BTreeMap::new(),
         afresh: Vec::new(),
     };
     for model in base(family)? {
+        if model.level == Level::Low {
+            search.begun = model.fit.log_evidence;
+        }
         search.models.insert((Vec::new(), model.level), model);
     }
     let mut steps: Vec<Set> = vec![Vec::new()];
@@ -256,6 +260,8 @@ struct Search<'a, F: Family> {
     family: &'a F,
     options: &'a SelectOptions,
     models: BTreeMap<(Set, Level), Model<F::Member>>,
+    /// Evidence of the cheap fit that the empty set was fitted from.
+    begun: f64,
     /// Sets that were fitted to a few of the records, for larger ones to begin from.
     looked_at: Vec<Set>,
     /// The best evidence of sets that went on from a first look, on the few records of it.
@@ -393,7 +399,9 @@ impl<F: Family> Search<'_, F> {
             let problem = self.family.member(set, Level::High)?;
             let warm = best_start(&problem, self.family.warm(&problem, &origin.problem, &origin.fit.u))?;
             let mut starts = vec![warm];
-            if let Some(low) = self.models.get(&(set.clone(), Level::Low)) {
+            // The empty set has been fitted from its cheap optimum.
+            let cheap = self.models.get(&(set.clone(), Level::Low));
+            if let Some(low) = cheap.filter(|low| !set.is_empty() || low.fit.log_evidence != self.begun) {
                 starts.push(self.refined(&problem, low));
             }
             // A start that looks worse may lie in the better valley, and a set that lacks something gets stuck: both are annealed.
