@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use identify::Stop;
+use identify::select::BY_CHANCE;
 use model_lab::diagnosis::discrepancy::ModelDiscrepancy;
 use model_lab::diagnosis::experiment::DECISIVE;
 use model_lab::diagnosis::{
@@ -94,7 +95,10 @@ fn show(line: &ProgressLine, done: &AtomicUsize, round: &AtomicUsize, progress: 
         Progress::Reached { kinds, gain } => {
             done.store(0, Ordering::Relaxed);
             round.fetch_add(1, Ordering::Relaxed);
-            line.doing(&format!("{} gains {gain:.0} nats, looking further", explanation::joined(kinds)));
+            line.doing(&format!(
+                "{} raises the log evidence by {gain:.0}, looking further",
+                explanation::joined(kinds)
+            ));
         }
         Progress::Doing(what) => line.doing(what),
     }
@@ -132,7 +136,7 @@ fn indistinguishable_text(text: &mut String, group: &Indistinguishable, answer: 
     }
     let _ = writeln!(text, "{} cannot be told from:", group.kind.id());
     for other in &group.with {
-        let _ = writeln!(text, "  {} (log evidence {:+.1} nats)", other.kind.id(), -other.behind);
+        let _ = writeln!(text, "  {} (log evidence {:+.1})", other.kind.id(), -other.behind);
         for line in parameter_lines(&other.parameters).lines() {
             let _ = writeln!(text, "    {line}");
         }
@@ -310,7 +314,11 @@ fn candidate_table(answer: &Explanation) -> String {
             why,
         ]);
     }
-    table.render()
+    let told = format!(
+        "log evidence: how far the natural logarithm of the probability of what was recorded rises with the candidate; \
+         one is taken from {BY_CHANCE:+.0} on"
+    );
+    format!("{}{told}\n", table.render())
 }
 
 #[cfg(test)]

@@ -254,7 +254,7 @@ fn a_friction_with_all_its_shapes_far_out_stands_in_for_something() {
 }
 
 #[test]
-#[cfg_attr(debug_assertions, ignore = "slow: runs with --release")]
+#[ignore = "takes minutes: a search over a cylinder that bounces"]
 fn the_noise_of_a_pressure_that_drives_is_no_missing_physics_and_takes_nothing_from_a_port() {
     // So light that a kilopascal moves it: the noise of the sensor is as large as what drives the flow.
     const PRESSURE_NOISE_PA: f64 = 700.0;

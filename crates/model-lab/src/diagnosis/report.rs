@@ -467,15 +467,13 @@ fn candidates(
             let rejected = if model.set == accepted {
                 None
             } else if model.level == Level::Screen {
-                Some("behind at a first look".to_owned())
+                Some("explains less at a first look".to_owned())
             } else if model.set == found.accepted() {
                 Some("likeliest, not named: see the notes".to_owned())
             } else if accepted.is_empty() {
-                Some(if gain > options.select.accept {
-                    "no better held out".to_owned()
-                } else {
-                    format!("{gain:+.1} nats only")
-                })
+                Some(
+                    if gain > options.select.accept { "no better held out" } else { "explains hardly more" }.to_owned(),
+                )
             } else if accepted.iter().all(|one| model.set.contains(one)) {
                 Some(if gain - accepted_gain < options.select.accept {
                     "adds too little".to_owned()
@@ -487,7 +485,7 @@ fn candidates(
             } else if accepted_gain - gain < options.select.accept {
                 Some("cannot be told apart".to_owned())
             } else {
-                Some(format!("less likely by {:.0} nats", accepted_gain - gain))
+                Some("explains less".to_owned())
             };
             CandidateReport {
                 parameters: effect_parameters(&model.problem, &model.fit, &certainty, &kinds, false),
