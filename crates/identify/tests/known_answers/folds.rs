@@ -1,9 +1,11 @@
 //! What is predicted of records that were held out, where the optimum without them is known.
 
+use std::sync::atomic::Ordering;
+
 use identify::held_out::{HeldOut, OwnFits, folds, held_out};
 use identify::{Fit, FitOptions, fit};
 
-use crate::common::{Functions, options, record, shared};
+use crate::common::{Function, Functions, options, record, shared};
 
 /// Two records of one coordinate. The first is precise and observes it to be 1. The second says that it is 3, and rows that do not
 /// move there, `bent` times its squared distance from 1, say that it is 2.
@@ -61,6 +63,25 @@ fn a_fold_whose_quick_steps_end_short_of_what_they_promise_has_a_fit_of_its_own(
         place_without(&quick),
         known_place(20.0)
     );
+}
+
+#[test]
+fn a_step_that_keeps_its_promise_is_the_last_one() {
+    // Linear, so that the first step ends in the optimum: the mean of the other two records.
+    let problem = Functions {
+        coordinates: vec![shared("place", 1.0, 100.0, 50.0)],
+        records: [1.0, 2.0, 4.5].iter().enumerate().map(|(index, at)| record(&[*at; 4], 0.1, false, index)).collect(),
+        of_records: (0..3).map(|_| -> Function { Box::new(|u| vec![u[0]; 4]) }).collect(),
+        asked: 0.into(),
+    };
+    let whole = fit(&problem, &[1.0], &options()).expect("a start that is possible");
+    let before = problem.asked.load(Ordering::Relaxed);
+    let held = held_out(&problem, &whole, &folds(&problem), &options(), OwnFits::None).expect("three conditions");
+    for (index, (at, place)) in [(1.0, 3.25), (2.0, 2.75), (4.5, 1.5)].into_iter().enumerate() {
+        assert!((held.own[index][0] - (at - place)).abs() < 1e-3, "{index}: {:?}", held.own[index]);
+    }
+    // For each fold two records at the end of the step, and the third one there: once as it is, once with its own coordinates.
+    assert_eq!(problem.asked.load(Ordering::Relaxed) - before, 3 * (2 + 2));
 }
 
 #[test]
