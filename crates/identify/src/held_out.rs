@@ -130,7 +130,9 @@ fn hold_out(
         let own = near.optimum(start.clone(), vec![at_start], &DAMPINGS[..1]).residual.pop()?;
         Some((*record, at_mean, own))
     };
-    fold.iter().zip(at_mean).zip(at_start).map(of_record).collect()
+    let found: Option<Vec<HeldOutRecord>> = fold.iter().zip(at_mean).zip(at_start).map(of_record).collect();
+    // What was stopped on the way to an optimum is not at it.
+    found.filter(|_| !problem.stop().is_asked())
 }
 
 /// A problem without some of its records. The coordinates of these stay, and move nothing.
@@ -190,7 +192,7 @@ fn predicted(problem: &dyn Problem, points: &[Vec<f64>], records: &[usize]) -> O
     Some(residuals.chunks(records.len()).map(<[_]>::to_vec).collect())
 }
 
-/// What is not worth another step, nats: no row that was held out moves by a tenth of its noise for that.
+/// What is not worth another step, nats: it moves nothing by more than a seventh of its standard deviation.
 const NOT_WORTH: f64 = 0.01;
 
 /// Some records of a problem near a point, with derivatives taken there.
