@@ -32,7 +32,7 @@ fi
 
 manifest=python/Cargo.toml
 cargo fmt --manifest-path $manifest --check
-cargo clippy --manifest-path $manifest --release --locked -- -D warnings
+cargo clippy --manifest-path $manifest --locked -- -D warnings
 maturin develop --release --locked --quiet >/dev/null
 mypy
 python -m pytest -q "$@"
