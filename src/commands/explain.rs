@@ -316,7 +316,7 @@ fn candidate_table(answer: &Explanation) -> String {
     }
     let told = format!(
         "log evidence: how far the natural logarithm of the probability of what was recorded rises with the candidate; \
-         one is taken from {BY_CHANCE:+.0} on"
+         none is taken below {BY_CHANCE:+.0}, and of several the one with the most"
     );
     format!("{}{told}\n", table.render())
 }
