@@ -6,7 +6,7 @@
 
 use crate::noise::{GroupNoise, Noise, Smoothness, Whitener};
 use crate::normal::{Linearised, Normal, Posterior, Step, Whitened, prior_cost};
-use crate::problem::{Problem, predict_all, residuals};
+use crate::problem::{Coordinate, Difference, Problem, predict_all, residuals};
 use crate::soft::refined;
 use crate::variance::{Effort, GroupPrior, components, evidence};
 
@@ -217,7 +217,11 @@ impl Fitting<'_> {
     fn linearised(&mut self, u: Vec<f64>) -> Option<Linearised> {
         self.derivatives += 1;
         let coordinates = self.problem.coordinates().iter().zip(u.iter().zip(&self.sigmas));
-        let steps: Vec<f64> = coordinates.map(|(coordinate, (u, sigma))| coordinate.step_at(*u, *sigma)).collect();
+        let is_told = self.options.followed > 0;
+        let step = |(coordinate, (u, sigma)): (&Coordinate, (&f64, &f64))| {
+            if is_told { coordinate.exact_step_at(*u, *sigma) } else { coordinate.step_at(*u, *sigma) }
+        };
+        let steps: Vec<Difference> = coordinates.map(step).collect();
         let linear = self.problem.linearise(&u, &steps)?;
         // What was stopped among the moved points has no derivative, and would count as moving nothing.
         if self.problem.stop().is_asked() {

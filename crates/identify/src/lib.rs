@@ -20,6 +20,6 @@ pub mod variance;
 
 pub use fit::{Fit, FitOptions, fit};
 pub use noise::{GroupNoise, Noise, Smoothness};
-pub use problem::{Coordinate, Differences, Linear, Problem, Record, Request, Row, Scope, Series};
+pub use problem::{Coordinate, Difference, Differences, Linear, Problem, Record, Request, Row, Scope, Series};
 pub use stop::Stop;
 pub use variance::GroupPrior;

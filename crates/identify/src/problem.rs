@@ -8,6 +8,10 @@ use crate::stop::Stop;
 /// simulation cuts short counts more.
 const SHORTEST: f64 = 0.02;
 
+/// The same for derivatives that must be exact: what data pin more sharply than this is moved by as much to both sides. What is
+/// rough about a prediction then counts a tenth as much, and what curves cancels.
+const SHORTEST_TO_BOTH_SIDES: f64 = 0.1;
+
 /// Which records a coordinate moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scope {
@@ -61,9 +65,17 @@ impl Coordinate {
 
     /// A difference for derivatives at `u` that stays within the bounds. `sigma` is the deviation of the coordinate, all
     /// others known: data that pin it sharply see the curvature of a longer difference as a wrong slope.
-    pub fn step_at(&self, u: f64, sigma: f64) -> f64 {
+    pub fn step_at(&self, u: f64, sigma: f64) -> Difference {
         let step = sigma.clamp(SHORTEST * self.step, self.step);
-        if u + step > self.upper { -step } else { step }
+        Difference { ahead: if u + step > self.upper { -step } else { step }, back: 0.0 }
+    }
+
+    /// The same for derivatives that must be exact: to both sides where data pin the coordinate so sharply that what curves, or
+    /// what is rough about a prediction, would be taken for knowledge along directions in which others make up for it.
+    pub fn exact_step_at(&self, u: f64, sigma: f64) -> Difference {
+        let step = SHORTEST_TO_BOTH_SIDES * self.step;
+        let has_room = u + step <= self.upper && u - step >= self.lower;
+        if sigma < step && has_room { Difference { ahead: step, back: step } } else { self.step_at(u, sigma) }
     }
 
     /// Whether it moves a record.
@@ -73,6 +85,15 @@ impl Coordinate {
             Scope::Record(one) => one == record,
         }
     }
+}
+
+/// A difference for a derivative.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Difference {
+    /// By how much a coordinate is moved; less than zero where it has no room above.
+    pub ahead: f64,
+    /// By how much it is moved to the other side; zero where the difference is taken from the point itself.
+    pub back: f64,
 }
 
 /// One observed number.
@@ -159,7 +180,7 @@ pub trait Problem: Sync {
 
     /// The predictions of every record at a point with all derivatives; finite differences unless a problem knows
     /// better. `steps` are the differences.
-    fn linearise(&self, u: &[f64], steps: &[f64]) -> Option<Vec<Linear>> {
+    fn linearise(&self, u: &[f64], steps: &[Difference]) -> Option<Vec<Linear>> {
         let differences = Differences::new(self.coordinates(), self.records().len(), u, steps, 0..u.len());
         let predicted = self.predict(&differences.points, &differences.requests);
         differences.linear(predicted)
@@ -174,13 +195,14 @@ pub trait Problem: Sync {
 /// Derivatives by finite differences: what has to be predicted for them, and what comes of it.
 #[derive(Debug, Clone)]
 pub struct Differences {
-    /// The point itself, and one moved along each coordinate.
+    /// The point itself, and one or two moved along each coordinate.
     pub points: Vec<Vec<f64>>,
-    /// The predictions wanted: every record at the point itself, which is the first, and those that a coordinate moves.
+    /// The predictions wanted: every record at the point itself, which is the first, and those that a coordinate moves; both
+    /// ends of a difference stand side by side.
     pub requests: Vec<Request>,
     records: usize,
-    /// By how much each of the coordinates is moved, with its index.
-    steps: Vec<(usize, f64)>,
+    /// By how much the coordinate that a point is moved along is moved, with its index; the point itself has none.
+    steps: Vec<(usize, Difference)>,
 }
 
 impl Differences {
@@ -189,45 +211,58 @@ impl Differences {
         coordinates: &[Coordinate],
         records: usize,
         u: &[f64],
-        steps: &[f64],
+        steps: &[Difference],
         which: impl IntoIterator<Item = usize>,
     ) -> Self {
-        let steps: Vec<(usize, f64)> = which.into_iter().map(|index| (index, steps[index])).collect();
         let mut points = vec![u.to_vec()];
         let mut requests: Vec<Request> = (0..records).map(|record| Request { point: 0, record }).collect();
-        for (index, step) in &steps {
-            let mut moved = u.to_vec();
-            moved[*index] += step;
-            let moves = (0..records).filter(|record| coordinates[*index].moves(*record));
-            requests.extend(moves.map(|record| Request { point: points.len(), record }));
-            points.push(moved);
+        let mut of_points = Vec::new();
+        for index in which {
+            let first = points.len();
+            let Difference { ahead, back } = steps[index];
+            for by in [ahead, -back].into_iter().filter(|by| *by != 0.0) {
+                let mut moved = u.to_vec();
+                moved[index] += by;
+                points.push(moved);
+                of_points.push((index, steps[index]));
+            }
+            for record in (0..records).filter(|record| coordinates[index].moves(*record)) {
+                requests.extend((first..points.len()).map(|point| Request { point, record }));
+            }
         }
-        Self { points, requests, records, steps }
+        Self { points, requests, records, steps: of_points }
     }
 
     /// The predictions with their derivatives, from what was predicted for the requests; nothing where the point itself is
-    /// impossible. A moved one that is impossible has no derivative.
+    /// impossible. Of two ends one does where the other is impossible; without any there is no derivative.
     pub fn linear(&self, predicted: Vec<Option<Vec<f64>>>) -> Option<Vec<Linear>> {
         let mut predicted = predicted.into_iter();
         let mut linear = Vec::with_capacity(self.records);
         for _ in 0..self.records {
             linear.push(Linear { predicted: predicted.next()??, columns: Vec::new() });
         }
-        for (Request { point, record }, moved) in self.requests[self.records..].iter().zip(predicted) {
+        let mut moved = self.requests[self.records..].iter().zip(predicted);
+        while let Some((Request { point, record }, ahead)) = moved.next() {
             let (index, step) = self.steps[point - 1];
+            let back = if step.back == 0.0 { None } else { moved.next()?.1 };
             let at = &linear[*record].predicted;
-            let column = match moved {
-                Some(mut moved) => {
-                    let inverse = 1.0 / step;
-                    moved.iter_mut().zip(at).for_each(|(moved, at)| *moved = (*moved - at) * inverse);
-                    moved
-                }
-                None => vec![0.0; at.len()],
+            let column = match (ahead, back) {
+                (Some(ahead), Some(back)) => quotient(ahead, &back, step.ahead + step.back),
+                (Some(ahead), None) => quotient(ahead, at, step.ahead),
+                (None, Some(back)) => quotient(back, at, -step.back),
+                (None, None) => vec![0.0; at.len()],
             };
             linear[*record].columns.push((index, column));
         }
         Some(linear)
     }
+}
+
+/// The quotient of a difference, row by row.
+fn quotient(mut to: Vec<f64>, from: &[f64], length: f64) -> Vec<f64> {
+    let inverse = 1.0 / length;
+    to.iter_mut().zip(from).for_each(|(to, from)| *to = (*to - from) * inverse);
+    to
 }
 
 /// The predictions of all records at each of several points; nothing for a point that is impossible.
@@ -250,4 +285,44 @@ pub fn residuals(problem: &dyn Problem, predicted: &[Vec<f64>]) -> Vec<Vec<f64>>
         record.rows().zip(predicted).map(|(row, predicted)| row.observed - predicted).collect()
     };
     problem.records().par_iter().zip(predicted).map(of).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Coordinate, Difference, Differences, Scope};
+
+    fn derivatives(steps: [Difference; 2], value: impl Fn(&[f64]) -> Option<f64>) -> Vec<(usize, f64)> {
+        let coordinates = [0, 1].map(|index| Coordinate::standard(format!("x{index}"), Scope::Record(index), 3.0));
+        let differences = Differences::new(&coordinates, 2, &[1.0, 2.0], &steps, 0..2);
+        let predicted =
+            differences.requests.iter().map(|request| Some(vec![value(&differences.points[request.point])?]));
+        let linear = differences.linear(predicted.collect()).expect("possible there");
+        linear.into_iter().flat_map(|one| one.columns).map(|(index, column)| (index, column[0])).collect()
+    }
+
+    #[test]
+    fn what_curves_cancels_where_a_difference_goes_to_both_sides() {
+        let (one, both) = (Difference { ahead: 0.1, back: 0.0 }, Difference { ahead: 0.1, back: 0.1 });
+        let square = |x: &[f64]| Some(x[0] * x[0] + 10.0 * x[1] * x[1]);
+        let found = derivatives([both, one], square);
+        assert!((found[0].1 - 2.0).abs() < 1e-9 && (found[1].1 - 41.0).abs() < 1e-9, "{found:?}");
+        // Of two ends one does, where the other is impossible.
+        let bounded = |x: &[f64]| if x[0] > 1.0 || x[1] < 2.0 { None } else { square(x) };
+        let found = derivatives([both, both], bounded);
+        assert!((found[0].1 - 1.9).abs() < 1e-9 && (found[1].1 - 41.0).abs() < 1e-9, "{found:?}");
+        assert_eq!(derivatives([one, both], bounded)[0], (0, 0.0));
+    }
+
+    #[test]
+    fn only_what_is_known_sharply_and_has_room_is_moved_to_both_sides() {
+        let coordinate = Coordinate::standard("x", Scope::Shared, 3.0);
+        let is = |(u, sigma): (f64, f64), (ahead, back): (f64, f64)| {
+            let found = coordinate.exact_step_at(u, sigma);
+            assert!((found.ahead - ahead).abs() < 1e-12 && (found.back - back).abs() < 1e-12, "{found:?}");
+        };
+        is((0.0, 1e-4), (0.005, 0.005));
+        is((0.0, 0.02), (0.02, 0.0));
+        is((2.999, 1e-4), (0.001, 0.0));
+        is((3.0, 1e-4), (-0.001, 0.0));
+    }
 }

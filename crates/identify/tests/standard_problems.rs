@@ -248,6 +248,39 @@ fn what_only_a_product_is_known_of_stays_as_unsure_as_it_was() {
 }
 
 #[test]
+fn derivatives_of_a_told_fit_hold_along_directions_that_are_not_measured() {
+    // Sharper than what is measured along, and far softer than either coordinate alone.
+    const SIGMA: f64 = 0.016;
+    let rows = |x: &[f64]| {
+        let product = (1.0 + 0.3 * x[0]) * (1.0 + 0.3 * x[1]);
+        let apart = (x[0] - x[1]) / (SIGMA * 40_f64.sqrt());
+        let rough = |t: f64| 6e-3 * (700.0 * x[0] - 900.0 * x[1] + t).sin();
+        let row = |t: u32| if t < 60 { 150.0 * product } else { apart } + rough(f64::from(t));
+        (0..80).map(row).collect::<Vec<f64>>()
+    };
+    let problem = Functions {
+        coordinates: (0..2).map(|i| Coordinate::standard(format!("x{i}"), Scope::Shared, 3.0)).collect(),
+        records: vec![record(&rows(&[0.0, 0.0]), 1.0, false, 0)],
+        of_records: vec![Box::new(rows)],
+        asked: AtomicUsize::new(0),
+    };
+    let wrong = |options: &FitOptions| {
+        let fit = fit(&problem, &[0.5, -0.3], options).expect("possible everywhere");
+        let by = SIGMA * std::f64::consts::FRAC_1_SQRT_2;
+        let ends = [1.0, -1.0].map(|sign| vec![fit.u[0] + sign * by, fit.u[1] - sign * by]);
+        let off = |end: &Vec<f64>| -> Vec<f64> {
+            let foreseen = fit.linear.foreseen(end).remove(0);
+            let observed = problem.records[0].rows().zip(rows(end)).map(|(row, predicted)| row.observed - predicted);
+            observed.zip(foreseen).map(|(really, foreseen)| really - foreseen).collect()
+        };
+        let (ahead, back) = (off(&ends[0]), off(&ends[1]));
+        ahead.iter().zip(&back).map(|(ahead, back)| (0.5 * (ahead - back)).powi(2)).sum::<f64>().sqrt()
+    };
+    let (plain, told) = (wrong(&options()), wrong(&FitOptions { tolerance: 0.01, ..options() }.exact()));
+    assert!(plain > 0.2 && told < 0.1, "{plain} and {told} deviations");
+}
+
+#[test]
 fn a_coordinate_bounded_to_one_value_stays_there_and_the_others_find_their_best_beside_it() {
     let mut problem = product();
     // The data would have it lower, and the prior as well.

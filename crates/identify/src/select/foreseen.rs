@@ -33,7 +33,7 @@ impl<F: Family> Search<'_, F> {
                 *u = u.clamp(coordinate.lower, coordinate.upper);
             }
             if point[size] == 0.0 {
-                point[size] = coordinates[size].step_at(0.0, f64::INFINITY);
+                point[size] = coordinates[size].step_at(0.0, f64::INFINITY).ahead;
             }
         }
         // What the size is counted from, with the shapes of each point.

@@ -8,7 +8,7 @@ use identify::held_out::{OwnFits, folds, held_out};
 use identify::normal::Linearised;
 use identify::select::{Level, Model};
 use identify::variance::{Effort as Thoroughness, components, evidence};
-use identify::{Differences, Fit, FitOptions, Problem, fit};
+use identify::{Difference, Differences, Fit, FitOptions, Problem, fit};
 use rayon::prelude::*;
 use valve_model::custom::{CustomEffect, CustomParameter, CustomTarget, VARIABLE_NAMES, Variables};
 use valve_model::orifice::CHOKED_FLOW;
@@ -230,7 +230,7 @@ fn foreseen<T: Send>(
             let u = carried(&problem, shared, &around.u);
             let nuisances = problem.nuisances.len();
             let (own, theirs) = (u.len() - nuisances, around.u.len() - nuisances);
-            let steps: Vec<f64> =
+            let steps: Vec<Difference> =
                 problem.coordinates().iter().zip(&u).map(|(c, u)| c.step_at(*u, f64::INFINITY)).collect();
             let differences = Differences::new(problem.coordinates(), problem.records().len(), &u, &steps, shared..own);
             let predicted = problem.predict(&differences.points, &differences.requests);

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use identify::{Coordinate, Differences, Linear, Problem, Record, Request, Scope, Stop};
+use identify::{Coordinate, Difference, Differences, Linear, Problem, Record, Request, Scope, Stop};
 use rayon::prelude::*;
 use valve_model::cycle::{CycleTimes, cycles};
 use valve_model::prescribed::Prescribed;
@@ -528,7 +528,7 @@ impl Problem for ValveProblem<'_> {
         )
     }
 
-    fn linearise(&self, u: &[f64], steps: &[f64]) -> Option<Vec<Linear>> {
+    fn linearise(&self, u: &[f64], steps: &[Difference]) -> Option<Vec<Linear>> {
         let first = self.space.coordinates.len();
         let is_simulated =
             |index: &usize| index.checked_sub(first).is_none_or(|nuisance| self.nuisances[nuisance].is_simulated);
