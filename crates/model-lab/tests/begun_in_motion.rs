@@ -3,7 +3,7 @@
 mod recorded;
 
 use campaign::{Campaign, CommandEdge};
-use identify::{Problem, Request, Stop};
+use identify::{Difference, Problem, Request, Stop};
 use model_lab::Dataset;
 use model_lab::compare::Comparison;
 use model_lab::diagnosis::{DiagnoseOptions, Verdict, explain};
@@ -42,7 +42,7 @@ fn what_the_sensor_is_off_by_moves_the_beginning_that_is_read_off_it() {
     for (which, value) in [(Nuisance::Gain, 0.7), (Nuisance::Zero(0), -0.4), (Nuisance::Linearity(1), 0.5)] {
         u[of(which)] = value;
     }
-    let steps = vec![1e-3; u.len()];
+    let steps = vec![Difference { ahead: 1e-3, back: 0.0 }; u.len()];
     let linear = problem.linearise(&u, &steps).expect("it strokes");
     for which in [Nuisance::Gain, Nuisance::Zero(0), Nuisance::Linearity(1), Nuisance::Linearity(2)] {
         let place = of(which);
