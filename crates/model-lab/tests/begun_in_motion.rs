@@ -31,9 +31,19 @@ fn campaign_of(valve: &Valve, off: &Off) -> Campaign {
 
 #[test]
 fn what_the_sensor_is_off_by_moves_the_beginning_that_is_read_off_it() {
-    let file = testbed();
+    of_the_sensor(&testbed());
+}
+
+#[test]
+fn so_it_does_where_the_sensor_is_slow() {
+    let slow = Effect::new(EffectKind::SENSOR_LAG, &[Some(0.3)]).expect("possible");
+    of_the_sensor(&testbed().with_effect(&slow).expect("possible"));
+}
+
+/// The derivatives of what a record shows with respect to what the sensor of a valve is off by.
+fn of_the_sensor(file: &ValveFile) {
     let campaign = campaign_of(file.valve(), &Off { gain: 0.01, ..Off::default() });
-    let subject = Subject::new(&file, &campaign, &NuisanceSizes::default());
+    let subject = Subject::new(file, &campaign, &NuisanceSizes::default());
     let model = subject.stated(Stop::never()).expect("it strokes");
     let problem = &model.problem;
     let mut u: Vec<f64> = problem.coordinates().iter().map(|coordinate| coordinate.mean).collect();

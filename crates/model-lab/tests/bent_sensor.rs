@@ -47,6 +47,26 @@ fn a_bent_sensor_is_told_as_one() {
 
 #[test]
 #[cfg_attr(debug_assertions, ignore = "slow: runs with --release")]
+fn what_is_slow_about_a_bent_sensor_comes_after_its_curve() {
+    let file = testbed();
+    let lag_s = 0.4;
+    let slow = Effect::new(EffectKind::SENSOR_LAG, &[Some(lag_s)]).expect("possible");
+    let slow = file.with_effect(&slow).expect("possible");
+    let campaign = campaign_of(slow.valve(), &Off { bend: 0.006, ..Off::default() });
+    let options = DiagnoseOptions {
+        effects: [EffectKind::SENSOR_LAG, EffectKind::CLOCK_OFFSET, EffectKind::SOLENOID_LAG].into(),
+        ..DiagnoseOptions::default()
+    };
+    let found = explain(&file, &campaign, &options, &|_| (), Stop::never()).expect("it strokes");
+    assert_eq!((found.verdict, &found.recommended[..]), (Verdict::EffectFound, &[EffectKind::SENSOR_LAG][..]));
+    let size = &found.parameters[0];
+    assert!((size.value - lag_s).abs() < 3.0 * size.sigma, "{size:?}");
+    // Nothing is left for a model error to make up for.
+    assert!(found.remainder.nats < 3.0, "{:?}", found.remainder);
+}
+
+#[test]
+#[cfg_attr(debug_assertions, ignore = "slow: runs with --release")]
 fn a_force_that_fades_unevenly_is_found_though_in_proportion_it_would_be_a_spring() {
     let file = testbed();
     let hidden = Effect::new(EffectKind::PROCESS_FORCE, &[Some(60.0), Some(1.7)]).expect("possible");

@@ -360,7 +360,8 @@ impl<F: Family> Search<'_, F> {
     /// Fits sets from the optimum of another. At first a little and cheaply: one that is then far less likely is not
     /// worth a fit as exact as those that decide.
     fn fit_from(&mut self, origin: &[usize], sets: &[Set]) {
-        let begun = self.begun_from(origin, sets, Level::Low);
+        let a_little = settling(self.options.rounds[1], self.family.options());
+        let begun = self.begun_from(origin, sets, Level::Low, a_little);
         let of_origin = self.evidence(origin, Level::Low);
         let is_near =
             |fit: &Fit| of_origin.is_none_or(|of| fit.log_evidence + fit.predicted_gain > of - self.options.margin);
@@ -376,13 +377,16 @@ impl<F: Family> Search<'_, F> {
         }
     }
 
-    /// Sets fitted a little from the optimum of another.
-    fn begun_from(&self, origin: &[usize], sets: &[Set], level: Level) -> Vec<(Set, F::Member, Fit)> {
+    /// Sets fitted from the optimum of another, with the errors that it found, and no farther than `options` let them.
+    fn begun_from(
+        &self,
+        origin: &[usize],
+        sets: &[Set],
+        level: Level,
+        options: FitOptions,
+    ) -> Vec<(Set, F::Member, Fit)> {
         let Some(origin) = self.models.get(&(origin.to_vec(), Level::High)) else { return Vec::new() };
-        let options = FitOptions {
-            known: Some(origin.fit.noise.clone()),
-            ..settling(self.options.rounds[1], self.family.options())
-        };
+        let options = FitOptions { known: Some(origin.fit.noise.clone()), ..settling(options.settled, options) };
         let fitted = |set: &Set| {
             let problem = self.family.member(set, level)?;
             let start = best_start(&problem, self.family.warm(&problem, &origin.problem, &origin.fit.u))?;

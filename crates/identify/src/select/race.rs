@@ -94,11 +94,27 @@ impl<F: Family> Search<'_, F> {
             self.keep(runner.set, Level::Low, runner.problem, runner.fit);
         }
         self.finely(&finalists);
+        if !is_exchange {
+            self.led_out(&finalists, from);
+        }
         let of = |set: &Set| self.evidence(set, Level::High);
         finalists
             .into_iter()
             .filter(|set| of(set).is_some())
             .max_by(|a, b| of(a).partial_cmp(&of(b)).unwrap_or(std::cmp::Ordering::Equal))
+    }
+
+    /// Fits those sets once more from the optimum of one they all contain that ended farther behind it than chance has it: a set can
+    /// do whatever a smaller one does, so that these have ended in another valley.
+    fn led_out(&mut self, sets: &[Set], from: &[usize]) {
+        let Some(of_smaller) = self.evidence(from, Level::High) else { return };
+        let is_behind = |set: &&Set| {
+            self.evidence(set, Level::High).is_some_and(|evidence| evidence + self.options.accept < of_smaller)
+        };
+        let behind: Vec<Set> = sets.iter().filter(is_behind).cloned().collect();
+        for (set, problem, fit) in self.begun_from(from, &behind, Level::High, self.family.options().exact()) {
+            self.keep(set, Level::High, problem, fit);
+        }
     }
 
     fn first_round(&mut self, sets: &[Set], from: &[usize]) -> Vec<Runner<F::Member>> {

@@ -36,7 +36,8 @@ impl<F: Family> Search<'_, F> {
         let rivals: Vec<Set> = rivals.filter(|rival| rival.len() < 2 || !is_ended(rival)).collect();
         let of_set = self.evidence(&set, Level::High).unwrap_or(f64::NEG_INFINITY);
         // As exactly as they are reported from the outset: what is free in the end only may decide between them.
-        let begun = self.begun_from(&set, &rivals, Level::High);
+        let a_little = settling(self.options.rounds[1], self.family.options());
+        let begun = self.begun_from(&set, &rivals, Level::High, a_little);
         let is_near =
             |fit: &Fit| fit.log_evidence + self.options.optimism * fit.predicted_gain > of_set - self.options.margin;
         let ended = begun.into_par_iter().filter(|(.., fit)| is_near(fit)).map(|(rival, problem, begun)| {

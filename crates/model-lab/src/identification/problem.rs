@@ -5,6 +5,7 @@ use std::sync::Arc;
 use identify::{Coordinate, Difference, Differences, Linear, Problem, Record, Request, Scope, Stop};
 use rayon::prelude::*;
 use valve_model::cycle::{CycleTimes, cycles};
+use valve_model::measurement::Measurement;
 use valve_model::prescribed::Prescribed;
 use valve_model::real::LANES;
 use valve_model::{
@@ -48,6 +49,15 @@ pub struct ValveProblem<'a> {
     /// How much later than the last row the recorder's clock may see a motion, s.
     latest_s: f64,
     stop: &'a Stop,
+}
+
+/// How what is written down of one motion changes with the recorder alone, row by row.
+#[derive(Debug, Clone, Default)]
+struct Seen {
+    /// With its clock, per second.
+    by_time: Vec<f64>,
+    /// With each bend of the position sensor's curve, per metre, by the place of its nuisance.
+    by_bend: Vec<(usize, Vec<f64>)>,
 }
 
 /// A coordinate of a space with its prior.
@@ -179,16 +189,13 @@ impl<'a> ValveProblem<'a> {
             let pressure_pa = pressure_pa + self.nuisance(u, Nuisance::StartPressure(index));
             run.start = Start::Venting { pressure_pa: pressure_pa.max(1.0) };
         }
-        if let Beginning::Moving { position_m, velocity_m_per_s, acceleration_m_per_s2, .. } = recording.beginning {
+        if let Beginning::Moving { acceleration_m_per_s2, .. } = recording.beginning
+            && let Some((bent_m, velocity_m_per_s)) = self.begins_as(u, index, &recording.beginning, instruments)
+        {
             // Less pressure than in balance lets it rise faster.
             let inertia_pa = parameters.moving_mass_kg * acceleration_m_per_s2 / parameters.piston_area_m2;
-            let gain = 1.0 + self.nuisance(u, Nuisance::Gain);
-            let velocity_m_per_s = velocity_m_per_s / gain + self.nuisance(u, Nuisance::StartSpeed(index));
-            let written_m = self.begins_at(u, index, position_m + self.nuisance(u, Nuisance::StartPosition(index)));
-            // A slow sensor shows where the piston was.
-            let shown_m = (written_m - instruments.zero_m) / instruments.gain;
             run.start = Start::Moving {
-                position_m: shown_m + velocity_m_per_s * instruments.lag_s,
+                position_m: self.straight(u, bent_m),
                 velocity_m_per_s,
                 chamber: ChamberStart::Balance {
                     beyond_pa: self.nuisance(u, Nuisance::StartPressure(index)) - inertia_pa,
@@ -214,8 +221,13 @@ impl<'a> ValveProblem<'a> {
         let (clock, origin_s) = (self.clock_s(u, recording, valve) + shift_s, recording.origin_s);
         let mut values = Vec::new();
         let mut recorded = Predicted::default();
+        let bends = self.bends(u);
+        // A slow sensor shows late what its curve makes of the position.
+        let slow = valve.measurement().lag_s > 0.0 && !bends.is_empty();
+        let bent = slow.then(|| self.bent(nodes, &bends));
         for channel in &trace.channels {
             let times: Vec<f64> = channel.samples_s.iter().map(|time| time - clock - origin_s).collect();
+            let nodes = bent.as_ref().filter(|_| channel.channel == Channel::Position).unwrap_or(nodes);
             record(valve, nodes, &times, &mut recorded);
             let sampled = channel_of(&recorded, channel.channel);
             let means = channel
@@ -232,10 +244,12 @@ impl<'a> ValveProblem<'a> {
                 (zero, 0.0, self.nuisance(u, Nuisance::PressureGain(channel.channel)))
             };
             let base = if channel.channel == Channel::Position { 0.0 } else { self.setup.ambient_pa };
-            let bends = if channel.channel == Channel::Position { self.bends(u) } else { Vec::new() };
+            let bends_rows = channel.channel == Channel::Position && !slow;
             for (value, (first, end)) in values[start..].iter_mut().zip(&channel.rows) {
                 let time = 0.5 * (channel.samples_s[*first] + channel.samples_s[*end - 1]);
-                *value += bends.iter().map(|(waves, size)| size * self.bend(*waves, *value)).sum::<f64>();
+                if bends_rows {
+                    *value += self.bent_by(&bends, *value);
+                }
                 *value += gain * (*value - base) + offset + slope * time;
             }
         }
@@ -294,31 +308,43 @@ impl<'a> ValveProblem<'a> {
         (self.nuisance(u, Nuisance::Zero(index)), self.nuisance(u, Nuisance::Drift(index)) / end_s)
     }
 
-    /// Where the sensor says that the piston is at the start of a record when it shows a position there: the other way round
-    /// of what [`Self::rows`] writes down.
-    fn begins_at(&self, u: &[f64], index: usize, shown_m: f64) -> f64 {
-        let (zero, drift_m_per_s) = self.zero(u, index);
-        let drift = drift_m_per_s * self.setup.recordings[index].origin_s;
-        let bent_m = (shown_m - zero - drift) / (1.0 + self.nuisance(u, Nuisance::Gain));
+    /// How the recorder says that a record begins that begins in motion: the position, m, and the velocity, m/s, of what the
+    /// sensor's curve makes of the piston, before that is slow, scaled and shifted.
+    fn begins_as(&self, u: &[f64], index: usize, beginning: &Beginning, sensor: Measurement) -> Option<(f64, f64)> {
+        let Beginning::Moving { position_m, velocity_m_per_s, .. } = *beginning else { return None };
+        let gain = 1.0 + self.nuisance(u, Nuisance::Gain);
+        let velocity_m_per_s = velocity_m_per_s / gain + self.nuisance(u, Nuisance::StartSpeed(index));
+        let (zero_m, drift_m_per_s) = self.zero(u, index);
+        let drift_m = drift_m_per_s * self.setup.recordings[index].origin_s;
+        let shown_m = position_m + self.nuisance(u, Nuisance::StartPosition(index)) - zero_m - drift_m;
+        // A slow sensor shows where the piston was.
+        Some(((shown_m / gain - sensor.zero_m) / sensor.gain + velocity_m_per_s * sensor.lag_s, velocity_m_per_s))
+    }
+
+    /// Where the piston is when the sensor's curve shows a position.
+    fn straight(&self, u: &[f64], bent_m: f64) -> f64 {
         let bends = self.bends(u);
         // A bend changes by a few percent of itself over its own size.
-        (0..BACK).fold(bent_m, |position_m, _| {
-            bent_m - bends.iter().map(|(waves, size)| size * self.bend(*waves, position_m)).sum::<f64>()
-        })
+        (0..BACK).fold(bent_m, |position_m, _| bent_m - self.bent_by(&bends, position_m))
     }
 
     /// How much less the sensor would have to show at the start of a record for the same beginning, for one more unit of a
-    /// nuisance.
-    fn less_shown(&self, u: &[f64], index: usize, shown_m: f64, nuisance: Nuisance) -> f64 {
+    /// nuisance: of the position, m, and of the velocity, m/s.
+    fn less_shown(&self, u: &[f64], index: usize, nuisance: Nuisance) -> [f64; 2] {
         let recording = &self.setup.recordings[index];
+        let Beginning::Moving { position_m, velocity_m_per_s, .. } = recording.beginning else { return [0.0; 2] };
+        let gain = 1.0 + self.nuisance(u, Nuisance::Gain);
         match nuisance {
-            Nuisance::Zero(_) => 1.0,
-            Nuisance::Drift(_) => recording.origin_s / recording.run.end_s.max(1e-9),
-            Nuisance::Gain => (shown_m - self.zero(u, index).0) / (1.0 + self.nuisance(u, Nuisance::Gain)),
+            Nuisance::Zero(_) => [1.0, 0.0],
+            Nuisance::Drift(_) => [recording.origin_s / recording.run.end_s.max(1e-9), 0.0],
+            Nuisance::Gain => [(position_m - self.zero(u, index).0) / gain, velocity_m_per_s / (gain * gain)],
             Nuisance::Linearity(waves) => {
-                (1.0 + self.nuisance(u, Nuisance::Gain)) * self.bend(waves, self.begins_at(u, index, shown_m))
+                let Some(sensor) = self.space.valve(u).map(|valve| valve.measurement()) else { return [0.0; 2] };
+                let begins = self.begins_as(u, index, &recording.beginning, sensor);
+                let bend = begins.map_or(0.0, |(bent_m, _)| self.bend(waves, self.straight(u, bent_m)));
+                [gain * sensor.gain * bend, 0.0]
             }
-            _ => 0.0,
+            _ => [0.0; 2],
         }
     }
 
@@ -332,9 +358,32 @@ impl<'a> ValveProblem<'a> {
         of_nuisances.filter_map(of).collect()
     }
 
+    /// What bends add to a position, m.
+    fn bent_by(&self, bends: &[(usize, f64)], position_m: f64) -> f64 {
+        bends.iter().map(|(waves, size)| size * self.bend(*waves, position_m)).sum()
+    }
+
+    /// The motion as the sensor's curve shows it.
+    fn bent(&self, nodes: &Trajectory, bends: &[(usize, f64)]) -> Trajectory {
+        let slope = |position_m: f64| -> f64 {
+            let of = |(waves, size): &(usize, f64)| size * self.bend_slope(*waves, position_m);
+            bends.iter().map(of).sum()
+        };
+        let motion = nodes.position_m.iter().zip(&nodes.velocity_m_per_s);
+        let (position_m, velocity_m_per_s) =
+            motion.map(|(x, v)| (x + self.bent_by(bends, *x), v * (1.0 + slope(*x)))).unzip();
+        Trajectory { time_s: nodes.time_s.clone(), position_m, velocity_m_per_s, ..Trajectory::default() }
+    }
+
     /// How a bend of so many half waves shows a position between the stops: nothing at its ends, one at most.
     fn bend(&self, waves: usize, position_m: f64) -> f64 {
         (std::f64::consts::PI * waves as f64 * (position_m / self.setup.stroke_m).clamp(0.0, 1.0)).sin()
+    }
+
+    /// How that changes with the position, 1/m.
+    fn bend_slope(&self, waves: usize, position_m: f64) -> f64 {
+        let per_m = std::f64::consts::PI * waves as f64 / self.setup.stroke_m;
+        if (0.0..=self.setup.stroke_m).contains(&position_m) { per_m * (per_m * position_m).cos() } else { 0.0 }
     }
 
     /// The stroke times of a record, row by row.
@@ -435,13 +484,14 @@ impl<'a> ValveProblem<'a> {
         u: &[f64],
         index: usize,
         at: &[f64],
-        by_time: &[f64],
+        seen: &Seen,
         simulated: &[(usize, Vec<f64>)],
     ) -> Vec<(usize, Vec<f64>)> {
         let first = self.space.coordinates.len();
         let recording = &self.setup.recordings[index];
         let mut columns = Vec::new();
-        let of_start = self.place_of(Nuisance::StartPosition(index)).and_then(|place| {
+        let of_start = [Nuisance::StartPosition(index), Nuisance::StartSpeed(index)].map(|which| {
+            let place = self.place_of(which)?;
             let (_, column) = simulated.iter().find(|(coordinate, _)| *coordinate == place)?;
             Some((self.nuisances[place - first].size, column))
         });
@@ -450,16 +500,21 @@ impl<'a> ValveProblem<'a> {
                 continue;
             }
             let mut column = match &recording.kind {
-                Kind::Trace(trace) => self.trace_column(u, index, trace, entry.nuisance, at, by_time),
+                Kind::Trace(trace) => match seen.by_bend.iter().find(|(bend, _)| *bend == place) {
+                    Some((_, column)) => column.clone(),
+                    None => self.trace_column(u, index, trace, entry.nuisance, at, &seen.by_time),
+                },
                 Kind::Times(times) => {
                     let by = if entry.nuisance == Nuisance::Clock { 1.0 } else { 0.0 };
                     vec![by; times.closing.len()]
                 }
             };
-            if let (Some((size_m, of_start)), Beginning::Moving { position_m, .. }) = (&of_start, recording.beginning) {
-                // What the sensor is off by also moves the beginning that is read off it.
-                let less = self.less_shown(u, index, position_m, entry.nuisance) / size_m;
-                column.iter_mut().zip(*of_start).for_each(|(value, of_start)| *value -= less * of_start);
+            // What the sensor is off by also moves the beginning that is read off it.
+            let less_shown = self.less_shown(u, index, entry.nuisance);
+            for (less, (size, of_start)) in
+                less_shown.into_iter().zip(&of_start).filter_map(|(less, of)| Some((less, (*of)?)))
+            {
+                column.iter_mut().zip(of_start).for_each(|(value, of_start)| *value -= less / size * of_start);
             }
             columns.push((first + place, column.into_iter().map(|value| value * entry.size).collect()));
         }
@@ -492,9 +547,6 @@ impl<'a> ValveProblem<'a> {
                     Nuisance::Gain if is_position => {
                         let zero = self.nuisance(u, Nuisance::Zero(index));
                         (at - zero) / (1.0 + self.nuisance(u, Nuisance::Gain))
-                    }
-                    Nuisance::Linearity(waves) if is_position => {
-                        self.bend(waves, at - self.nuisance(u, Nuisance::Zero(index)))
                     }
                     Nuisance::PressureZero(which) if which == channel.channel => 1.0,
                     Nuisance::PressureGain(which) if which == channel.channel => at - base,
@@ -540,27 +592,38 @@ impl Problem for ValveProblem<'_> {
             points,
             &differences.requests,
             |Request { point, record }, trace, valve, nodes| {
-                let seen = |shift_s: f64| self.rows(&points[point], record, trace, valve, nodes, shift_s);
-                // How every row moves with time: the same motion seen by a clock that is a little off.
-                let slopes = || {
-                    let pairs = seen(TIME_STEP_S).into_iter().zip(seen(-TIME_STEP_S));
-                    pairs.map(|(late, early)| (late - early) / (2.0 * TIME_STEP_S)).collect()
+                let rows = |u: &[f64], shift_s: f64| self.rows(u, record, trace, valve, nodes, shift_s);
+                let now = rows(&points[point], 0.0);
+                let seen = || {
+                    let pairs = rows(u, TIME_STEP_S).into_iter().zip(rows(u, -TIME_STEP_S));
+                    let by_time = pairs.map(|(late, early)| (late - early) / (2.0 * TIME_STEP_S)).collect();
+                    let of_bend = |(place, entry): (usize, &Entry)| {
+                        let mut more = u.to_vec();
+                        more[first + place] += 1.0;
+                        let of_row =
+                            rows(&more, 0.0).into_iter().zip(&now).map(|(more, now)| (more - now) / entry.size);
+                        (place, of_row.collect())
+                    };
+                    let is_bend = |(_, entry): &(usize, &Entry)| matches!(entry.nuisance, Nuisance::Linearity(_));
+                    let by_bend = self.nuisances.iter().enumerate().filter(is_bend).map(of_bend).collect();
+                    Seen { by_time, by_bend }
                 };
-                (seen(0.0), if point == 0 { slopes() } else { Vec::new() })
+                let seen = if point == 0 { seen() } else { Seen::default() };
+                (now, seen)
             },
-            |Request { point, record }, cycle| (self.times(&points[point], record, cycle), Vec::new()),
+            |Request { point, record }, cycle| (self.times(&points[point], record, cycle), Seen::default()),
         );
-        let mut by_time: Vec<Vec<f64>> = Vec::with_capacity(records);
+        let mut at_the_point: Vec<Seen> = Vec::with_capacity(records);
         let predicted = simulated.into_iter().map(|one| {
-            let (predicted, slopes) = one?;
-            if by_time.len() < records {
-                by_time.push(slopes);
+            let (predicted, seen) = one?;
+            if at_the_point.len() < records {
+                at_the_point.push(seen);
             }
             Some(predicted)
         });
         let mut linear = differences.linear(predicted.collect())?;
-        for (index, (linear, by_time)) in linear.iter_mut().zip(&by_time).enumerate() {
-            let columns: Vec<(usize, Vec<f64>)> = self.analytic(u, index, &linear.predicted, by_time, &linear.columns);
+        for (index, (linear, seen)) in linear.iter_mut().zip(&at_the_point).enumerate() {
+            let columns: Vec<(usize, Vec<f64>)> = self.analytic(u, index, &linear.predicted, seen, &linear.columns);
             linear.columns.extend(columns);
         }
         Some(linear)
