@@ -6,6 +6,7 @@ mod densities;
 mod drawn;
 mod finer;
 mod folds;
+mod misled;
 mod regressors;
 mod ripples;
 mod rivals;
