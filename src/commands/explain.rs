@@ -287,6 +287,9 @@ fn indented(toml: &str) -> String {
     toml.lines().map(|line| if line.is_empty() { "\n".to_owned() } else { format!("    {line}\n") }).collect()
 }
 
+/// Candidates that the table has, beside those that the answer names.
+const LIKELIEST: usize = 12;
+
 fn candidate_table(answer: &Explanation) -> String {
     let unit = told_in(Dimension::Length);
     let error = format!("error ({})", unit.name());
@@ -298,11 +301,14 @@ fn candidate_table(answer: &Explanation) -> String {
         ("held out", Align::Right),
         ("", Align::Left),
     ]);
-    let candidates: Vec<_> = pictures::distinct(answer).into_iter().take(12).collect();
+    let (candidates, others): (Vec<_>, Vec<_>) = pictures::distinct(answer)
+        .into_iter()
+        .enumerate()
+        .partition(|(place, candidate)| *place < LIKELIEST || pictures::is_told(answer, candidate));
     if candidates.is_empty() {
         return String::new();
     }
-    for candidate in candidates {
+    for (_, candidate) in candidates {
         let why = candidate.rejected.clone().unwrap_or_else(|| "chosen".into());
         let held_out = candidate.held_out.map_or_else(String::new, |errors| format!("{:.2}", errors.normalised_rms));
         table.row(vec![
@@ -316,7 +322,8 @@ fn candidate_table(answer: &Explanation) -> String {
     }
     let told = format!(
         "log evidence: how far the natural logarithm of the probability of what was recorded rises with the candidate; \
-         none is taken below {BY_CHANCE:+.0}, and of several the one with the most"
+         none is taken below {BY_CHANCE:+.0}, and of several the one with the most{}",
+        if others.is_empty() { String::new() } else { format!("; {} with less are in the JSON output", others.len()) }
     );
     format!("{}{told}\n", table.render())
 }

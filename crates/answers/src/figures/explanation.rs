@@ -30,6 +30,15 @@ pub fn distinct(answer: &Explanation) -> Vec<&CandidateReport> {
     distinct
 }
 
+/// Whether an answer names a candidate: as what is missing, or as what cannot be told from that.
+pub fn is_told(answer: &Explanation, candidate: &CandidateReport) -> bool {
+    is_set(&candidate.kinds, &answer.recommended) || is_alike(answer, &candidate.kinds)
+}
+
+fn is_alike(answer: &Explanation, kinds: &[EffectKind]) -> bool {
+    answer.indistinguishable.iter().flat_map(|group| &group.with).any(|one| is_set(kinds, &one.kinds))
+}
+
 fn is_set(kinds: &[EffectKind], of: &[EffectKind]) -> bool {
     kinds.len() == of.len() && kinds.iter().all(|kind| of.contains(kind))
 }
@@ -39,12 +48,7 @@ pub fn leaderboard(answer: &Explanation, campaign: &str, headline: &str) -> Lead
     let standing = |kinds: &[EffectKind]| {
         if is_set(kinds, &answer.recommended) {
             Standing::Recommended
-        } else if answer
-            .indistinguishable
-            .iter()
-            .flat_map(|groups| &groups.with)
-            .any(|group| is_set(kinds, &group.kinds))
-        {
+        } else if is_alike(answer, kinds) {
             Standing::Alike
         } else {
             Standing::Rejected

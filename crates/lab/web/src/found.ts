@@ -7,7 +7,7 @@ import { h } from "./dom";
 import { digits, fixed, percent } from "./numbers";
 
 /** Candidates that are shown. */
-const MOST = 14;
+const MOST = 12;
 
 /** What a click does where there are sliders. */
 export interface Acts {
@@ -48,7 +48,7 @@ export function found_view(answer: Found, acts: Acts | null): HTMLElement {
 function bars(candidates: Candidate[], acts: Acts | null): HTMLElement {
   // A set that was fitted both cheaply and finely is told once, as the better fit has it.
   const name_of = (one: Candidate) => one.effects.join();
-  const shown = candidates.filter((one, index) => candidates.findIndex((other) => name_of(other) === name_of(one)) === index).slice(0, MOST);
+  const shown = candidates.filter((one, index) => candidates.findIndex((other) => name_of(other) === name_of(one)) === index).filter((one, place) => place < MOST || one.rejected === null);
   const worst = Math.max(...shown.map((one) => one.normalised_rms), 1.5);
   // Errors from the noise on, by their logarithm: that is what a fit gains.
   const share = (error: number) => Math.max(0.01, Math.log(Math.max(error, 1)) / Math.log(worst));
