@@ -1,7 +1,7 @@
 //! The answer, put together from what a search found.
 
 use identify::left::{excess, left_nats, normalised_rms};
-use identify::select::{Level, Model, Selection};
+use identify::select::{BY_CHANCE, Level, Model, Selection};
 use identify::special::t_quantile_95;
 use identify::{FitOptions, Problem, Scope, Smoothness, fit};
 use rayon::prelude::*;
@@ -207,6 +207,7 @@ fn doubts(best: &Fitted<'_>, recommended: &[EffectKind], strange: &[EffectKind])
             kind.id()
         )
     }));
+    doubts.extend(short_of(best.fit.predicted_gain, best.fit.tolerance));
     if !recommended.is_empty() && best.problem.setup().noise_m.is_none() {
         doubts.push(
             "two times a stroke show how much is lost, hardly to what: something that no effect here describes can look \
@@ -222,6 +223,18 @@ fn doubts(best: &Fitted<'_>, recommended: &[EffectKind], strange: &[EffectKind])
         ));
     }
     doubts
+}
+
+/// What is said of a fit that ended where its derivatives still promise so many nats: no step has kept that, so that one or the
+/// other is wrong there.
+fn short_of(promised_nats: f64, tolerated_nats: f64) -> Option<String> {
+    (promised_nats > BY_CHANCE.max(tolerated_nats)).then(|| {
+        format!(
+            "the fit ended where its derivatives still promise {promised_nats:.0} nats that no step keeps: what is rough about \
+             the motion, such as a piston that sticks and slips, hides where it is best, and values may be off by more than they \
+             are said to be"
+        )
+    })
 }
 
 /// The accepted model without effects whose size cannot be told from none: what records disagree by can be more than the
@@ -574,4 +587,16 @@ fn indistinguishable(
         reports.push(Indistinguishable { kind: *kind, with, experiment });
     }
     reports
+}
+
+#[cfg(test)]
+mod tests {
+    use super::short_of;
+
+    #[test]
+    fn a_fit_that_is_done_is_not_doubted() {
+        assert_eq!([short_of(0.02, 0.1), short_of(9.0, 0.1), short_of(11.0, 12.0)], [None, None, None]);
+        let doubt = short_of(384.6, 2.3).expect("a doubt");
+        assert!(doubt.contains(" 385 nats"), "{doubt}");
+    }
 }
