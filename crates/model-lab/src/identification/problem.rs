@@ -190,7 +190,7 @@ impl<'a> ValveProblem<'a> {
             run.start = Start::Venting { pressure_pa: pressure_pa.max(1.0) };
         }
         if let Beginning::Moving { acceleration_m_per_s2, .. } = recording.beginning
-            && let Some((bent_m, velocity_m_per_s)) = self.begins_as(u, index, &recording.beginning, instruments)
+            && let Some((bent_m, velocity_m_per_s)) = self.begins_as(u, index, instruments)
         {
             // Less pressure than in balance lets it rise faster.
             let inertia_pa = parameters.moving_mass_kg * acceleration_m_per_s2 / parameters.piston_area_m2;
@@ -244,10 +244,10 @@ impl<'a> ValveProblem<'a> {
                 (zero, 0.0, self.nuisance(u, Nuisance::PressureGain(channel.channel)))
             };
             let base = if channel.channel == Channel::Position { 0.0 } else { self.setup.ambient_pa };
-            let bends_rows = channel.channel == Channel::Position && !slow;
+            let bends_here = channel.channel == Channel::Position && !slow;
             for (value, (first, end)) in values[start..].iter_mut().zip(&channel.rows) {
                 let time = 0.5 * (channel.samples_s[*first] + channel.samples_s[*end - 1]);
-                if bends_rows {
+                if bends_here {
                     *value += self.bent_by(&bends, *value);
                 }
                 *value += gain * (*value - base) + offset + slope * time;
@@ -308,14 +308,15 @@ impl<'a> ValveProblem<'a> {
         (self.nuisance(u, Nuisance::Zero(index)), self.nuisance(u, Nuisance::Drift(index)) / end_s)
     }
 
-    /// How the recorder says that a record begins that begins in motion: the position, m, and the velocity, m/s, of what the
-    /// sensor's curve makes of the piston, before that is slow, scaled and shifted.
-    fn begins_as(&self, u: &[f64], index: usize, beginning: &Beginning, sensor: Measurement) -> Option<(f64, f64)> {
-        let Beginning::Moving { position_m, velocity_m_per_s, .. } = *beginning else { return None };
+    /// What a record that begins in motion says of its beginning, with all that is slow, scaled and shifted about its sensor taken
+    /// back: the position that the sensor's curve makes of the piston's, m, and the velocity, m/s; nothing for other records.
+    fn begins_as(&self, u: &[f64], index: usize, sensor: Measurement) -> Option<(f64, f64)> {
+        let recording = &self.setup.recordings[index];
+        let Beginning::Moving { position_m, velocity_m_per_s, .. } = recording.beginning else { return None };
         let gain = 1.0 + self.nuisance(u, Nuisance::Gain);
         let velocity_m_per_s = velocity_m_per_s / gain + self.nuisance(u, Nuisance::StartSpeed(index));
         let (zero_m, drift_m_per_s) = self.zero(u, index);
-        let drift_m = drift_m_per_s * self.setup.recordings[index].origin_s;
+        let drift_m = drift_m_per_s * recording.origin_s;
         let shown_m = position_m + self.nuisance(u, Nuisance::StartPosition(index)) - zero_m - drift_m;
         // A slow sensor shows where the piston was.
         Some(((shown_m / gain - sensor.zero_m) / sensor.gain + velocity_m_per_s * sensor.lag_s, velocity_m_per_s))
@@ -340,7 +341,7 @@ impl<'a> ValveProblem<'a> {
             Nuisance::Gain => [(position_m - self.zero(u, index).0) / gain, velocity_m_per_s / (gain * gain)],
             Nuisance::Linearity(waves) => {
                 let Some(sensor) = self.space.valve(u).map(|valve| valve.measurement()) else { return [0.0; 2] };
-                let begins = self.begins_as(u, index, &recording.beginning, sensor);
+                let begins = self.begins_as(u, index, sensor);
                 let bend = begins.map_or(0.0, |(bent_m, _)| self.bend(waves, self.straight(u, bent_m)));
                 [gain * sensor.gain * bend, 0.0]
             }
