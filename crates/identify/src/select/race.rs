@@ -77,6 +77,15 @@ impl<F: Family> Search<'_, F> {
             }
             runners = self.carried_on(kept, derivatives);
         }
+        if !is_exchange {
+            let ended = runners.iter().map(|runner| (&runner.set, runner.fit.log_evidence));
+            for (set, problem, fit) in self.led_out(ended, from, Level::Low) {
+                let stuck = runners.iter_mut().find(|runner| runner.set == set);
+                if let Some(stuck) = stuck.filter(|stuck| stuck.fit.log_evidence < fit.log_evidence) {
+                    (stuck.problem, stuck.fit) = (problem, fit);
+                }
+            }
+        }
         runners.sort_by(|a, b| b.fit.log_evidence.total_cmp(&a.fit.log_evidence));
         let best = runners.first().map_or(best_known, |runner| runner.fit.log_evidence.max(best_known));
         let mut finalists = known;
@@ -95,7 +104,10 @@ impl<F: Family> Search<'_, F> {
         }
         self.finely(&finalists);
         if !is_exchange {
-            self.led_out(&finalists, from);
+            let ended = finalists.iter().filter_map(|set| Some((set, self.evidence(set, Level::High)?)));
+            for (set, problem, fit) in self.led_out(ended, from, Level::High) {
+                self.keep(set, Level::High, problem, fit);
+            }
         }
         let of = |set: &Set| self.evidence(set, Level::High);
         finalists
@@ -104,17 +116,19 @@ impl<F: Family> Search<'_, F> {
             .max_by(|a, b| of(a).partial_cmp(&of(b)).unwrap_or(std::cmp::Ordering::Equal))
     }
 
-    /// Fits those sets once more from the optimum of one they all contain that ended farther behind it than chance has it: a set can
-    /// do whatever a smaller one does, so that these have ended in another valley.
-    fn led_out(&mut self, sets: &[Set], from: &[usize]) {
-        let Some(of_smaller) = self.evidence(from, Level::High) else { return };
-        let is_behind = |set: &&Set| {
-            self.evidence(set, Level::High).is_some_and(|evidence| evidence + self.options.accept < of_smaller)
-        };
-        let behind: Vec<Set> = sets.iter().filter(is_behind).cloned().collect();
-        for (set, problem, fit) in self.begun_from(from, &behind, Level::High, self.family.options().exact()) {
-            self.keep(set, Level::High, problem, fit);
-        }
+    /// Fits those sets once more from the optimum of one they all contain whose evidence is behind that one's by more than chance
+    /// has it: a set can do whatever a smaller one does, so that these have ended in another valley.
+    fn led_out<'s>(
+        &self,
+        ended: impl Iterator<Item = (&'s Set, f64)>,
+        from: &[usize],
+        level: Level,
+    ) -> Vec<(Set, F::Member, Fit)> {
+        let Some(of_smaller) = self.evidence(from, level) else { return Vec::new() };
+        let behind = ended.filter(|(_, evidence)| evidence + self.options.accept < of_smaller);
+        let behind: Vec<Set> = behind.map(|(set, _)| set.clone()).collect();
+        let options = self.family.options();
+        self.begun_from(from, &behind, level, if level == Level::High { options.exact() } else { options })
     }
 
     fn first_round(&mut self, sets: &[Set], from: &[usize]) -> Vec<Runner<F::Member>> {

@@ -1,4 +1,4 @@
-//! A pair whose cheap fits lead it into another valley than the one that one of its effects is in alone.
+//! Sets whose cheap fits lead them into another valley than the one that a smaller set is in.
 
 use identify::select::{Family, Level, SelectOptions, select};
 use identify::{Coordinate, FitOptions, Problem, Record, Request, fit};
@@ -6,24 +6,27 @@ use identify::{Coordinate, FitOptions, Problem, Record, Request, fit};
 use crate::common::{record, shared};
 use crate::drawn::{RIGHT_VALLEY, WRONG_VALLEY, far_off, noise, regressor};
 
-/// What the two candidates add to the records, and what the first of them is there.
-const SIZES: [f64; 2] = [1.5, 0.1];
-
 /// Two candidates beside a frequency.
 struct Misled {
+    /// How much of each candidate is in the records.
+    sizes: [f64; 2],
+    /// Whether a level leads a set of so many candidates astray.
+    leads_astray: fn(usize, Level) -> bool,
     records: Vec<Record>,
     /// The frequency, and the sizes of the candidates.
     coordinates: Vec<Coordinate>,
 }
 
 impl Misled {
-    fn drawn(seed: u64) -> Self {
+    fn drawn(seed: u64, sizes: [f64; 2], leads_astray: fn(usize, Level) -> bool) -> Self {
         let observed = |seed: u64| -> Vec<f64> {
             let rows = noise(60, 0.02, seed);
-            let row = |(row, noise): (usize, &f64)| predicted(&[RIGHT_VALLEY, SIZES[0], SIZES[1]], row) + noise;
+            let row = |(row, noise): (usize, &f64)| predicted(&[RIGHT_VALLEY, sizes[0], sizes[1]], row) + noise;
             rows.iter().enumerate().map(row).collect()
         };
         Self {
+            sizes,
+            leads_astray,
             records: (0..4).map(|one| record(&observed(seed + one as u64), 0.02, true, one)).collect(),
             coordinates: vec![
                 shared("frequency", 0.3, 0.3, 1.5),
@@ -78,9 +81,8 @@ impl<'a> Family for &'a Misled {
     fn member(&self, set: &[usize], level: Level) -> Option<Member<'a>> {
         let own = std::iter::once(0).chain(set.iter().map(|one| 1 + one));
         let coordinates = own.map(|index| self.coordinates[index].clone()).collect();
-        // Cheaply, a pair fits as well a few valleys off.
-        let is_misled = set.len() > 1 && level != Level::High;
-        let reads_wrong = if is_misled { WRONG_VALLEY - RIGHT_VALLEY } else { 0.0 };
+        // What is led astray fits as well a few valleys off.
+        let reads_wrong = if (self.leads_astray)(set.len(), level) { WRONG_VALLEY - RIGHT_VALLEY } else { 0.0 };
         Some(Member { family: self, set: set.to_vec(), coordinates, reads_wrong })
     }
 
@@ -89,7 +91,7 @@ impl<'a> Family for &'a Misled {
     }
 
     fn cold(&self, member: &Member<'a>) -> Vec<Vec<f64>> {
-        let sizes = member.set.iter().map(|candidate| SIZES[*candidate]);
+        let sizes = member.set.iter().map(|candidate| self.sizes[*candidate]);
         vec![std::iter::once(RIGHT_VALLEY + member.reads_wrong).chain(sizes).collect()]
     }
 
@@ -109,14 +111,30 @@ impl<'a> Family for &'a Misled {
     }
 }
 
+/// What a search finds of them, with the frequency that it ends at.
+fn found_of(family: &Misled) -> (Vec<usize>, f64) {
+    let found = select(&family, &SelectOptions::default()).expect("fitted");
+    let accepted = found.accepted().to_vec();
+    let frequency = found.model(&accepted).expect("fitted").fit.u[0];
+    (accepted, frequency)
+}
+
 #[test]
 fn a_pair_can_do_what_one_of_its_effects_does_alone() {
-    let family = Misled::drawn(300);
+    let sizes = [1.5, 0.1];
+    let family = Misled::drawn(300, sizes, |size, level| size > 1 && level != Level::High);
     let problem = (&family).member(&[0, 1], Level::High).expect("a member");
-    let misled = fit(&problem, &[WRONG_VALLEY, SIZES[0], SIZES[1]], &(&family).options()).expect("a possible start");
+    let misled = fit(&problem, &[WRONG_VALLEY, sizes[0], sizes[1]], &(&family).options()).expect("a possible start");
     assert!((misled.u[0] - RIGHT_VALLEY).abs() > 0.05, "from its cheap fit it ends beside it: {:?}", misled.u);
-    let found = select(&&family, &SelectOptions::default()).expect("fitted");
-    assert_eq!(found.accepted(), [0, 1]);
-    let [frequency, .., second] = found.model(&[0, 1]).expect("fitted").fit.u[..] else { panic!("three coordinates") };
-    assert!((frequency - RIGHT_VALLEY).abs() < 1e-3 && (second - SIZES[1]).abs() < 0.01, "{frequency}, {second}");
+    let (accepted, frequency) = found_of(&family);
+    assert_eq!(accepted, [0, 1]);
+    assert!((frequency - RIGHT_VALLEY).abs() < 1e-3, "{frequency}");
+}
+
+#[test]
+fn an_effect_that_a_first_look_misleads_can_do_what_none_does() {
+    let family = Misled::drawn(400, [0.2, 0.0], |size, level| size > 0 && level == Level::Screen);
+    let (accepted, frequency) = found_of(&family);
+    assert_eq!(accepted, [0]);
+    assert!((frequency - RIGHT_VALLEY).abs() < 1e-3, "{frequency}");
 }
