@@ -181,7 +181,7 @@ fn an_unknown_effect_is_refused_with_the_nearest_name() {
 fn an_effect_is_found_though_strokes_differ_and_none_was_repeated() {
     let sandbox = Sandbox::new();
     let rubs = valve_with(EffectKind::DRY_FRICTION, &[Some(45.0), Some(45.0), None]);
-    let supplies_psig = vec![55.0, 65.0, 75.0, 85.0, 95.0, 105.0];
+    let supplies_psig = vec![55.0, 70.0, 85.0, 100.0];
     Recording { supplies_psig, scatter: 1.0, ..Recording::default() }.write(&sandbox, &rubs.to_string());
     let output = sandbox.valve(&["explain", "valve.toml", "campaign.toml", "--format", "json"]);
     let answer: Value = serde_json::from_slice(&output.stdout).expect("JSON");
