@@ -11,8 +11,9 @@ use recorded::{Noise, Off, ROW_S, campaign, stroke};
 use valve_file::ValveFile;
 use valve_model::{Effect, EffectKind, ParameterId, Valve};
 
-/// Campaigns that are made and calibrated.
-const CAMPAIGNS: u64 = 24;
+/// Campaigns that are made and calibrated, in the usual tests and in the one that takes longer.
+const FEW: u64 = 24;
+const MANY: u64 = 96;
 
 fn testbed() -> ValveFile {
     ValveFile::parse(include_str!("../../../models/testbed.toml"), "testbed.toml").expect("a valid valve")
@@ -53,12 +54,11 @@ fn drawn(file: &ValveFile, effects: &[Effect], noise: &mut Noise) -> (campaign::
     (campaign(runs.into()), truth)
 }
 
-#[test]
-#[cfg_attr(debug_assertions, ignore = "slow: runs with --release")]
-fn ninety_percent_intervals_hold_the_truth_in_nine_cases_of_ten() {
+/// Shares of 90 % intervals that hold the truth, and of campaigns that are told to have no missing physics.
+fn held(campaigns: u64) -> [f64; 2] {
     let file = testbed();
     assert!(file.tolerances().len() >= 4);
-    let counts: Vec<(usize, bool)> = (0..CAMPAIGNS)
+    let counts: Vec<(usize, bool)> = (0..campaigns)
         .into_par_iter()
         .map(|seed| {
             let (campaign, truth) = drawn(&file, &[], &mut Noise(1000 + seed));
@@ -69,12 +69,25 @@ fn ninety_percent_intervals_hold_the_truth_in_nine_cases_of_ten() {
         })
         .collect();
     let all = counts.len() * file.tolerances().len();
-    let coverage = counts.iter().map(|(inside, _)| inside).sum::<usize>() as f64 / all as f64;
-    let fine = counts.iter().filter(|(_, fine)| *fine).count();
-    println!("coverage {coverage:.3} over {all} intervals, {fine} of {CAMPAIGNS} campaigns without missing physics");
-    // 0.85 as measured: where instruments pull at their bounds, a normal density is too narrow.
-    assert!((0.75..=0.97).contains(&coverage), "coverage {coverage}");
-    assert!(fine >= 22, "{fine} of {CAMPAIGNS} campaigns without missing physics are told to have none");
+    let inside = counts.iter().map(|(inside, _)| inside).sum::<usize>() as f64 / all as f64;
+    let fine = counts.iter().filter(|(_, fine)| *fine).count() as f64 / counts.len() as f64;
+    println!("{inside:.3} of {all} intervals, {fine:.3} of {campaigns} campaigns without missing physics");
+    [inside, fine]
+}
+
+#[test]
+#[cfg_attr(debug_assertions, ignore = "slow: runs with --release")]
+fn ninety_percent_intervals_hold_the_truth_in_nine_cases_of_ten() {
+    // 0.89 as measured of many: where instruments pull at their bounds, a normal density is too narrow.
+    let [inside, fine] = held(FEW);
+    assert!((0.75..=0.97).contains(&inside) && fine >= 0.9, "{inside} and {fine}");
+}
+
+#[test]
+#[ignore = "takes a minute: a hundred fits"]
+fn of_many_intervals_as_many_hold_as_were_measured() {
+    let [inside, fine] = held(MANY);
+    assert!((0.81..=0.95).contains(&inside) && fine >= 0.94, "{inside} and {fine}");
 }
 
 #[test]
