@@ -93,12 +93,16 @@ pub(crate) fn integrate_scalar(runs: &[LaneRun<'_>], recorders: &mut Recorders, 
 }
 
 /// In the loop of the base model, or in that for any groups of terms.
-#[inline(always)]
 fn any_loop<R: Real>(runs: &[LaneRun<'_>], recorders: &mut Recorders, take: &mut Take<'_>) {
     match runs[0].equations.terms.groups() {
-        0 => integrate::<R, 0>(runs, recorders, take),
-        _ => integrate::<R, { groups::ANY }>(runs, recorders, take),
+        0 => in_loop::<R, 0>(runs, recorders, take),
+        _ => in_loop::<R, { groups::ANY }>(runs, recorders, take),
     }
+}
+
+#[inline(never)]
+fn in_loop<R: Real, const GROUPS: u8>(runs: &[LaneRun<'_>], recorders: &mut Recorders, take: &mut Take<'_>) {
+    integrate::<R, GROUPS>(runs, recorders, take);
 }
 
 /// What a search for something outside the catalogue asks for.
@@ -114,42 +118,58 @@ const FRICTION_LINE: u8 = groups::FRICTION | groups::LINE;
 const PRESCRIBED_FORCES: u8 = groups::PRESCRIBED | groups::FORCES;
 const PRESCRIBED_FRICTION: u8 = groups::PRESCRIBED | groups::FORCES | groups::FRICTION;
 
-/// In a loop for the very groups of terms, where they are one of those that a search mostly asks for.
-#[inline(always)]
-fn own_loop<R: Real>(runs: &[LaneRun<'_>], recorders: &mut Recorders, take: &mut Take<'_>) {
-    match runs[0].equations.terms.groups() {
-        groups::FORCES => integrate::<R, { groups::FORCES }>(runs, recorders, take),
-        groups::FRICTION => integrate::<R, { groups::FRICTION }>(runs, recorders, take),
-        groups::HEATING => integrate::<R, { groups::HEATING }>(runs, recorders, take),
-        groups::LINE => integrate::<R, { groups::LINE }>(runs, recorders, take),
-        groups::SPOOL => integrate::<R, { groups::SPOOL }>(runs, recorders, take),
-        groups::CUSTOM => integrate::<R, { groups::CUSTOM }>(runs, recorders, take),
-        CUSTOM_FRICTION => integrate::<R, CUSTOM_FRICTION>(runs, recorders, take),
-        FORCES_FRICTION => integrate::<R, FORCES_FRICTION>(runs, recorders, take),
-        FORCES_HEATING => integrate::<R, FORCES_HEATING>(runs, recorders, take),
-        FORCES_LINE => integrate::<R, FORCES_LINE>(runs, recorders, take),
-        FRICTION_HEATING => integrate::<R, FRICTION_HEATING>(runs, recorders, take),
-        FRICTION_LINE => integrate::<R, FRICTION_LINE>(runs, recorders, take),
-        PRESCRIBED_FORCES => integrate::<R, PRESCRIBED_FORCES>(runs, recorders, take),
-        PRESCRIBED_FRICTION => integrate::<R, PRESCRIBED_FRICTION>(runs, recorders, take),
-        _ => any_loop::<R>(runs, recorders, take),
-    }
+/// The loops for an instruction set, each a function of its own: what a compiler does with a function takes it longer than
+/// in proportion to its size. Runs go to the loop for their very groups of terms, where those are one of the sets that a
+/// search mostly asks for.
+#[cfg(target_arch = "x86_64")]
+macro_rules! loops {
+    ($choose:ident, $in_loop:ident, $instructions:literal) => {
+        #[target_feature(enable = $instructions)]
+        fn $choose(runs: &[LaneRun<'_>], recorders: &mut Recorders, take: &mut Take<'_>) {
+            let in_loop = match runs[0].equations.terms.groups() {
+                0 => $in_loop::<0>,
+                groups::FORCES => $in_loop::<{ groups::FORCES }>,
+                groups::FRICTION => $in_loop::<{ groups::FRICTION }>,
+                groups::HEATING => $in_loop::<{ groups::HEATING }>,
+                groups::LINE => $in_loop::<{ groups::LINE }>,
+                groups::SPOOL => $in_loop::<{ groups::SPOOL }>,
+                groups::CUSTOM => $in_loop::<{ groups::CUSTOM }>,
+                CUSTOM_FRICTION => $in_loop::<CUSTOM_FRICTION>,
+                FORCES_FRICTION => $in_loop::<FORCES_FRICTION>,
+                FORCES_HEATING => $in_loop::<FORCES_HEATING>,
+                FORCES_LINE => $in_loop::<FORCES_LINE>,
+                FRICTION_HEATING => $in_loop::<FRICTION_HEATING>,
+                FRICTION_LINE => $in_loop::<FRICTION_LINE>,
+                PRESCRIBED_FORCES => $in_loop::<PRESCRIBED_FORCES>,
+                PRESCRIBED_FRICTION => $in_loop::<PRESCRIBED_FRICTION>,
+                _ => $in_loop::<{ groups::ANY }>,
+            };
+            in_loop(runs, recorders, take);
+        }
+
+        #[target_feature(enable = $instructions)]
+        fn $in_loop<const GROUPS: u8>(runs: &[LaneRun<'_>], recorders: &mut Recorders, take: &mut Take<'_>) {
+            integrate::<Lanes<LANES, true>, GROUPS>(runs, recorders, take);
+        }
+    };
 }
 
 #[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512dq,fma")]
-fn with_avx512(runs: &[LaneRun<'_>], recorders: &mut Recorders, take: &mut Take<'_>) {
-    own_loop::<Lanes<LANES, true>>(runs, recorders, take);
-}
-
+loops!(with_avx512, in_avx512_loop, "avx512f,avx512dq,fma");
 #[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma")]
-fn with_avx2(runs: &[LaneRun<'_>], recorders: &mut Recorders, take: &mut Take<'_>) {
-    own_loop::<Lanes<LANES, true>>(runs, recorders, take);
-}
+loops!(with_avx2, in_avx2_loop, "avx2,fma");
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
 fn alone_with_avx2(runs: &[LaneRun<'_>], recorders: &mut Recorders, take: &mut Take<'_>) {
-    any_loop::<Lanes<1, true>>(runs, recorders, take);
+    match runs[0].equations.terms.groups() {
+        0 => alone_in_avx2_loop::<0>(runs, recorders, take),
+        _ => alone_in_avx2_loop::<{ groups::ANY }>(runs, recorders, take),
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+fn alone_in_avx2_loop<const GROUPS: u8>(runs: &[LaneRun<'_>], recorders: &mut Recorders, take: &mut Take<'_>) {
+    integrate::<Lanes<1, true>, GROUPS>(runs, recorders, take);
 }
