@@ -99,7 +99,7 @@ fn text(input: &CampaignInput, calibration: &Calibration) -> String {
         let _ = writeln!(text, "  {reason}");
     }
     text.push('\n');
-    text.push_str(&parameter_table(&calibration.parameters).render());
+    text.push_str(&parameter_table(calibration.found()).render());
     text.push('\n');
     text.push_str(&error_words(calibration));
     for direction in &calibration.non_identifiable {
@@ -112,7 +112,7 @@ fn text(input: &CampaignInput, calibration: &Calibration) -> String {
 }
 
 /// The parameters before and after.
-pub fn parameter_table(parameters: &[MovedParameter]) -> TextTable {
+pub fn parameter_table<'a>(parameters: impl IntoIterator<Item = &'a MovedParameter>) -> TextTable {
     let mut table = TextTable::new(&[
         ("parameter", Align::Left),
         ("before", Align::Right),

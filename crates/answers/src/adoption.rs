@@ -202,7 +202,6 @@ fn found(sequence: &Sequence) -> Vec<FoundValue> {
 /// The valve file with everything that a fit moved.
 fn adopted(file: &ValveFile, best: &Rung) -> Result<ValveFile, ValveFileError> {
     let base = best.space.base_at(&best.u);
-    let area = best.piston_area_m2.map(|area_m2| (ParameterId::PistonArea, area_m2));
     let moved: Vec<(ParameterId, f64)> = best
         .space
         .coordinates
@@ -211,7 +210,7 @@ fn adopted(file: &ValveFile, best: &Rung) -> Result<ValveFile, ValveFileError> {
             Target::Base(id) => Some((id, base.get(id))),
             _ => None,
         })
-        .chain(area)
+        .chain(best.beside.iter().copied())
         .collect();
     let mut new = file.with_parameters(&moved)?;
     for effect in best.space.effects_at(&best.u) {

@@ -69,7 +69,7 @@ pub fn document(input: &CampaignInput, calibration: &Calibration) -> Value {
         verdict_words: verdict_words(calibration),
         prior_data_conflict: calibration.has_prior_conflict,
         reasons: &calibration.reasons,
-        parameters: moved::parameters(&calibration.parameters),
+        parameters: calibration.found().map(ParameterDocument::from).collect(),
         correlations: Correlations { parameters: names, matrix: (0..count).map(row).collect() },
         not_fixed: not_fixed.collect(),
         nuisances: moved::nuisances(&calibration.nuisances),

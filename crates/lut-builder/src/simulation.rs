@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use leak_table::{Degradation, Limits, SeverityPoint, Stroke};
 use rayon::prelude::*;
-use valve_model::cycle::{CycleTimes, cycles, outcome};
+use valve_model::cycle::{CycleTimes, cycles};
 use valve_model::simulate::ABREAST;
 use valve_model::{Conditions, EffectKind, Fidelity, Outcome, Valve};
 
@@ -127,16 +127,17 @@ impl<'a> Simulation<'a> {
         };
         let worn: Vec<(Valve, Conditions)> = wanted.iter().map(worn).collect::<Result<_, _>>()?;
         let runs: Vec<_> = worn.iter().map(|(valve, conditions)| (valve, *conditions)).collect();
+        let simulated = cycles(&runs, &self.model.schedule, self.options.most_cycles, self.fidelity);
         // A formula of the user's may be no number where the valve is worn; a stroke that is not known is none that stalls.
-        for ((_, ticks), (valve, conditions)) in wanted.iter().zip(&runs) {
-            if !valve.custom().is_empty()
-                && let Outcome::Diverged { time_s, .. } =
-                    outcome(valve, *conditions, &self.model.schedule, self.fidelity)
-            {
+        for (((_, ticks), (valve, _)), times) in wanted.iter().zip(&runs).zip(&simulated) {
+            let stopped_s = |cycle: &CycleTimes| match cycle.outcome {
+                Outcome::Diverged { time_s, .. } => Some(time_s),
+                _ => None,
+            };
+            if let (false, Some(time_s)) = (valve.custom().is_empty(), times.iter().find_map(stopped_s)) {
                 return Err(BuildError::NoNumber { fault: self.id(), at: self.named(*ticks), time_s });
             }
         }
-        let simulated = cycles(&runs, &self.model.schedule, self.options.most_cycles, self.fidelity);
         wanted.iter().zip(simulated).map(|((_, ticks), times)| self.periodic(*ticks, &times)).collect()
     }
 
@@ -151,6 +152,7 @@ impl<'a> Simulation<'a> {
             last = CycleTimes {
                 close_time_s: settled(|cycle| cycle.close_time_s)?,
                 open_time_s: settled(|cycle| cycle.open_time_s)?,
+                ..last
             };
         }
         let point = SeverityPoint {

@@ -26,7 +26,7 @@ pub fn record(valve: &Valve, nodes: &Trajectory, times_s: &[f64], into: &mut Pre
 
 /// The stroke times of every group of stroke times.
 pub fn timing_predictions(data: &Dataset, valve: &Valve) -> Vec<CycleTimes> {
-    let mut times = vec![CycleTimes { close_time_s: None, open_time_s: None }; data.timing_groups.len()];
+    let mut times = vec![CycleTimes::default(); data.timing_groups.len()];
     let offset_s = valve.measurement().offset_s;
     for wanted in [1, 2] {
         let groups: Vec<usize> = (0..times.len()).filter(|group| data.timing_groups[*group].cycles == wanted).collect();
@@ -40,8 +40,11 @@ pub fn timing_predictions(data: &Dataset, valve: &Valve) -> Vec<CycleTimes> {
         for (group, cycle) in groups.into_iter().zip(predicted) {
             if let Some(last) = cycle.last() {
                 let shifted = |time: Option<f64>| time.map(|time| time + offset_s);
-                times[group] =
-                    CycleTimes { close_time_s: shifted(last.close_time_s), open_time_s: shifted(last.open_time_s) };
+                times[group] = CycleTimes {
+                    close_time_s: shifted(last.close_time_s),
+                    open_time_s: shifted(last.open_time_s),
+                    ..*last
+                };
             }
         }
     }

@@ -12,12 +12,15 @@ use crate::trajectory::Outcome;
 use crate::valve::Valve;
 
 /// The stroke times of one cycle; nothing where the valve did not get there.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct CycleTimes {
     /// Closing time, s.
     pub close_time_s: Option<f64>,
     /// Opening time, s.
     pub open_time_s: Option<f64>,
+    /// How the cycle ended. One that stopped has no stroke times, which must not be taken for those of a valve that does not get
+    /// there.
+    pub outcome: Outcome,
 }
 
 /// A cycle counts as periodic when no state moves by more than this share from one to the next.
@@ -28,8 +31,7 @@ pub fn cycle_commands(schedule: &Schedule) -> Vec<CommandEdge> {
     vec![CommandEdge::new(schedule.close_at_s, true), CommandEdge::new(schedule.open_at_s, false)]
 }
 
-/// How the first cycle ends, which begins at rest. One that stopped has no stroke times, which must not be taken for those
-/// of a valve that does not get there.
+/// How the first cycle ends, which begins at rest.
 pub fn outcome(valve: &Valve, conditions: Conditions, schedule: &Schedule, fidelity: impl Into<Fidelity>) -> Outcome {
     let run = cycle_run(conditions, schedule);
     let mut outcome = Outcome::Refused;
@@ -70,8 +72,11 @@ pub fn cycles(
             .collect();
         simulate(&batch, false, |position, nodes, end| {
             let strokes = strokes(valves[active[position]].0, &commands, nodes);
-            times[active[position]]
-                .push(CycleTimes { close_time_s: strokes[0].time_s, open_time_s: strokes[1].time_s });
+            times[active[position]].push(CycleTimes {
+                close_time_s: strokes[0].time_s,
+                open_time_s: strokes[1].time_s,
+                outcome: nodes.outcome,
+            });
             ends[position] = *end;
         });
         let mut still = Vec::with_capacity(active.len());

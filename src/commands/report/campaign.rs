@@ -165,7 +165,7 @@ fn calibrated(input: &CampaignInput, calibration: &Calibration) -> Section {
     let verdict = verdict_words(calibration);
     let mut blocks = vec![Block::Callout(verdict.to_owned())];
     blocks.extend(calibration.reasons.iter().filter(|reason| *reason != verdict).cloned().map(Block::Text));
-    blocks.push(Block::Table(calibrate::parameter_table(&calibration.parameters).into()));
+    blocks.push(Block::Table(calibrate::parameter_table(calibration.found()).into()));
     blocks.push(Block::Table(steps::rows(&calibration.steps).into()));
     blocks.push(Block::Text(format!("left: {}", steps::words(&calibration.steps[1].errors))));
     blocks.extend(

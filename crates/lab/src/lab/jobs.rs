@@ -221,10 +221,8 @@ fn fitted(subject: &Subject, model: &Model, stop: &Stop) -> Result<JobResult, St
     let additions = model.additions(&input.file).map_err(words)?;
     if additions.is_empty() {
         let calibration = Calibration::new(&file, &input.campaign, stop).map_err(|error| error.to_string())?;
-        let fitted = sliders(
-            &calibration.valve,
-            calibration.parameters.iter().map(|parameter| (parameter.id.key(), parameter.after)),
-        );
+        let fitted =
+            sliders(&calibration.valve, calibration.found().map(|parameter| (parameter.id.key(), parameter.after)));
         let plain = CampaignInput { file, ..input.clone() };
         let document = calibration::document(&plain, &calibration);
         return Ok(JobResult::Fitted(Box::new(Fitted {

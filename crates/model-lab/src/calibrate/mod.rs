@@ -19,7 +19,7 @@ pub use identifiability::{NonIdentifiable, non_identifiable};
 pub use verdict::Verdict;
 
 use crate::data::Dataset;
-use crate::diagnosis::uncertainty::{Certainty, moved_parameters};
+use crate::diagnosis::uncertainty::{Certainty, found_beside, moved_parameters};
 use crate::diagnosis::{MovedParameter, NuisanceReport, nuisance_reports};
 use crate::errors::{self, StepReport};
 use crate::identification::{NuisanceSizes, Subject};
@@ -58,7 +58,9 @@ pub enum CalibrateError {
 pub struct Calibration {
     /// The parameters, in the order of `[tolerance]`.
     pub parameters: Vec<MovedParameter>,
-    /// Correlations of their errors.
+    /// Parameters that have no tolerance and were found to be others than in the valve file.
+    pub beside: Vec<MovedParameter>,
+    /// Correlations of the errors of those with a tolerance.
     pub correlations: DMatrix<f64>,
     /// Practically non-identifiable combinations: the data do not fix them better than the tolerances do.
     pub non_identifiable: Vec<NonIdentifiable>,
@@ -98,12 +100,15 @@ impl Calibration {
         let (verdict, reasons) = verdict::judge(&model, &conflicts);
         let count = model.problem.space.coordinates.len();
         let covariance = certainty.covariance().view((0, 0), (count, count)).clone_owned();
+        let mut nuisances = nuisance_reports(&model, &certainty);
+        let beside = found_beside(&model, &certainty, &mut nuisances);
         Ok(Self {
             parameters,
+            beside,
             correlations: correlations(&covariance),
             non_identifiable: non_identifiable(&model.problem.space, &covariance),
             steps: [StepReport::as_stated(&subject, datasheet), StepReport::new("calibrated", &model)],
-            nuisances: nuisance_reports(&model, &certainty),
+            nuisances,
             verdict,
             reasons,
             has_prior_conflict: !conflicts.is_empty(),
@@ -111,11 +116,16 @@ impl Calibration {
         })
     }
 
+    /// Every parameter that was found, those without a tolerance last.
+    pub fn found(&self) -> impl Iterator<Item = &MovedParameter> {
+        self.parameters.iter().chain(&self.beside)
+    }
+
     /// The valve file with the calibrated values, its comments kept and its history extended.
     pub fn adopted(&self, file: &ValveFile, campaign_name: &str) -> Result<ValveFile, CalibrateError> {
-        let values: Vec<(ParameterId, f64)> = self.parameters.iter().map(|one| (one.id, one.after)).collect();
+        let values: Vec<(ParameterId, f64)> = self.found().map(|one| (one.id, one.after)).collect();
         let [before, after] = [0, 1].map(|step| self.steps[step].errors.normalised_rms);
-        let found = self.parameters.iter().filter_map(MovedParameter::found).collect();
+        let found = self.found().filter_map(MovedParameter::found).collect();
         let entry = HistoryEntry::new("calibrated", campaign_name, before, after).with_found(found);
         Ok(file.with_parameters(&values)?.with_history(entry)?)
     }

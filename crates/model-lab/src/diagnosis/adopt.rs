@@ -6,14 +6,14 @@ use identify::select::{Family, Level, Model, SelectOptions, afresh};
 use identify::{Fit, FitOptions, Stop, fit};
 use rayon::prelude::*;
 use valve_file::ValveFile;
-use valve_model::EffectKind;
 use valve_model::custom::CustomEffect;
+use valve_model::{EffectKind, ParameterId};
 
 use super::answer::{FittedParameter, MovedParameter, NuisanceReport};
 use super::report::nuisance_reports;
-use super::uncertainty::{Certainty, effect_parameters, found_area, moved_area, moved_parameters};
+use super::uncertainty::{Certainty, effect_parameters, found_beside, moved_parameters};
 use crate::errors::{self, StepReport};
-use crate::identification::{Catalogue, Nuisance, NuisanceSizes, Subject, ValveProblem};
+use crate::identification::{Catalogue, NuisanceSizes, Subject, ValveProblem};
 use crate::space::Space;
 
 /// Something to add.
@@ -44,8 +44,8 @@ pub struct Rung {
     pub space: Space,
     /// Their coordinates.
     pub u: Vec<f64>,
-    /// The piston area where it has no tolerance and was found to be another, m².
-    pub piston_area_m2: Option<f64>,
+    /// Parameters that have no tolerance and were found to be others than in the valve file, SI.
+    pub beside: Vec<(ParameterId, f64)>,
 }
 
 /// The model sequence: the datasheet's values, calibrated, then with one effect after the other.
@@ -55,7 +55,7 @@ pub struct Sequence {
     pub rungs: Vec<Rung>,
     /// The parameters of the catalogue's effects in the last step.
     pub parameters: Vec<FittedParameter>,
-    /// The valve file's own parameters in it, the piston area among them where it was found to be another.
+    /// The valve file's own parameters in it, those among them that have no tolerance and were found to be others.
     pub moved: Vec<MovedParameter>,
     /// What instruments and conditions were found to be off by in it.
     pub nuisances: Vec<NuisanceReport>,
@@ -75,7 +75,7 @@ pub fn sequence(file: &ValveFile, campaign: &Campaign, additions: &[Addition], s
     let start = base.at_their_word();
     let datasheet = StepReport::as_stated(&subject, errors::at(&base, &start)?);
     let u = start[..space.coordinates.len()].to_vec();
-    let mut rungs = vec![Rung { step: datasheet, space: space.clone(), u, piston_area_m2: None }];
+    let mut rungs = vec![Rung { step: datasheet, space: space.clone(), u, beside: Vec::new() }];
     let mut model = subject.calibrated(stop)?;
     rungs.push(rung("calibrated", &model));
     let calibrated = model.clone();
@@ -122,11 +122,7 @@ pub fn sequence(file: &ValveFile, campaign: &Campaign, additions: &[Addition], s
     let parameters = effect_parameters(&model.problem, &model.fit, &certainty, &kinds, true);
     let mut moved = moved_parameters(&model.problem, &model.fit, &certainty);
     let mut nuisances = nuisance_reports(&model, &certainty);
-    // The area is the valve's own, and stands among its parameters.
-    if let Some(area) = moved_area(&model.problem, &model.fit, &certainty) {
-        moved.push(area);
-        nuisances.retain(|nuisance| nuisance.what != Nuisance::Bore.words().0);
-    }
+    moved.extend(found_beside(&model, &certainty, &mut nuisances));
     Some(Sequence { rungs, parameters, moved, nuisances, leaves_much })
 }
 
@@ -155,6 +151,7 @@ fn rung(name: &str, model: &Model<ValveProblem<'_>>) -> Rung {
     let step = StepReport::new(name, model);
     let space = model.problem.space.clone();
     let u = model.fit.u[..space.coordinates.len()].to_vec();
-    let piston_area_m2 = found_area(&model.problem, &model.fit.u).map(|(_, area_m2)| area_m2);
-    Rung { step, space, u, piston_area_m2 }
+    let found = found_beside(model, &Certainty::of_model(model), &mut Vec::new());
+    let beside = found.iter().map(|parameter| (parameter.id, parameter.after)).collect();
+    Rung { step, space, u, beside }
 }

@@ -17,7 +17,7 @@ use rayon::prelude::*;
 use valve_model::effects::{ActsOn, EffectParameter, Search};
 use valve_model::{EffectKind, ParameterId};
 
-use super::answer::{FittedParameter, MovedParameter};
+use super::answer::{FittedParameter, MovedParameter, NuisanceReport};
 use crate::errors::{self, Errors};
 use crate::identification::{Entry, Nuisance, ValveProblem};
 use crate::space::Target;
@@ -238,39 +238,64 @@ pub fn is_told(entry: &Entry, u: f64) -> bool {
     (u - entry.coordinate.mean).abs() >= TOLD * entry.coordinate.sigma
 }
 
-/// The piston area where it has no tolerance and was found to be another than in the valve file: its place among the nuisances, and
-/// its value, m². Not where the supply's gauge was found to be off throughout as well: strokes tell the product of both, and each
-/// alone makes up for the other. (Of 41 drawn campaigns nine had an area told and no gauge: with it the stroke times of the adopted
-/// file were nearer to the true valve's in eight, by up to 2.6 s of 98 s. With a gauge told as well they were farther off in four of six.)
-pub fn found_area(problem: &ValveProblem<'_>, u: &[f64]) -> Option<(usize, f64)> {
-    let told = |which: Nuisance| {
-        let place = problem.nuisances.iter().position(|entry| entry.nuisance == which)?;
-        is_told(&problem.nuisances[place], u[problem.space.coordinates.len() + place]).then_some(place)
-    };
-    let place = told(Nuisance::Bore).filter(|_| told(Nuisance::Gauge).is_none())?;
-    Some((place, problem.space.parameters().piston_area_m2 * (1.0 + problem.nuisance(u, Nuisance::Bore))))
-}
+/// Standard errors by which the damping of the stops has to differ from the valve file's to be told beside it.
+const DAMPED_OTHERWISE: f64 = 2.0;
 
-/// The piston area as a parameter that moved, where it was found to be another though it has no tolerance.
-pub fn moved_area(problem: &ValveProblem<'_>, fit: &Fit, certainty: &Certainty) -> Option<MovedParameter> {
-    let (place, after) = found_area(problem, &fit.u)?;
-    let index = problem.space.coordinates.len() + place;
-    let (before, size) = (problem.space.parameters().piston_area_m2, problem.nuisances[place].size);
-    let pull = |u: &[f64]| u[index];
-    let half = certainty.half_width_90(problem, &fit.u, pull);
-    let pull_sigma = certainty.sigma(problem, &fit.u, pull);
-    let at = |u: f64| before * (1.0 + size * u);
-    Some(MovedParameter {
-        id: ParameterId::PistonArea,
-        before,
-        after,
-        sigma: before * size * pull_sigma,
-        interval_90: (at(fit.u[index] - half), at(fit.u[index] + half)),
-        tolerance: size.ln_1p(),
-        pull: fit.u[index],
-        pull_sigma,
-        is_at_bound: fit.held[index],
-    })
+/// Parameters of the valve that have no tolerance and were found to be others than in the valve file; what nuisances that stood
+/// for them were found to be off by is taken from `nuisances`.
+///
+/// The piston area where it is off by enough to be told, and not where the supply's gauge was found to be off throughout as well:
+/// strokes tell the product of both, and each alone makes up for the other. (Of 41 drawn campaigns nine had an area told and no
+/// gauge: with it the stroke times of the adopted file were nearer to the true valve's in eight, by up to 2.6 s of 98 s. With a
+/// gauge told as well they were farther off in four of six.)
+///
+/// The damping of the stops where records show it, which only those of a piston that bounces do: without it the model would
+/// bounce on where the valve came to rest.
+pub fn found_beside(
+    model: &Model<ValveProblem<'_>>,
+    certainty: &Certainty,
+    nuisances: &mut Vec<NuisanceReport>,
+) -> Vec<MovedParameter> {
+    let (problem, fit) = (&model.problem, &model.fit);
+    let first = problem.space.coordinates.len();
+    let place = |which: Nuisance| problem.nuisances.iter().position(|entry| entry.nuisance == which);
+    let is_off = |place: &usize| is_told(&problem.nuisances[*place], fit.u[first + place]);
+    let parameters = problem.space.parameters();
+    let with_gauge = place(Nuisance::Gauge).is_some_and(|gauge| is_off(&gauge));
+    let area = place(Nuisance::Bore).filter(|bore| !with_gauge && is_off(bore)).map(|place| {
+        let before = parameters.piston_area_m2;
+        (place, ParameterId::PistonArea, before, before)
+    });
+    let is_sure = |place: &usize| {
+        let index = first + place;
+        let sigma = certainty.sigma(problem, &fit.u, |u: &[f64]| u[index]);
+        !fit.held[index] && fit.u[index].abs() > DAMPED_OTHERWISE * sigma
+    };
+    let damping = place(Nuisance::StopDamping).filter(is_sure);
+    let damping = damping.map(|place| (place, ParameterId::StopDamping, parameters.stop_damping_n_s_per_m, 1.0));
+    let told = |(place, id, before, unit): (usize, ParameterId, f64, f64)| {
+        let index = first + place;
+        let entry = &problem.nuisances[place];
+        let pull = |u: &[f64]| u[index];
+        let half = certainty.half_width_90(problem, &fit.u, pull);
+        let pull_sigma = certainty.sigma(problem, &fit.u, pull);
+        let size = unit * entry.size;
+        let at = |u: f64| before + size * u;
+        nuisances.retain(|other| other.what != entry.nuisance.words().0);
+        MovedParameter {
+            id,
+            before,
+            after: at(fit.u[index]),
+            sigma: size * pull_sigma,
+            interval_90: (at(fit.u[index] - half), at(fit.u[index] + half)),
+            // Of nothing there is no share.
+            tolerance: (size / if before > 0.0 { before } else { at(fit.u[index]) }).ln_1p(),
+            pull: fit.u[index],
+            pull_sigma,
+            is_at_bound: fit.held[index],
+        }
+    };
+    area.into_iter().chain(damping).map(told).collect()
 }
 
 /// The tolerated parameters at the optimum.

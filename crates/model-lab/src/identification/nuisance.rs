@@ -221,9 +221,6 @@ impl Entry {
     pub fn new(nuisance: Nuisance, size: f64) -> Self {
         let mut coordinate = Coordinate::standard(format!("{nuisance:?}"), nuisance.scope(), BOUND);
         coordinate.step = 0.1;
-        if nuisance == Nuisance::StopDamping {
-            coordinate.lower = 0.0;
-        }
         Self { nuisance, size, coordinate, is_simulated: nuisance.is_simulated() }
     }
 }
@@ -335,6 +332,10 @@ pub fn nuisances(
             Nuisance::OpenDelay(record) => setup.recordings[record].unseen_s[1],
             _ => 0.0,
         };
+        if nuisance == Nuisance::StopDamping {
+            // No stop drives.
+            entry.coordinate.lower = entry.coordinate.lower.max(-parameters.stop_damping_n_s_per_m / size);
+        }
         entry.coordinate.shift(-0.5 * unseen_s / size);
         entry
     };
