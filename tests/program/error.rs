@@ -42,9 +42,8 @@ fn history(sandbox: &Sandbox, file: &str) -> [f64; 2] {
 #[cfg_attr(debug_assertions, ignore = "slow: runs with --release")]
 fn a_step_has_one_error_in_all_verbs_reports_and_histories() {
     let sandbox = Sandbox::new();
-    let sample = concat!(env!("CARGO_MANIFEST_DIR"), "/data/sticking-valve");
-    let (valve, campaign) = (format!("{sample}/valve.toml"), format!("{sample}/campaign.toml"));
-    let (valve, campaign) = (valve.as_str(), campaign.as_str());
+    sandbox.copy_sticking_valve("");
+    let (valve, campaign) = ("valve.toml", "campaign.toml");
 
     let compared = answer(&sandbox, &["compare", valve, campaign]);
     let calibrated = answer(&sandbox, &["calibrate", valve, campaign, "--force", "--out", "calibrated.toml"]);

@@ -1,7 +1,6 @@
 //! `docs/results.md` against what the program prints for programs.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::Path;
 
 use prognoser::{FaultCall, Status};
 use serde_json::Value;
@@ -225,7 +224,7 @@ fn json(sandbox: &Sandbox, call: &str) -> Value {
 /// The sample campaign, and one of stroke times alone.
 fn with_campaigns() -> Sandbox {
     let sandbox = Sandbox::with_tables();
-    sandbox.copy(&Path::new(env!("CARGO_MANIFEST_DIR")).join("data/sticking-valve"), "sample/");
+    sandbox.copy_sticking_valve("sample/");
     sandbox.write("limit.toml", "name = \"limit switches\"\n\n[timings]\nfile = \"limit.csv\"\n");
     let rows = ["50,0,1.442,2.034", "75,0,1.052,2.134", "75,0,1.049,2.138", "75,0.1,1.211,1.833", "90,0,0.902,2.234"];
     let head = "supply_pressure_psig,leak_to_atmosphere_mm2,close_time_s,open_time_s";
