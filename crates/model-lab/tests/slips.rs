@@ -51,7 +51,7 @@ fn a_run_under_a_mistyped_pressure_is_named_with_the_right_one() {
 }
 
 #[test]
-#[cfg_attr(debug_assertions, ignore = "slow: runs with --release")]
+#[ignore = "takes most of a minute: a whole search for each run that may be mistyped"]
 fn a_leak_that_nobody_wrote_down_is_named() {
     let mut forgotten = sticking();
     forgotten.runs[2].conditions.leak_to_atmosphere_m2 = 0.0;
@@ -63,7 +63,7 @@ fn a_leak_that_nobody_wrote_down_is_named() {
 }
 
 #[test]
-#[cfg_attr(debug_assertions, ignore = "slow: runs with --release")]
+#[ignore = "takes most of a minute: a whole search for each run that may be mistyped"]
 fn of_three_runs_under_one_condition_the_mistyped_one_is_named() {
     let file = testbed();
     let friction = Effect::new(EffectKind::DRY_FRICTION, &[Some(40.0), Some(60.0), Some(0.01)]).expect("possible");

@@ -38,17 +38,24 @@ pub fn run(args: &EvaluateArgs, file: &ValveFile) -> anyhow::Result<Answer> {
         return Err(Hinted::error("no world has this in its name", format!("the worlds are: {}", names.join("; "))));
     }
     let line = ProgressLine::new("simulating the worlds");
-    let world = SimulatedWorld::new(file)?;
+    let world = SimulatedWorld::new(file, &scenarios)?;
     drop(line);
     let parameters = file.valve().parameters();
+    // Tables over what no scenario varies would take a minute for nothing.
+    let [varies_supply, varies_temperature] = [Scenario::varies_supply, Scenario::varies_temperature]
+        .map(|varies: fn(&Scenario) -> bool| scenarios.iter().any(varies));
+    let span = |varies: bool, span: f64| if varies { span } else { 0.0 };
+    let supply = span(varies_supply, SUPPLY_SPAN);
+    let warmer_k = span(varies_temperature, TEMPERATURE_SPAN_K);
     let conditions = ConditionRange {
         supply_pressure_pa: (
-            (1.0 - SUPPLY_SPAN) * parameters.supply_pressure_pa,
-            (1.0 + SUPPLY_SPAN) * parameters.supply_pressure_pa,
+            (1.0 - supply) * parameters.supply_pressure_pa,
+            (1.0 + supply) * parameters.supply_pressure_pa,
         ),
-        temperature_k: (parameters.temperature_k - TEMPERATURE_SPAN_K, parameters.temperature_k + TEMPERATURE_SPAN_K),
+        temperature_k: (parameters.temperature_k - warmer_k, parameters.temperature_k + warmer_k),
     };
-    let request = Request { wears: Wear::catalogue(), conditions: Some(conditions), both_leaks: true };
+    let conditions = (varies_supply || varies_temperature).then_some(conditions);
+    let request = Request { wears: Wear::catalogue(), conditions, both_leaks: true };
     let bundle = Arc::new(tables::build_what(file, &request)?.bundle);
     let config = ScenarioConfig {
         scenarios,

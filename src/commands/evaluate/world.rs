@@ -3,7 +3,7 @@
 //! interpolated by its own polynomials; the tables of the prognosis have no part
 //! in it.
 
-use prognoser::study::scenario::{ValveState, Wear, World};
+use prognoser::study::scenario::{Scenario, ValveState, Wear, World};
 use rayon::prelude::*;
 use valve_file::ValveFile;
 use valve_model::cycle::cycles;
@@ -42,7 +42,7 @@ struct Case {
     conditions: Conditions,
 }
 
-/// The grids of one valve.
+/// The grids of one valve; those that no scenario asks for are empty.
 pub struct SimulatedWorld {
     /// Severity of each wear.
     wear: Vec<Vec<Times>>,
@@ -59,8 +59,8 @@ pub struct SimulatedWorld {
 }
 
 impl SimulatedWorld {
-    /// Simulates all grids of a valve; some seconds.
-    pub fn new(file: &ValveFile) -> anyhow::Result<Self> {
+    /// Simulates the grids of a valve that these scenarios need; some seconds.
+    pub fn new(file: &ValveFile, scenarios: &[Scenario]) -> anyhow::Result<Self> {
         let limits = file.limits();
         let limits_s = [limits.close_within_s, limits.open_within_s];
         let amounts = Wear::ALL.into_par_iter().map(|wear| limit_amount(file, wear, limits_s)).collect::<Vec<_>>();
@@ -81,11 +81,15 @@ impl SimulatedWorld {
             let of = |leak: Wear| nodes.iter().map(|node| line(leak, &|c| change(c, *node))).collect();
             leaks.map(of).into_iter().collect::<anyhow::Result<Vec<Vec<Vec<Times>>>>>()
         };
-        let supply =
-            over_leaks(grid(1.0 - SUPPLY_SPAN, 1.0 + SUPPLY_SPAN, SUPPLIES), &|c, r| c.supply_pressure_pa *= r)?;
-        let warmer = grid(-TEMPERATURE_SPAN_K, TEMPERATURE_SPAN_K, TEMPERATURES);
+        let if_wanted = |nodes: Vec<f64>, wanted: fn(&Scenario) -> bool| {
+            if scenarios.iter().any(wanted) { nodes } else { Vec::new() }
+        };
+        let ratios = if_wanted(grid(1.0 - SUPPLY_SPAN, 1.0 + SUPPLY_SPAN, SUPPLIES), Scenario::varies_supply);
+        let supply = over_leaks(ratios, &|c, r| c.supply_pressure_pa *= r)?;
+        let warmer =
+            if_wanted(grid(-TEMPERATURE_SPAN_K, TEMPERATURE_SPAN_K, TEMPERATURES), Scenario::varies_temperature);
         let temperature = over_leaks(warmer, &|c, k| c.temperature_k += k)?;
-        let nodes = grid(0.0, LARGEST_BOTH, BOTH);
+        let nodes = if_wanted(grid(0.0, LARGEST_BOTH, BOTH), Scenario::has_both_leaks);
         let both = nodes.iter().map(|atmosphere| {
             let cases = nodes.iter().map(|from_supply| {
                 let mut case = at(Wear::Atmosphere, *atmosphere)?;

@@ -96,6 +96,21 @@ impl Scenario {
         Self { name: "healthy, season", weather: Weather::Season, ..HEALTHY },
     ];
 
+    /// Whether the supply pressure is another in each cycle.
+    pub fn varies_supply(&self) -> bool {
+        matches!(self.weather, Weather::RandomSupply | Weather::SwingingSupply)
+    }
+
+    /// Whether the temperature is another in each cycle.
+    pub fn varies_temperature(&self) -> bool {
+        self.weather == Weather::Season
+    }
+
+    /// Whether a valve leaks both ways at once.
+    pub fn has_both_leaks(&self) -> bool {
+        self.together || self.later
+    }
+
     /// The world of a name.
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|scenario| scenario.name == name)
