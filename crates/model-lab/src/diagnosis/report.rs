@@ -411,7 +411,7 @@ pub fn nuisance_reports(best: &Model<ValveProblem<'_>>, certainty: &Certainty) -
                 what,
                 record,
                 value: entry.size * best.fit.u[index],
-                sigma: entry.size * certainty.covariance()[(index, index)].max(0.0).sqrt(),
+                sigma: entry.size * certainty.sigma(problem, &best.fit.u, |u| u[index]),
                 prior: entry.size * entry.coordinate.sigma,
                 unit,
                 is_at_bound: best.fit.held[index],
