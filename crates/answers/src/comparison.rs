@@ -37,7 +37,7 @@ impl Compared {
         let subject = Subject::new(file, &input.campaign, &NuisanceSizes::default());
         let comparison = Comparison::new(&subject, file.valve(), &input.data)?;
         let stated = subject.stated(Stop::never())?;
-        let nuisances = nuisance_reports(&stated, &Certainty::new(&stated.problem, &stated.fit));
+        let nuisances = nuisance_reports(&stated, &Certainty::new(&stated.problem, &stated.fit), &[]);
         Some(Self { comparison, allowing: StepReport::new("valve file", &stated), nuisances })
     }
 }

@@ -100,8 +100,8 @@ impl Calibration {
         let (verdict, reasons) = verdict::judge(&model, &conflicts);
         let count = model.problem.space.coordinates.len();
         let covariance = certainty.covariance().view((0, 0), (count, count)).clone_owned();
-        let mut nuisances = nuisance_reports(&model, &certainty);
-        let beside = found_beside(&model, &certainty, &mut nuisances);
+        let beside = found_beside(&model, &certainty);
+        let nuisances = nuisance_reports(&model, &certainty, &beside);
         Ok(Self {
             parameters,
             beside,

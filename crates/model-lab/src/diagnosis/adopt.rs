@@ -121,8 +121,8 @@ pub fn sequence(file: &ValveFile, campaign: &Campaign, additions: &[Addition], s
     let certainty = Certainty::of_model(&model);
     let parameters = effect_parameters(&model.problem, &model.fit, &certainty, &kinds, true);
     let mut moved = moved_parameters(&model.problem, &model.fit, &certainty);
-    let mut nuisances = nuisance_reports(&model, &certainty);
-    moved.extend(found_beside(&model, &certainty, &mut nuisances));
+    moved.extend(found_beside(&model, &certainty));
+    let nuisances = nuisance_reports(&model, &certainty, &moved);
     Some(Sequence { rungs, parameters, moved, nuisances, leaves_much })
 }
 
@@ -151,7 +151,7 @@ fn rung(name: &str, model: &Model<ValveProblem<'_>>) -> Rung {
     let step = StepReport::new(name, model);
     let space = model.problem.space.clone();
     let u = model.fit.u[..space.coordinates.len()].to_vec();
-    let found = found_beside(model, &Certainty::of_model(model), &mut Vec::new());
+    let found = found_beside(model, &Certainty::of_model(model));
     let beside = found.iter().map(|parameter| (parameter.id, parameter.after)).collect();
     Rung { step, space, u, beside }
 }

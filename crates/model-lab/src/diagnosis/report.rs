@@ -8,10 +8,12 @@ use rayon::prelude::*;
 use valve_model::EffectKind;
 use valve_model::effects::Search;
 
-use super::answer::{Alternative, CandidateReport, Explanation, Indistinguishable, NuisanceReport, Remainder, Verdict};
+use super::answer::{
+    Alternative, CandidateReport, Explanation, Indistinguishable, MovedParameter, NuisanceReport, Remainder, Verdict,
+};
 use super::discrepancy::model_discrepancy;
 use super::experiment::{Hypothesis, best_experiment};
-use super::uncertainty::{Certainty, effect_parameters, is_told, moved_parameters};
+use super::uncertainty::{Certainty, effect_parameters, is_told, moved_parameters, stands_for};
 use super::{DiagnoseOptions, Formula, Progress};
 use crate::errors::{self, StepReport};
 use crate::identification::setup::{Kind, Recording};
@@ -106,7 +108,7 @@ pub(super) fn assemble<'a>(
     Explanation {
         verdict,
         parameters: effect_parameters(&best.problem, &best.fit, &certainty, &recommended, !stop.is_asked()),
-        nuisances: nuisance_reports(best, &certainty),
+        nuisances: nuisance_reports(best, &certainty, &pulled),
         moved: pulled,
         indistinguishable,
         candidates: candidates(catalogue, found, &best.set, options),
@@ -389,8 +391,13 @@ fn steps(
     steps
 }
 
-/// What instruments and conditions took, those that moved far and those that all records share.
-pub fn nuisance_reports(best: &Model<ValveProblem<'_>>, certainty: &Certainty) -> Vec<NuisanceReport> {
+/// What instruments and conditions were found to be off by, where that is far; not what is told as one of these parameters of the
+/// valve.
+pub fn nuisance_reports(
+    best: &Model<ValveProblem<'_>>,
+    certainty: &Certainty,
+    parameters: &[MovedParameter],
+) -> Vec<NuisanceReport> {
     let problem = &best.problem;
     let first = problem.space.coordinates.len();
     problem
@@ -399,7 +406,7 @@ pub fn nuisance_reports(best: &Model<ValveProblem<'_>>, certainty: &Certainty) -
         .enumerate()
         .filter_map(|(place, entry)| {
             let index = first + place;
-            if !is_told(entry, best.fit.u[index]) {
+            if !is_told(entry, best.fit.u[index]) || stands_for(entry.nuisance, parameters) {
                 return None;
             }
             let (what, unit) = entry.nuisance.words();

@@ -17,10 +17,10 @@ use rayon::prelude::*;
 use valve_model::effects::{ActsOn, EffectParameter, Search};
 use valve_model::{EffectKind, ParameterId};
 
-use super::answer::{FittedParameter, MovedParameter, NuisanceReport};
+use super::answer::{FittedParameter, MovedParameter};
 use crate::errors::{self, Errors};
 use crate::identification::{Entry, Nuisance, ValveProblem};
-use crate::space::Target;
+use crate::space::{Coordinate, Target};
 
 /// Steps of numerical derivatives, in standard deviations, and between which these are believed, in prior ones.
 const STEP: f64 = 0.1;
@@ -238,11 +238,20 @@ pub fn is_told(entry: &Entry, u: f64) -> bool {
     (u - entry.coordinate.mean).abs() >= TOLD * entry.coordinate.sigma
 }
 
-/// Standard errors by which the damping of the stops has to differ from the valve file's to be told beside it.
-const DAMPED_OTHERWISE: f64 = 2.0;
+/// Nats that the damping of the stops has to be worth to be told as another than the valve file's: as many as an effect. Records of
+/// a piston that hardly bounces make up some: of 35 sound drawn valves on undamped stops five had more than two standard errors of it, one ten nats.
+const WORTH_TELLING: f64 = 10.0;
 
-/// Parameters of the valve that have no tolerance and were found to be others than in the valve file; what nuisances that stood
-/// for them were found to be off by is taken from `nuisances`.
+/// Parameters of the valve that have no tolerance, with the nuisances that stand for them.
+const BESIDE: [(Nuisance, ParameterId); 2] =
+    [(Nuisance::Bore, ParameterId::PistonArea), (Nuisance::StopDamping, ParameterId::StopDamping)];
+
+/// Whether a nuisance stands for one of these parameters of the valve.
+pub fn stands_for(nuisance: Nuisance, parameters: &[MovedParameter]) -> bool {
+    BESIDE.iter().any(|(one, id)| *one == nuisance && parameters.iter().any(|parameter| parameter.id == *id))
+}
+
+/// Parameters of the valve that have no tolerance and were found to be others than in the valve file.
 ///
 /// The piston area where it is off by enough to be told, and not where the supply's gauge was found to be off throughout as well:
 /// strokes tell the product of both, and each alone makes up for the other. (Of 41 drawn campaigns nine had an area told and no
@@ -251,79 +260,68 @@ const DAMPED_OTHERWISE: f64 = 2.0;
 ///
 /// The damping of the stops where records show it, which only those of a piston that bounces do: without it the model would
 /// bounce on where the valve came to rest.
-pub fn found_beside(
-    model: &Model<ValveProblem<'_>>,
-    certainty: &Certainty,
-    nuisances: &mut Vec<NuisanceReport>,
-) -> Vec<MovedParameter> {
+pub fn found_beside(model: &Model<ValveProblem<'_>>, certainty: &Certainty) -> Vec<MovedParameter> {
     let (problem, fit) = (&model.problem, &model.fit);
-    let first = problem.space.coordinates.len();
     let place = |which: Nuisance| problem.nuisances.iter().position(|entry| entry.nuisance == which);
-    let is_off = |place: &usize| is_told(&problem.nuisances[*place], fit.u[first + place]);
-    let parameters = problem.space.parameters();
+    let index_of = |place: usize| problem.space.coordinates.len() + place;
+    let is_off = |place: &usize| is_told(&problem.nuisances[*place], fit.u[index_of(*place)]);
     let with_gauge = place(Nuisance::Gauge).is_some_and(|gauge| is_off(&gauge));
-    let area = place(Nuisance::Bore).filter(|bore| !with_gauge && is_off(bore)).map(|place| {
-        let before = parameters.piston_area_m2;
-        (place, ParameterId::PistonArea, before, before)
-    });
-    let is_sure = |place: &usize| {
-        let index = first + place;
+    let is_worth_it = |place: &usize| {
+        let index = index_of(*place);
         let sigma = certainty.sigma(problem, &fit.u, |u: &[f64]| u[index]);
-        !fit.held[index] && fit.u[index].abs() > DAMPED_OTHERWISE * sigma
+        !fit.held[index] && 0.5 * (fit.u[index] / sigma).powi(2) > WORTH_TELLING
     };
-    let damping = place(Nuisance::StopDamping).filter(is_sure);
-    let damping = damping.map(|place| (place, ParameterId::StopDamping, parameters.stop_damping_n_s_per_m, 1.0));
-    let told = |(place, id, before, unit): (usize, ParameterId, f64, f64)| {
-        let index = first + place;
-        let entry = &problem.nuisances[place];
-        let pull = |u: &[f64]| u[index];
-        let half = certainty.half_width_90(problem, &fit.u, pull);
-        let pull_sigma = certainty.sigma(problem, &fit.u, pull);
-        let size = unit * entry.size;
+    let found = |(nuisance, id): (Nuisance, ParameterId)| {
+        let place = place(nuisance).filter(|place| match nuisance {
+            Nuisance::Bore => !with_gauge && is_off(place),
+            _ => is_worth_it(place),
+        })?;
+        let before = problem.space.parameters().get(id);
+        // The area is counted as a share of itself.
+        let unit = if nuisance == Nuisance::Bore { before } else { 1.0 };
+        let size = unit * problem.nuisances[place].size;
+        let index = index_of(place);
         let at = |u: f64| before + size * u;
-        nuisances.retain(|other| other.what != entry.nuisance.words().0);
-        MovedParameter {
-            id,
-            before,
-            after: at(fit.u[index]),
-            sigma: size * pull_sigma,
-            interval_90: (at(fit.u[index] - half), at(fit.u[index] + half)),
-            // Of nothing there is no share.
-            tolerance: (size / if before > 0.0 { before } else { at(fit.u[index]) }).ln_1p(),
-            pull: fit.u[index],
-            pull_sigma,
-            is_at_bound: fit.held[index],
-        }
+        // Of nothing there is no share.
+        let tolerance = (size / if before > 0.0 { before } else { at(fit.u[index]) }).ln_1p();
+        Some(moved(problem, fit, certainty, (index, id), tolerance, at))
     };
-    area.into_iter().chain(damping).map(told).collect()
+    BESIDE.into_iter().filter_map(found).collect()
 }
 
 /// The tolerated parameters at the optimum.
 pub fn moved_parameters(problem: &ValveProblem<'_>, fit: &Fit, certainty: &Certainty) -> Vec<MovedParameter> {
-    let space = &problem.space;
-    space
-        .coordinates
-        .iter()
-        .enumerate()
-        .filter_map(|(index, coordinate)| {
-            let Target::Base(id) = coordinate.target else { return None };
-            let value = |u: &[f64]| coordinate.value(u[index]);
-            let pull = |u: &[f64]| u[index];
-            let half = certainty.half_width_90(problem, &fit.u, pull);
-            let before = space.parameters().get(id);
-            Some(MovedParameter {
-                id,
-                before,
-                after: value(&fit.u),
-                sigma: certainty.sigma(problem, &fit.u, value),
-                interval_90: (coordinate.value(fit.u[index] - half), coordinate.value(fit.u[index] + half)),
-                tolerance: (coordinate.value(1.0) / before).ln(),
-                pull: fit.u[index],
-                pull_sigma: certainty.sigma(problem, &fit.u, pull),
-                is_at_bound: fit.held[index],
-            })
-        })
-        .collect()
+    let coordinates = problem.space.coordinates.iter().enumerate();
+    let of = |(index, coordinate): (usize, &Coordinate)| {
+        let Target::Base(id) = coordinate.target else { return None };
+        let tolerance = (coordinate.value(1.0) / problem.space.parameters().get(id)).ln();
+        Some(moved(problem, fit, certainty, (index, id), tolerance, |u| coordinate.value(u)))
+    };
+    coordinates.filter_map(of).collect()
+}
+
+/// A parameter at the optimum, with its coordinate's index and its value, SI, as a function of that coordinate.
+fn moved(
+    problem: &ValveProblem<'_>,
+    fit: &Fit,
+    certainty: &Certainty,
+    (index, id): (usize, ParameterId),
+    tolerance: f64,
+    value: impl Fn(f64) -> f64,
+) -> MovedParameter {
+    let pull = |u: &[f64]| u[index];
+    let half = certainty.half_width_90(problem, &fit.u, pull);
+    MovedParameter {
+        id,
+        before: problem.space.parameters().get(id),
+        after: value(fit.u[index]),
+        sigma: certainty.sigma(problem, &fit.u, |u| value(u[index])),
+        interval_90: (value(fit.u[index] - half), value(fit.u[index] + half)),
+        tolerance,
+        pull: fit.u[index],
+        pull_sigma: certainty.sigma(problem, &fit.u, pull),
+        is_at_bound: fit.held[index],
+    }
 }
 
 #[cfg(test)]
