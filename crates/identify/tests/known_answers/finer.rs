@@ -1,9 +1,10 @@
 //! Fits that end before they are done go on more exactly.
 
-use identify::select::{Family, Level, Model, afresh};
-use identify::{Coordinate, FitOptions, Problem, Record, Request, fit};
+use identify::select::{Level, Model, afresh};
+use identify::{Coordinate, FitOptions, Record, fit};
 
 use crate::common::{options, record, shared};
+use crate::toy::{Member, Toy};
 
 /// How exact a member may be at most.
 const FINEST: usize = 2;
@@ -25,51 +26,32 @@ fn rows(x: &[f64]) -> Vec<f64> {
     (0..60).map(|row| if row < 40 { 300.0 * (x[1] - x[0] * x[0]) } else { 2.0 * x[0] }).collect()
 }
 
-/// A member of it: how exact.
-struct Exact<'a>(&'a Valley, usize);
-
-impl Problem for Exact<'_> {
-    fn coordinates(&self) -> &[Coordinate] {
-        &self.0.coordinates
-    }
-
+impl Toy for Valley {
     fn records(&self) -> &[Record] {
-        &self.0.records
+        &self.records
     }
 
-    fn predict(&self, points: &[Vec<f64>], requests: &[Request]) -> Vec<Option<Vec<f64>>> {
-        requests.iter().map(|request| Some(rows(&points[request.point]))).collect()
-    }
-}
-
-impl<'a> Family for &'a Valley {
-    type Member = Exact<'a>;
-
-    fn candidates(&self) -> usize {
-        1
+    fn coordinates(&self, _: &[usize], _: Level) -> Vec<Coordinate> {
+        self.coordinates.clone()
     }
 
-    fn member(&self, _: &[usize], _: Level) -> Option<Exact<'a>> {
-        Some(Exact(self, 0))
+    fn rows(&self, _: &Member<'_>, _: usize, u: &[f64]) -> Vec<f64> {
+        rows(u)
     }
 
-    fn finer(&self, member: &Exact<'a>) -> Option<Exact<'a>> {
-        (member.1 < FINEST).then(|| Exact(self, member.1 + 1))
+    fn finest(&self) -> usize {
+        FINEST
     }
 
-    fn carried(&self, _: &Exact<'a>, u: &[f64], _: &Exact<'a>) -> Vec<f64> {
-        u.to_vec()
+    fn cold(&self, _: &Member<'_>) -> Vec<f64> {
+        vec![-1.5, 2.25]
     }
 
-    fn cold(&self, _: &Exact<'a>) -> Vec<Vec<f64>> {
-        vec![vec![-1.5, 2.25]]
-    }
-
-    fn warm(&self, _: &Exact<'a>, _: &Exact<'a>, u: &[f64]) -> Vec<Vec<f64>> {
+    fn warm(&self, _: &Member<'_>, _: &Member<'_>, u: &[f64]) -> Vec<Vec<f64>> {
         vec![u.to_vec()]
     }
 
-    fn shared(&self, _: &Exact<'a>, _: &Exact<'a>) -> Vec<Option<usize>> {
+    fn shared(&self, _: &Member<'_>, _: &Member<'_>) -> Vec<Option<usize>> {
         vec![Some(0), Some(1)]
     }
 
@@ -82,12 +64,12 @@ impl<'a> Family for &'a Valley {
 #[test]
 fn a_fit_that_ends_before_it_is_done_goes_on_more_exactly() {
     let family = Valley::new();
-    let problem = Exact(&family, 0);
-    let base = fit(&problem, &[-1.5, 2.25], &(&family).options()).expect("possible everywhere");
+    let problem = Member::of(&family, &[], Level::High);
+    let base = fit(&problem, &[-1.5, 2.25], &family.options()).expect("possible everywhere");
     let base = Model { set: Vec::new(), level: Level::High, problem, fit: base, held_out: None };
-    let (problem, found) = afresh(&&family, &[0], &base).expect("fitted");
+    let (problem, found) = afresh(&(&family as &dyn Toy), &[0], &base).expect("fitted");
     assert!(found.predicted_gain < found.tolerance, "{} nats are promised", found.predicted_gain);
     assert!((found.u[0] - 1.95).abs() < 0.01, "{:?}", found.u);
     // Once, since that was enough.
-    assert_eq!(problem.1, 1);
+    assert_eq!(problem.exact, 1);
 }

@@ -11,4 +11,5 @@ mod regressors;
 mod ripples;
 mod rivals;
 mod swings;
+mod toy;
 mod valleys;

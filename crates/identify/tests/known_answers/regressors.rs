@@ -1,14 +1,14 @@
 //! Which of several regressors are selected.
 
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use identify::left::normalised_rms;
-use identify::select::{Family, Level, Model, News, SelectOptions, select};
-use identify::{Coordinate, FitOptions, Noise, Problem, Record, Request};
+use identify::select::{Level, Model, SelectOptions};
+use identify::{Coordinate, Noise, Record};
 
 use crate::common::{record, shared};
-use crate::drawn::{far_off, noise, regressor};
+use crate::drawn::{noise, regressor};
+use crate::toy::{Member, Toy, searched};
 
 /// Candidates that each add something to the rows.
 struct Regressors {
@@ -18,38 +18,8 @@ struct Regressors {
     adds: fn(usize, usize, f64) -> f64,
     /// An error in units of the noise below which nothing more is looked for.
     enough: f64,
-    fitted: Mutex<usize>,
+    fitted: AtomicUsize,
     asked: AtomicUsize,
-}
-
-struct Member<'a> {
-    family: &'a Regressors,
-    set: Vec<usize>,
-    coordinates: Vec<Coordinate>,
-}
-
-impl Problem for Member<'_> {
-    fn coordinates(&self) -> &[Coordinate] {
-        &self.coordinates
-    }
-
-    fn records(&self) -> &[Record] {
-        &self.family.records
-    }
-
-    fn predict(&self, points: &[Vec<f64>], requests: &[Request]) -> Vec<Option<Vec<f64>>> {
-        self.family.asked.fetch_add(requests.len(), Ordering::Relaxed);
-        let of = |request: &Request| {
-            let u = &points[request.point];
-            let rows = self.family.records[request.record].row_count();
-            let value = |row: usize| {
-                let adds = |one: usize| (self.family.adds)(one, request.record, row as f64);
-                u[0] + self.set.iter().zip(&u[1..]).map(|(one, size)| size * adds(*one)).sum::<f64>()
-            };
-            Some((0..rows).map(value).collect())
-        };
-        requests.iter().map(of).collect()
-    }
 }
 
 impl Regressors {
@@ -75,55 +45,50 @@ impl Regressors {
             candidates,
             adds,
             enough: 0.0,
-            fitted: Mutex::new(0),
+            fitted: AtomicUsize::new(0),
             asked: AtomicUsize::new(0),
         }
     }
 }
 
-impl<'a> Family for &'a Regressors {
-    type Member = Member<'a>;
-
-    fn is_enough(&self, model: &Model<Member<'a>>) -> bool {
-        normalised_rms(&model.problem, &Noise::white(1), &model.fit.linear.residual) < self.enough
+impl Toy for Regressors {
+    fn records(&self) -> &[Record] {
+        &self.records
     }
 
     fn candidates(&self) -> usize {
         self.candidates
     }
 
-    fn member(&self, set: &[usize], _: Level) -> Option<Member<'a>> {
+    fn coordinates(&self, set: &[usize], _: Level) -> Vec<Coordinate> {
         let sizes = set.iter().map(|one| shared(&format!("size {one}"), 0.0, 1.0, 20.0));
-        let coordinates = std::iter::once(shared("mean", 0.0, 3.0, 50.0)).chain(sizes).collect();
-        Some(Member { family: self, set: set.to_vec(), coordinates })
+        std::iter::once(shared("mean", 0.0, 3.0, 50.0)).chain(sizes).collect()
     }
 
-    fn carried(&self, _: &Member<'a>, u: &[f64], _: &Member<'a>) -> Vec<f64> {
-        u.to_vec()
+    fn rows(&self, member: &Member<'_>, record: usize, u: &[f64]) -> Vec<f64> {
+        self.asked.fetch_add(1, Ordering::Relaxed);
+        let value = |row: usize| {
+            let adds = |one: usize| (self.adds)(one, record, row as f64);
+            u[0] + member.set.iter().zip(&u[1..]).map(|(one, size)| size * adds(*one)).sum::<f64>()
+        };
+        (0..self.records[record].row_count()).map(value).collect()
     }
 
-    fn cold(&self, member: &Member<'a>) -> Vec<Vec<f64>> {
-        vec![vec![0.0; member.coordinates.len()]]
+    fn cold(&self, member: &Member<'_>) -> Vec<f64> {
+        vec![0.0; 1 + member.set.len()]
     }
 
-    fn warm(&self, member: &Member<'a>, from: &Member<'a>, u: &[f64]) -> Vec<Vec<f64>> {
-        let of = |one: &usize| from.set.iter().position(|other| other == one).map_or(0.0, |place| u[1 + place]);
-        vec![std::iter::once(u[0]).chain(member.set.iter().map(of)).collect()]
+    fn warm(&self, member: &Member<'_>, from: &Member<'_>, u: &[f64]) -> Vec<Vec<f64>> {
+        let size = |candidate: &usize| from.size_of(*candidate, u).unwrap_or(0.0);
+        vec![std::iter::once(u[0]).chain(member.set.iter().map(size)).collect()]
     }
 
-    fn shared(&self, from: &Member<'a>, to: &Member<'a>) -> Vec<Option<usize>> {
-        let of = |one: &usize| from.set.iter().position(|other| other == one).map(|place| 1 + place);
-        std::iter::once(Some(0)).chain(to.set.iter().map(of)).collect()
+    fn is_enough(&self, model: &Model<Member<'_>>) -> bool {
+        normalised_rms(&model.problem, &Noise::white(1), &model.fit.linear.residual) < self.enough
     }
 
-    fn options(&self) -> FitOptions {
-        far_off()
-    }
-
-    fn tell(&self, news: News<'_>) {
-        if let News::Fitted { .. } = news {
-            *self.fitted.lock().expect("no panic") += 1;
-        }
+    fn told(&self) {
+        self.fitted.fetch_add(1, Ordering::Relaxed);
     }
 }
 
@@ -133,13 +98,13 @@ fn what_is_hidden_is_selected_and_nothing_else() {
     for (case, hidden) in cases.iter().enumerate() {
         for seed in [1000, 2000, 3000] {
             let family = Regressors::drawn(hidden, seed + 10 * case as u64);
-            let found = select(&&family, &SelectOptions::default()).expect("fitted");
+            let found = searched(&family, &SelectOptions::default());
             let expected: Vec<usize> = hidden.iter().map(|(index, _)| *index).collect();
             assert_eq!(found.accepted(), expected, "seed {seed}");
             // Always in the same order, so that sums over them end in the same digits.
             assert!(found.models.is_sorted_by(|a, b| (&a.set, a.level) < (&b.set, b.level)), "seed {seed}");
             // A race fits few sets to the end: far from all pairs of twelve, from both starts.
-            let fitted = *family.fitted.lock().expect("no panic");
+            let fitted = family.fitted.load(Ordering::Relaxed);
             assert!(fitted < 40 + 90 * hidden.len(), "{fitted} fits for {hidden:?}");
             assert!(family.asked.load(Ordering::Relaxed) < 40_000, "{:?}", family.asked);
         }
@@ -151,7 +116,7 @@ fn a_search_ends_where_enough_is_explained() {
     // The one makes an error of about 20 times the noise, the other of 3.
     for (enough, expected) in [(100.0, vec![]), (8.0, vec![0]), (0.0, vec![0, 7])] {
         let family = Regressors { enough, ..Regressors::drawn(&[(0, 2.0), (7, 0.25)], 4000) };
-        let found = select(&&family, &SelectOptions::default()).expect("fitted");
+        let found = searched(&family, &SelectOptions::default());
         assert_eq!(found.accepted(), expected, "enough: {enough} times the noise");
     }
 }
@@ -165,7 +130,7 @@ fn an_effect_outside_the_family_is_not_replaced_by_one_of_it() {
             row.observed += 0.004 * row.time_s;
         }
     }
-    let found = select(&&family, &SelectOptions::default()).expect("fitted");
+    let found = searched(&family, &SelectOptions::default());
     assert!(found.accepted().is_empty(), "{:?}", found.accepted());
     let base = found.model(&[]).expect("fitted");
     assert!(base.fit.noise.groups[0].discrepancy > 0.05, "{:?}", base.fit.noise);
@@ -182,7 +147,7 @@ fn two_effects_that_help_only_together_are_kept_though_they_leave_something() {
     for row in family.records.iter_mut().flat_map(|record| &mut record.series[0].rows) {
         row.observed += 0.006 * (row.time_s - 60.0);
     }
-    let found = select(&&family, &SelectOptions::default()).expect("fitted");
+    let found = searched(&family, &SelectOptions::default());
     assert_eq!(found.accepted(), [0, 1]);
     let error = |set: &[usize]| {
         let model = found.model(set).expect("fitted");

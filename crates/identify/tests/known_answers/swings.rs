@@ -1,10 +1,11 @@
 //! A candidate whose shape is usual elsewhere than it is likely.
 
-use identify::select::{Family, Level, SelectOptions, select};
-use identify::{Coordinate, FitOptions, Problem, Record, Request, fit};
+use identify::select::{Level, SelectOptions};
+use identify::{Coordinate, Record, fit};
 
 use crate::common::{record, shared};
 use crate::drawn::{QUICK, SLOW, far_off, noise};
+use crate::toy::{Member, Toy, searched};
 
 /// A candidate with a shape: a swing of any pace, which its prior believes to be slow. Fits that know nothing begin there, and
 /// those that begin where the base ended at a quick one as well.
@@ -13,57 +14,34 @@ struct Swings {
     coordinates: [Vec<Coordinate>; 2],
 }
 
-/// A member of it, with or without the candidate.
-struct Swing<'a>(&'a Swings, bool);
-
-impl Problem for Swing<'_> {
-    fn coordinates(&self) -> &[Coordinate] {
-        &self.0.coordinates[usize::from(self.1)]
-    }
-
+impl Toy for Swings {
     fn records(&self) -> &[Record] {
-        &self.0.records
+        &self.records
     }
 
-    fn predict(&self, points: &[Vec<f64>], requests: &[Request]) -> Vec<Option<Vec<f64>>> {
-        let of = |request: &Request| {
-            let u = &points[request.point];
-            let swing = |row: usize| if self.1 { u[1] * (u[2] * row as f64).sin() } else { 0.0 };
-            Some((0..self.0.records[request.record].row_count()).map(|row| u[0] + swing(row)).collect())
-        };
-        requests.iter().map(of).collect()
-    }
-}
-
-impl<'a> Family for &'a Swings {
-    type Member = Swing<'a>;
-
-    fn candidates(&self) -> usize {
-        1
+    fn coordinates(&self, set: &[usize], _: Level) -> Vec<Coordinate> {
+        self.coordinates[set.len()].clone()
     }
 
-    fn member(&self, set: &[usize], _: Level) -> Option<Swing<'a>> {
-        Some(Swing(self, !set.is_empty()))
+    fn rows(&self, _: &Member<'_>, record: usize, u: &[f64]) -> Vec<f64> {
+        let swing = |row: usize| if u.len() > 1 { u[1] * (u[2] * row as f64).sin() } else { 0.0 };
+        (0..self.records[record].row_count()).map(|row| u[0] + swing(row)).collect()
     }
 
-    fn carried(&self, _: &Swing<'a>, u: &[f64], _: &Swing<'a>) -> Vec<f64> {
-        u.to_vec()
+    fn cold(&self, member: &Member<'_>) -> Vec<f64> {
+        if member.set.is_empty() { vec![0.0] } else { vec![0.0, 1.0, SLOW] }
     }
 
-    fn cold(&self, member: &Swing<'a>) -> Vec<Vec<f64>> {
-        vec![if member.1 { vec![0.0, 1.0, SLOW] } else { vec![0.0] }]
-    }
-
-    fn warm(&self, _: &Swing<'a>, _: &Swing<'a>, u: &[f64]) -> Vec<Vec<f64>> {
+    fn warm(&self, _: &Member<'_>, _: &Member<'_>, u: &[f64]) -> Vec<Vec<f64>> {
         [SLOW, 0.95 * QUICK].map(|pace| vec![u[0], 0.5, pace]).into()
     }
 
-    fn shared(&self, from: &Swing<'a>, to: &Swing<'a>) -> Vec<Option<usize>> {
-        if from.1 || !to.1 { (0..to.coordinates().len()).map(Some).collect() } else { vec![Some(0), None, None] }
-    }
-
-    fn options(&self) -> FitOptions {
-        far_off()
+    fn shared(&self, from: &Member<'_>, to: &Member<'_>) -> Vec<Option<usize>> {
+        if from.set.len() < to.set.len() {
+            vec![Some(0), None, None]
+        } else {
+            (0..=2 * to.set.len()).map(Some).collect()
+        }
     }
 }
 
@@ -78,9 +56,9 @@ fn an_effect_begins_with_the_shape_that_is_likely_and_not_with_the_one_that_is_u
         records: (0..4).map(|one| record(&observed(300 + one as u64), 0.02, true, one)).collect(),
         coordinates: [vec![level()], vec![level(), shared("size", 0.0, 1.0, 20.0), shared("pace", SLOW, 0.5, 3.0)]],
     };
-    let cold = fit(&Swing(&family, true), &[0.0, 1.0, SLOW], &(&family).options()).expect("a possible start");
+    let cold = fit(&Member::of(&family, &[0], Level::Low), &[0.0, 1.0, SLOW], &far_off()).expect("a possible start");
     assert!((cold.u[2] - QUICK).abs() > 0.2, "it ends in another valley: {:?}", cold.u);
-    let found = select(&&family, &SelectOptions::default()).expect("fitted");
+    let found = searched(&family, &SelectOptions::default());
     assert_eq!(found.accepted(), [0]);
     let model = found.model(&[0]).expect("fitted");
     assert!((model.fit.u[2] - QUICK).abs() < 1e-2, "{:?}", model.fit.u);
