@@ -130,9 +130,12 @@ pub fn parameter_lines(parameters: &[FittedParameter]) -> String {
     text
 }
 
-/// A value of an SI unit and its standard error, in the unit that people read it in.
+/// A value of an SI unit and its standard error, in the unit that people read it in; what ended at its bound has none.
 pub fn with_error(value: f64, sigma: f64, unit: &str) -> String {
     let (shown, name) = scaled(value, unit);
+    if sigma == 0.0 {
+        return format!("{}, at its bound", format!("{shown:.4} {name}").trim_end());
+    }
     format!("{shown:.4} +- {:.2} {name}", scaled(sigma, unit).0).trim_end().to_owned()
 }
 
@@ -179,5 +182,16 @@ fn beside_the_file(nuisances: &[NuisanceReport]) -> String {
             "\n{lines}None of this is in the valve file, since it is of instruments and of how the strokes were made: simulated with \
              the file alone they differ from what was recorded by so much.\n"
         ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::with_error;
+
+    #[test]
+    fn what_ended_at_its_bound_has_no_error() {
+        assert_eq!(with_error(2.5e-3, 0.0, "m"), "2.500 mm, at its bound");
+        assert_eq!(with_error(2.5e-3, 1.25e-4, "m"), "2.500 +- 0.12 mm");
     }
 }

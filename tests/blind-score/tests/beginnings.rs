@@ -15,21 +15,30 @@ fn nothing_hidden((realism, size): (&'static str, f64), class: Class, seed: u64)
     score_recording(&draw_world(seed, 0, &spec), folder.path()).unwrap()
 }
 
-#[test]
-fn wherever_a_record_begins_the_model_explains_it_to_the_noise() {
-    let cases = [
-        ("begins-filling", Class::Needle, 31),
-        ("begins-filling", Class::Common, 32),
-        ("begins-moving", Class::Common, 33),
-        ("begins-moving", Class::Needle, 34),
-        ("begins-before-rest", Class::Common, 35),
-    ];
-    for (realism, class, seed) in cases {
+/// That the model explains records that begin so, to the noise.
+fn explained_wherever_they_begin(cases: &[(&'static str, Class, u64)]) {
+    for &(realism, class, seed) in cases {
         let scored = nothing_hidden((realism, 1.0), class, seed);
         assert_eq!(scored.answer.verdict, "adequate", "{realism}: {scored:?}");
         let share = scored.answer.held_out.unwrap();
         assert!(share < 2.0, "{realism}: {share} of the noise on strokes that were held out");
     }
+}
+
+#[test]
+fn wherever_a_record_begins_the_model_explains_it_to_the_noise() {
+    explained_wherever_they_begin(&[("begins-filling", Class::Needle, 31), ("begins-moving", Class::Common, 33)]);
+}
+
+#[test]
+#[ignore = "takes half a minute: three whole searches"]
+fn so_it_does_on_other_valves_and_before_they_rest() {
+    let cases = [
+        ("begins-filling", Class::Common, 32),
+        ("begins-moving", Class::Needle, 34),
+        ("begins-before-rest", Class::Common, 35),
+    ];
+    explained_wherever_they_begin(&cases);
 }
 
 #[test]

@@ -28,6 +28,7 @@ fn nothing_hidden_is_nothing_found() {
 }
 
 #[test]
+#[ignore = "takes half a minute: three whole searches"]
 fn single_effects_are_named_with_their_size() {
     // Most of a few: what the whole benchmark counts.
     let scored: Vec<Scored> = [(12, false), (13, true), (14, false)]
