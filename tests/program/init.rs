@@ -386,6 +386,43 @@ fn recordings_with_pressures_in_two_units_become_a_campaign() {
     assert!(refused.contains("a.csv: is a recording (a table of numbers), no campaign file; expected"), "{refused}");
 }
 
+#[test]
+fn a_pressure_that_tells_the_command_drives_the_model() {
+    let sandbox = Sandbox::new();
+    let output = sandbox.valve(&["simulate", "valve.toml", "--trace", "trace.csv"]);
+    assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
+    let trace = sandbox.read("trace.csv");
+    let header: Vec<&str> = trace.lines().next().unwrap().split(',').collect();
+    let columns = ["time_s", "position_mm", "pipe_pressure_kpa"];
+    let places = columns.map(|name| header.iter().position(|other| *other == name).unwrap());
+    let mut text = columns.join(",") + "\n";
+    for (row, line) in trace.lines().skip(1).enumerate() {
+        let cells: Vec<&str> = line.split(',').collect();
+        let [time, position, pressure] = places.map(|place| cells[place]);
+        let noise = 0.03 * ((row as f64 * 12.9898).sin() * 43_758.545_3).fract();
+        writeln!(text, "{time},{:.4},{pressure}", position.parse::<f64>().unwrap() + noise).unwrap();
+    }
+    sandbox.write("stroke.csv", &text);
+    let call = ["init", "campaign", "stroke.csv", "--valve", "valve.toml", "--supply", "75 psig"];
+    let output = sandbox.valve(&[&call[..], &["--temperature", "20 degC"]].concat());
+    assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
+    assert!(shown(&output).contains("- pipe pressure: drives the model as it was measured"), "{}", shown(&output));
+    let campaign = sandbox.read("campaign.toml");
+    assert!(campaign.contains("[inputs]\npipe_pressure = \"measured\"\n"), "{campaign}");
+    // The model made this recording; when its command was given is known to some hundredths of a second only.
+    let error_mm = || {
+        let compared = sandbox.valve(&["compare", "valve.toml", "campaign.toml", "--format", "json"]);
+        assert_eq!(compared.status.code(), Some(0), "{}", shown(&compared));
+        let answer: serde_json::Value = serde_json::from_slice(&compared.stdout).unwrap();
+        1e3 * answer["overall"]["rmse_m"].as_f64().unwrap()
+    };
+    let driven_mm = error_mm();
+    assert!(driven_mm < 0.1, "{driven_mm} mm");
+    sandbox.write("campaign.toml", &campaign.replace("\"measured\"", "\"simulated\""));
+    let from_command_mm = error_mm();
+    assert!(from_command_mm > 2.0 * driven_mm, "{from_command_mm} mm from the command, {driven_mm} mm driven");
+}
+
 /// Runs the program at a terminal of its own and gives these answers; `None` where there is no `script` to make one.
 #[cfg(target_os = "linux")]
 fn at_a_terminal(sandbox: &Sandbox, arguments: &str, answers: &str) -> Option<String> {

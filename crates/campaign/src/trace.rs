@@ -20,6 +20,8 @@ pub(crate) struct CommandFrom {
     /// SI for a known channel, else in the column's own numbers.
     threshold: f64,
     hysteresis: f64,
+    /// A level above the threshold: what has been above it and falls below it is on its way down.
+    release: Option<f64>,
     above_closes: bool,
 }
 
@@ -63,7 +65,7 @@ pub(crate) struct ReadTrace {
 /// Reads `command_from`.
 pub(crate) fn read_command_from(root: &Section<'_>, valve: &ValveFacts) -> Result<Option<CommandFrom>, TomlFileError> {
     let Some(section) = root.section("command_from")? else { return Ok(None) };
-    section.allow_only(&["channel", "threshold", "hysteresis", "above"])?;
+    section.allow_only(&["channel", "threshold", "hysteresis", "release", "above"])?;
     let channel = section
         .text("channel", "the name of a channel or a column")?
         .ok_or_else(|| section.missing("channel", "the name of a channel or a column"))?;
@@ -89,7 +91,15 @@ pub(crate) fn read_command_from(root: &Section<'_>, valve: &ValveFacts) -> Resul
     if !(threshold.is_finite() && hysteresis.is_finite() && hysteresis >= 0.0) {
         return Err(section.wrong("hysteresis", hysteresis.to_string(), "a finite level, and a width of 0 or more"));
     }
-    Ok(Some(CommandFrom { channel: channel.to_owned(), threshold, hysteresis, above_closes }))
+    let release = section.quantity("release", level)?;
+    if let Some(release) = release.filter(|release| !release.is_finite() || *release <= threshold + hysteresis) {
+        return Err(section.wrong(
+            "release",
+            release.to_string(),
+            "a level above the threshold by more than the hysteresis",
+        ));
+    }
+    Ok(Some(CommandFrom { channel: channel.to_owned(), threshold, hysteresis, release, above_closes }))
 }
 
 /// The columns of one file.
@@ -225,14 +235,21 @@ pub(crate) fn read_source(
         *time_s -= first_s;
     }
     let (mut without_command, mut command) = (0, false);
+    let mut level = Level::Low;
     let mut signal_range = (f64::INFINITY, f64::NEG_INFINITY);
     for (&signal, &line) in signals.iter().zip(&lines) {
         if signal.is_nan() {
             without_command += 1;
         } else {
-            let told = next_command(signal, command, trace.command_close.is_empty(), format.command_from);
-            let unknown = || DataError::new(source.file(), line, DataProblem::CommandValue { found: signal });
-            command = told.ok_or_else(unknown)?;
+            command = match format.command_from {
+                Some(from) => {
+                    level = level.next(signal, trace.command_close.is_empty(), from);
+                    (level == Level::High || level == Level::Rising) == from.above_closes
+                }
+                None if signal == 1.0 => true,
+                None if signal == 0.0 => false,
+                None => return Err(DataError::new(source.file(), line, DataProblem::CommandValue { found: signal })),
+            };
             signal_range = (signal_range.0.min(signal), signal_range.1.max(signal));
         }
         trace.command_close.push(command);
@@ -303,20 +320,35 @@ fn take_outliers(trace: &mut Trace, lines: &[usize]) -> Vec<(usize, Doubt)> {
     doubts
 }
 
-/// The command that a reading tells; `None` where it is neither 0 nor 1.
-fn next_command(signal: f64, before: bool, first: bool, from: Option<&CommandFrom>) -> Option<bool> {
-    let Some(from) = from else {
-        return if signal == 1.0 { Some(true) } else { (signal == 0.0).then_some(false) };
-    };
-    // Within half the hysteresis of the threshold the command stays as it is.
-    let half = if first { 0.0 } else { 0.5 * from.hysteresis };
-    Some(if signal > from.threshold + half {
-        from.above_closes
-    } else if signal < from.threshold - half || first {
-        !from.above_closes
-    } else {
-        before
-    })
+/// Where a signal that tells the command stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Level {
+    /// Below the threshold.
+    Low,
+    /// Above the threshold, and on its way up.
+    Rising,
+    /// Where it is released from, if it falls.
+    High,
+    /// Still above the threshold, and on its way down.
+    Released,
+}
+
+impl Level {
+    /// Where a reading leads. Within half the hysteresis of a level it stays as it is.
+    fn next(self, signal: f64, first: bool, from: &CommandFrom) -> Self {
+        let half = if first { 0.0 } else { 0.5 * from.hysteresis };
+        let is_above = |level: f64| signal > level + half;
+        let is_below = |level: f64| signal < level - half;
+        if from.release.map_or(is_above(from.threshold), is_above) {
+            return Self::High;
+        }
+        match self {
+            _ if first && !is_above(from.threshold) || is_below(from.threshold) => Self::Low,
+            Self::Low if is_above(from.threshold) => Self::Rising,
+            Self::High if from.release.is_some_and(is_below) => Self::Released,
+            as_it_is => as_it_is,
+        }
+    }
 }
 
 /// The command edges of a trace: each at the first row with the new value, the first one at 0 s

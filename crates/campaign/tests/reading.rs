@@ -156,6 +156,34 @@ fn commands_come_from_a_threshold_on_another_channel() {
 }
 
 #[test]
+fn a_signal_that_rises_and_falls_slowly_tells_both_commands_early() {
+    // A pipe that is filled from the start and vented from 1 s on, each within about a second.
+    let filled = |t: f64| 1.0 - (-t / 0.3).exp();
+    let csv = trace("time_s,position_mm,pipe_pressure_kpa", |t| {
+        let share = if t < 1.0 { filled(t) } else { filled(1.0) * (-(t - 1.0) / 0.3).exp() };
+        format!("{:.4},{:.3}", position_mm(t), 100.0 + 400.0 * share)
+    });
+    let of = |more: &str| {
+        let text = format!(
+            "{RUN}[command_from]\nchannel = \"pipe_pressure\"\nthreshold = \"180 kPa\"\nhysteresis = \"20 kPa\"\n{more}"
+        );
+        read(&text, &csv).runs[0].commands.clone()
+    };
+    let [close, open] = of("release = \"420 kPa\"\n")[..] else { panic!("one stroke there and back") };
+    assert!(close.close && close.time_s < 0.1, "{close:?}");
+    assert!(!open.close && open.time_s > 1.0 && open.time_s < 1.1, "{open:?}");
+    let late = of("");
+    assert!(late[1].time_s > 1.4, "{late:?}");
+    let text =
+        format!("{RUN}[command_from]\nchannel = \"pipe_pressure\"\nthreshold = \"180 kPa\"\nrelease = \"150 kPa\"\n");
+    let message = refusal(&text, &csv);
+    assert!(
+        message.contains("c.toml:9: command_from.release is ") && message.contains("above the threshold"),
+        "{message}"
+    );
+}
+
+#[test]
 fn a_run_that_never_crosses_the_threshold_is_left_out_and_named() {
     let with = |closed_kpa: f64| {
         trace("time_s,position_mm,pipe_pressure_kpa", |t| {

@@ -8,6 +8,7 @@ use identify::Stop;
 use identify::select::Level;
 use model_lab::Space;
 use model_lab::diagnosis::{DiagnoseOptions, Verdict, explain};
+use model_lab::identification::start::Beginning;
 use model_lab::identification::{Nuisance, NuisanceSizes, Subject};
 use recorded::{NOISE_M, Noise, campaign};
 use valve_file::ValveFile;
@@ -131,6 +132,11 @@ fn run_through_pipe(valve: &Valve, rise_s: f64, position_m: f64, more: f64, nois
 
 /// A valve file and records of a valve that is none of its kind: friction hides in it, and its port is smaller by a third.
 fn subject() -> Subject {
+    subject_with(true)
+}
+
+/// The same, whose pressure drives the model or not.
+fn subject_with(drives: bool) -> Subject {
     let file = ValveFile::parse(CYLINDER, "cylinder.toml").expect("a valid valve");
     let mut parameters = file.valve().parameters().clone();
     parameters.set(ParameterId::PortOrificeArea, 0.67 * parameters.port_orifice_area_m2);
@@ -140,7 +146,7 @@ fn subject() -> Subject {
     let mut noise = Noise(9);
     let runs = [0.05, 0.06].map(|position_m| recorded_run(&valve, position_m, 0.0, &mut noise));
     let mut campaign = campaign(runs.into());
-    campaign.inputs.pipe_pressure = true;
+    campaign.inputs.pipe_pressure = drives;
     Subject::new(&file, &campaign, &NuisanceSizes::default())
 }
 
@@ -159,6 +165,24 @@ fn each_cycle_begins_with_the_motion_that_its_record_shows() {
         assert!(prescribed.time_s.len() < 2300, "{} samples", prescribed.time_s.len());
         assert!(prescribed.time_s[0] <= 0.0, "{} s", prescribed.time_s[0]);
     }
+}
+
+#[test]
+fn so_does_each_cycle_of_a_record_that_drives_nothing() {
+    let subject = subject_with(false);
+    let units = &subject.setup(Level::High).recordings;
+    assert_eq!(units.len(), 2 * PULSES_S.len(), "{:?}", units.iter().map(|unit| &unit.name).collect::<Vec<_>>());
+    // The first record's second pulse finds the piston on its way, its third one on the open stop, where the cycle before has left
+    // some gas behind.
+    let [moving, rests] = [&units[..3], &units[3..]];
+    assert!(moving[0].beginning.is_moving() && moving[1].beginning.is_moving(), "{:?}", moving[1].beginning);
+    assert!(moving[1].origin_s > PULSES_S[0] + PULSE_S && moving[1].origin_s < PULSES_S[1], "{} s", moving[1].origin_s);
+    assert_eq!((moving[2].origin_s, moving[2].beginning), (moving[1].origin_s, moving[1].beginning));
+    // The second record's piston rests before both.
+    assert_eq!((rests[1].origin_s, rests[1].beginning), (rests[0].origin_s, rests[0].beginning));
+    assert_eq!(rests[2].beginning, Beginning::Open);
+    let commands: Vec<usize> = units.iter().map(|unit| unit.run.commands.len()).collect();
+    assert_eq!(commands, [2, 2, 4, 2, 4, 4]);
 }
 
 #[test]

@@ -232,6 +232,7 @@ fn command_levels(values: &[f64], column: &ColumnGuess, found: &mut Understandin
             channel: column.name.clone(),
             threshold: rounded(0.5 * (low + high)),
             hysteresis: rounded(0.2 * (high - low)),
+            release: None,
             is_pressure: false,
             above_closes: true,
         });
@@ -363,6 +364,9 @@ fn is_percent(name: &str) -> bool {
     name.contains('%') || words.any(|word| PERCENT.contains(&word.as_str()))
 }
 
+/// A pressure that has come so far of its way is on it.
+pub(super) const RISEN: f64 = 0.2;
+
 /// A pipe pressure tells the command where no column does, if the pipe is vented in between.
 fn command_from_pressure(recordings: &[&Recording], ambient_pressure_pa: f64, found: &mut Understanding) {
     let Some(pipe) = found.columns.iter().find(|column| column.channel == "pipe_pressure") else { return };
@@ -379,18 +383,23 @@ fn command_from_pressure(recordings: &[&Recording], ambient_pressure_pa: f64, fo
         ));
         return;
     }
-    // Low, so that the edge is near the command: pipes fill from the start.
-    let level = low + 0.2 * (high - low);
+    // Near the ends, so that edges are near the commands: pipes fill and empty from the start.
+    let [level, release] = [RISEN, 1.0 - RISEN].map(|share| low + share * (high - low));
     found.threshold = Some(ThresholdGuess {
         channel: "pipe_pressure".to_owned(),
         threshold: absolute_pa(level).round(),
         hysteresis: unit.difference_to_si(0.1 * (high - low)).round(),
+        release: Some(absolute_pa(release).round()),
         is_pressure: true,
         above_closes: true,
     });
     found.said.push(format!(
-        "command: no column holds it; told by the pipe pressure at a fifth of its rise, {:.1} {}",
-        level,
+        "command: no column holds it; told by the pipe pressure at a fifth of its rise and of its fall, {level:.1} and \
+         {release:.1} {}",
         unit.text()
     ));
+    found.said.push(
+        "pipe pressure: drives the model as it was measured, in place of a solenoid whose command nobody wrote down"
+            .to_owned(),
+    );
 }

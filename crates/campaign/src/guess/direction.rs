@@ -5,6 +5,7 @@
 
 use std::fmt::Write;
 
+use super::columns::RISEN;
 use super::levels::plateaus;
 use super::{ColumnGuess, Hints, Recording, Understanding, Unknown, words};
 
@@ -63,7 +64,14 @@ fn commanded_high(recording: &Recording, found: &Understanding) -> Vec<bool> {
         Some(threshold) if threshold.is_pressure => {
             let Some(pipe) = of("pipe_pressure") else { return Vec::new() };
             let (low, high) = plateaus(&recording.columns[pipe.index]);
-            recording.columns[pipe.index].iter().map(|value| *value > low + 0.2 * (high - low)).collect()
+            let [rises, falls] = [RISEN, 1.0 - RISEN].map(|share| low + share * (high - low));
+            // On its way down from where it was filled it is vented.
+            let mut was_filled = false;
+            let of_row = |value: &f64| {
+                was_filled = *value > falls || was_filled && *value > rises;
+                *value > falls || *value > rises && !was_filled
+            };
+            recording.columns[pipe.index].iter().map(of_row).collect()
         }
         Some(threshold) => {
             let Some(command) = of("command") else { return Vec::new() };

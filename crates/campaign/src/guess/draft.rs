@@ -80,7 +80,7 @@ pub fn draft(name: &str, found: &Understanding, first: &Recording, runs: &[Draft
         };
         let _ = writeln!(
             text,
-            "# The command is told by a signal: above the threshold the valve is told to {}.",
+            "# The command is told by a signal: above the threshold, until it falls again, the valve is told to {}.",
             word(threshold.above_closes)
         );
         let command = found.columns.iter().find(|column| column.channel == "command" && !threshold.is_pressure);
@@ -88,7 +88,19 @@ pub fn draft(name: &str, found: &Understanding, first: &Recording, runs: &[Draft
         let _ = writeln!(text, "[command_from]\nchannel = {}", quoted(channel));
         let _ =
             writeln!(text, "threshold = {}\nhysteresis = {}", level(threshold.threshold), level(threshold.hysteresis));
+        if let Some(release) = threshold.release {
+            let _ = writeln!(text, "release = {}", level(release));
+        }
         let _ = writeln!(text, "above = \"{}\"\n", word(threshold.above_closes));
+        if threshold.is_pressure {
+            let _ = writeln!(
+                text,
+                "# When the command was given, that pressure does not tell to the millisecond: it drives the model as it was\n\
+                 # measured, so that nothing is learned of solenoid and supply. Without these lines it is simulated from the command.\n\
+                 [inputs]\n{} = \"measured\"\n",
+                threshold.channel
+            );
+        }
     }
     let _ =
         writeln!(text, "# One standard deviation of the noise; estimated from the recordings where it is not stated.");

@@ -123,7 +123,9 @@ pub struct ThresholdGuess {
     pub threshold: f64,
     /// The width, likewise.
     pub hysteresis: f64,
-    /// Whether both are pressures in Pa.
+    /// Where it is on its way down, likewise; nothing for a signal that jumps.
+    pub release: Option<f64>,
+    /// Whether all are pressures in Pa.
     pub is_pressure: bool,
     /// Whether the valve is told to close above it.
     pub above_closes: bool,

@@ -205,7 +205,7 @@ fn what_is_understood_is_read_back_as_the_strokes_were() {
         let edges: Vec<(bool, f64)> = run.commands.iter().map(|edge| (edge.close, edge.time_s)).collect();
         assert!(edges.len() == 2 && edges[0].0 && !edges[1].0, "{}: {edges:?}", recorder.header);
         // A threshold on a pressure comes later than the command.
-        let late_s = if run.commands_inferred && recorder.header.contains("Leitung") { 0.6 } else { 3e-3 };
+        let late_s = if run.commands_inferred && recorder.header.contains("Leitung") { 0.1 } else { 3e-3 };
         assert!(
             (edges[0].1 - 0.3).abs() < late_s && (edges[1].1 - 2.0).abs() < late_s,
             "{}: {edges:?}",

@@ -7,7 +7,7 @@ use campaign::Run as RecordedRun;
 use valve_model::prescribed::Prescribed;
 use valve_model::{CommandEdge, Run, Start};
 
-use super::start::{Beginning, beginning, window_s};
+use super::start::{Beginning, ON_STOP, beginning, window_s};
 use crate::data::RunData;
 
 /// How much a simulation begins before a record that begins at rest, so that a command may come early, s.
@@ -97,30 +97,46 @@ pub(super) fn driven_parts(
     start: Beginning,
     (stroke_m, travel_s): (f64, f64),
 ) -> Vec<Part> {
-    let window_s = window_s(travel_s).max(rows_s(data, LEAD_ROWS));
+    let window_s = judged_over_s(data, travel_s);
     let closings = recorded.commands.iter().filter(|edge| edge.close).map(|edge| edge.time_s);
     let mut parts = vec![Part { from_s: f64::NEG_INFINITY, until_s: f64::INFINITY, origin_s: 0.0, beginning: start }];
     for closing_s in closings.skip(1) {
         let rest_s = steady_before(data, closing_s, window_s, travel_s);
-        let first = data.times_s.partition_point(|time| *time < rest_s - AHEAD * window_s);
-        let Some(&from_s) = data.times_s.get(first).filter(|from| **from < closing_s) else { continue };
+        let begins = begins_before(recorded, data, rest_s, (stroke_m, travel_s));
+        let Some((from_s, begins)) = begins.filter(|(from_s, _)| *from_s < closing_s) else { continue };
         if parts.last().is_some_and(|before| from_s < before.origin_s + travel_s) {
             continue;
         }
-        let times: Vec<f64> = data.times_s[first..].iter().map(|time| time - from_s).collect();
-        let mut edges = recorded.commands.clone();
-        edges.retain(|edge| edge.time_s >= from_s);
-        for edge in &mut edges {
-            edge.time_s -= from_s;
-        }
-        let position = &data.channels[0];
-        let begins = beginning(&times, &position.samples[first..], position.noise, &edges, stroke_m, travel_s);
         if let Some(before) = parts.last_mut() {
             before.until_s = from_s;
         }
         parts.push(Part { from_s, until_s: f64::INFINITY, origin_s: from_s, beginning: begins });
     }
     parts
+}
+
+/// How long the beginning of a cycle is looked at, s.
+fn judged_over_s(data: &RunData, travel_s: f64) -> f64 {
+    window_s(travel_s).max(rows_s(data, LEAD_ROWS))
+}
+
+/// The row from which on a cycle is taken that begins before something happens, s of the record, and how it begins there.
+fn begins_before(
+    recorded: &RecordedRun,
+    data: &RunData,
+    happens_s: f64,
+    (stroke_m, travel_s): (f64, f64),
+) -> Option<(f64, Beginning)> {
+    let first = data.times_s.partition_point(|time| *time < happens_s - AHEAD * judged_over_s(data, travel_s));
+    let from_s = *data.times_s.get(first)?;
+    let times: Vec<f64> = data.times_s[first..].iter().map(|time| time - from_s).collect();
+    let mut edges = recorded.commands.clone();
+    edges.retain(|edge| edge.time_s >= from_s);
+    for edge in &mut edges {
+        edge.time_s -= from_s;
+    }
+    let position = &data.channels[0];
+    Some((from_s, beginning(&times, &position.samples[first..], position.noise, &edges, stroke_m, travel_s)))
 }
 
 /// So many times the window from which a beginning is judged a cycle begins before its pressures move.
@@ -176,41 +192,59 @@ fn steady_before(data: &RunData, closing_s: f64, window_s: f64, travel_s: f64) -
 }
 
 /// The cycles of a record: each from a command to close that finds the valve open and at rest to the next such. The
-/// simulation of a later one begins with the cycle before it, which leaves some gas behind.
-pub(super) fn parts(data: &RunData, start: Beginning, stroke_m: f64, travel_s: f64) -> Vec<Part> {
+/// simulation of a later one begins with the cycle before it, which leaves some gas behind. One that finds the piston on its
+/// way between the stops begins with the motion that the record shows, in which the gas about balances the other forces: a simulation of
+/// many such cycles at a stretch adds up what the model is off by.
+pub(super) fn parts(
+    recorded: &RecordedRun,
+    data: &RunData,
+    start: Beginning,
+    (stroke_m, travel_s): (f64, f64),
+) -> Vec<Part> {
     let lead_s = lead_s(data);
     let origin_s = match start {
         Beginning::Open | Beginning::Closed | Beginning::Filling => -lead_s,
         Beginning::Moving { .. } | Beginning::Venting { .. } => 0.0,
     };
-    let rests = |time: f64| {
-        let channel = &data.channels[0];
-        let about: Vec<f64> = data
-            .times_s
-            .iter()
-            .zip(&channel.samples)
-            .filter(|(at, sample)| **at >= time - 0.1 * travel_s && **at <= time && sample.is_finite())
-            .map(|(_, sample)| *sample)
-            .collect();
-        let (low, high) = about.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(*x), b.max(*x)));
-        !about.is_empty() && low > (1.0 - AT_TOP) * stroke_m && high - low < AT_TOP * stroke_m
-    };
-    let closings: Vec<f64> = data.run.commands.iter().filter(|edge| edge.closes()).map(|edge| edge.time_s).collect();
-    let cuts: Vec<f64> = closings.iter().copied().skip(1).filter(|time| rests(*time)).collect();
-    let mut parts = Vec::with_capacity(cuts.len() + 1);
-    let mut before = (f64::NEG_INFINITY, origin_s, start);
-    for cut in cuts.iter().copied().chain([f64::INFINITY]) {
-        parts.push(Part { from_s: before.0, until_s: cut, origin_s: before.1, beginning: before.2 });
-        // The next one is simulated from the beginning of this one, if that was at rest.
-        let first = parts.len() == 1;
-        before = if first && origin_s == 0.0 {
-            (cut, before.1, before.2)
+    let mut parts = vec![Part { from_s: f64::NEG_INFINITY, until_s: f64::INFINITY, origin_s, beginning: start }];
+    // When the valve was open and at rest as the last of them began.
+    let mut rested_s = None;
+    for closing in recorded.commands.iter().filter(|edge| edge.close).skip(1) {
+        let Some(before) = parts.last_mut() else { break };
+        let part = if rests_open(data, closing.time_s, stroke_m, travel_s) {
+            // Simulated from the beginning of the one before.
+            let from = rested_s.map(|rested_s: f64| (rested_s - lead_s, Beginning::Open));
+            let (origin_s, beginning) = from.unwrap_or((before.origin_s, before.beginning));
+            rested_s = Some(closing.time_s);
+            Part { from_s: closing.time_s, until_s: f64::INFINITY, origin_s, beginning }
+        } else if let Some((from_s, beginning @ Beginning::Moving { position_m, .. })) =
+            begins_before(recorded, data, closing.time_s, (stroke_m, travel_s))
+            && (ON_STOP..1.0 - ON_STOP).contains(&(position_m / stroke_m))
+            && from_s > before.from_s.max(before.origin_s) + travel_s
+        {
+            rested_s = None;
+            Part { from_s, until_s: f64::INFINITY, origin_s: from_s, beginning }
         } else {
-            let from = if first { origin_s } else { cuts[parts.len() - 2] - lead_s };
-            (cut, from, if first { start } else { Beginning::Open })
+            continue;
         };
+        before.until_s = part.from_s;
+        parts.push(part);
     }
     parts
+}
+
+/// Whether a command finds the valve open and at rest.
+fn rests_open(data: &RunData, command_s: f64, stroke_m: f64, travel_s: f64) -> bool {
+    let channel = &data.channels[0];
+    let about: Vec<f64> = data
+        .times_s
+        .iter()
+        .zip(&channel.samples)
+        .filter(|(at, sample)| **at >= command_s - 0.1 * travel_s && **at <= command_s && sample.is_finite())
+        .map(|(_, sample)| *sample)
+        .collect();
+    let (low, high) = about.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(*x), b.max(*x)));
+    !about.is_empty() && low > (1.0 - AT_TOP) * stroke_m && high - low < AT_TOP * stroke_m
 }
 
 /// A valve this close to its open stop rests there, as a share of the stroke; recorders have zeros of their own.

@@ -371,7 +371,7 @@ fn cycles(
     if is_prescribed {
         driven_parts(recorded, data, start, (stroke_m, travel_s))
     } else {
-        parts(data, start, stroke_m, travel_s)
+        parts(recorded, data, start, (stroke_m, travel_s))
     }
 }
 
