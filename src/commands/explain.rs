@@ -129,9 +129,15 @@ fn headline(answer: &Explanation) -> String {
 
 fn indistinguishable_text(text: &mut String, group: &Indistinguishable, answer: &Explanation) {
     if group.with.is_empty() {
+        // Where something is left, that is said of what is known here alone.
+        let (among, other) = if answer.verdict == Verdict::PartlyExplained {
+            (" among the effects known here", "none of the others")
+        } else {
+            ("", "no other effect")
+        };
         let share = explanation::inclusion_words(answer, group.kind)
-            .map_or_else(String::new, |share| format!("needed with a probability of {share}; "));
-        let _ = writeln!(text, "{}: {share}no other effect explains these data as well", group.kind.id());
+            .map_or_else(String::new, |share| format!("needed with a probability of {share}{among}; "));
+        let _ = writeln!(text, "{}: {share}{other} explains these data as well", group.kind.id());
         return;
     }
     let _ = writeln!(text, "{} cannot be told from:", group.kind.id());
