@@ -389,24 +389,37 @@ fn recordings_with_pressures_in_two_units_become_a_campaign() {
 #[test]
 fn a_pressure_that_tells_the_command_drives_the_model() {
     let sandbox = Sandbox::new();
-    let output = sandbox.valve(&["simulate", "valve.toml", "--trace", "trace.csv"]);
-    assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
-    let trace = sandbox.read("trace.csv");
-    let header: Vec<&str> = trace.lines().next().unwrap().split(',').collect();
-    let columns = ["time_s", "position_mm", "pipe_pressure_kpa"];
-    let places = columns.map(|name| header.iter().position(|other| *other == name).unwrap());
-    let mut text = columns.join(",") + "\n";
-    for (row, line) in trace.lines().skip(1).enumerate() {
-        let cells: Vec<&str> = line.split(',').collect();
-        let [time, position, pressure] = places.map(|place| cells[place]);
-        let noise = 0.03 * ((row as f64 * 12.9898).sin() * 43_758.545_3).fract();
-        writeln!(text, "{time},{:.4},{pressure}", position.parse::<f64>().unwrap() + noise).unwrap();
+    // The second one's pipe never comes to where the first one's is still full.
+    for (file, supply) in [("high.csv", "95 psig"), ("low.csv", "60 psig")] {
+        let output =
+            sandbox.valve(&["simulate", "valve.toml", "--supply-pressure", supply, "--trace", "trace.csv", "--force"]);
+        assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
+        let trace = sandbox.read("trace.csv");
+        let header: Vec<&str> = trace.lines().next().unwrap().split(',').collect();
+        let columns = ["time_s", "position_mm", "pipe_pressure_kpa"];
+        let places = columns.map(|name| header.iter().position(|other| *other == name).unwrap());
+        let mut text = columns.join(",") + "\n";
+        for (row, line) in trace.lines().skip(1).enumerate() {
+            let cells: Vec<&str> = line.split(',').collect();
+            let [time, position, pressure] = places.map(|place| cells[place]);
+            let noise = 0.03 * ((row as f64 * 12.9898).sin() * 43_758.545_3).fract();
+            writeln!(text, "{time},{:.4},{pressure}", position.parse::<f64>().unwrap() + noise).unwrap();
+        }
+        sandbox.write(file, &text);
     }
-    sandbox.write("stroke.csv", &text);
-    let call = ["init", "campaign", "stroke.csv", "--valve", "valve.toml", "--supply", "75 psig"];
-    let output = sandbox.valve(&[&call[..], &["--temperature", "20 degC"]].concat());
+    let call = ["init", "campaign", "high.csv", "low.csv", "--valve", "valve.toml", "--temperature", "20 degC"];
+    let output = sandbox.valve(&[&call[..], &["--supply", "high.csv=95 psig", "--supply", "low.csv=60 psig"]].concat());
     assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
-    assert!(shown(&output).contains("- pipe pressure: drives the model as it was measured"), "{}", shown(&output));
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert!(said.contains("- pipe pressure: drives the model as it was measured"), "{said}");
+    // The commands were given at 0 and 4 s.
+    let opens_s = |file: &str| -> f64 {
+        let line = said.split(&format!("- {file}: ")).nth(1).expect("each recording's commands");
+        line.split("open at ").nth(1).and_then(|rest| rest.split_whitespace().next()).expect("a time").parse().unwrap()
+    };
+    for file in ["high.csv", "low.csv"] {
+        assert!((4.0..4.8).contains(&opens_s(file)), "{file}: {said}");
+    }
     let campaign = sandbox.read("campaign.toml");
     assert!(campaign.contains("[inputs]\npipe_pressure = \"measured\"\n"), "{campaign}");
     // The model made this recording; when its command was given is known to some hundredths of a second only.

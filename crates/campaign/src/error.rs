@@ -187,6 +187,19 @@ pub enum DataProblem {
         /// The unit of all of them, after a blank; empty for a column's own numbers.
         unit: &'static str,
     },
+    /// The channel that tells the command stays where it is.
+    #[error(
+        "the {channel} lies between {:.2}{unit} and {:.2}{unit} and hardly moves, so that it tells no command; expected a \
+         recording in which the valve is told to move", range[0], range[1]
+    )]
+    HardlyMoves {
+        /// The channel or column.
+        channel: String,
+        /// Its lowest and highest reading.
+        range: [f64; 2],
+        /// The unit of both, after a blank; empty for a column's own numbers.
+        unit: &'static str,
+    },
     /// A channel without a single number.
     #[error("column \"{column}\" holds no number at all; expected readings of the {channel}")]
     NoReadings {

@@ -6,6 +6,8 @@ use quantity::Dimension;
 
 use crate::columns::{self, CHANNELS, Column, Mapping};
 use crate::error::{DataError, DataProblem};
+use crate::guess::levels::plateaus;
+use crate::noise::quantile;
 use crate::outliers;
 use crate::types::{CommandEdge, Outlier, Trace, ValveFacts};
 use crate::warning::Doubt;
@@ -17,7 +19,9 @@ const MOST_NAMED: usize = 4;
 #[derive(Debug, Clone)]
 pub(crate) struct CommandFrom {
     channel: String,
-    /// SI for a known channel, else in the column's own numbers.
+    /// Whether the levels are shares of the way from where a recording's signal lies lowest to where it lies highest. Otherwise
+    /// they are SI for a known channel, and in the column's own numbers for any other.
+    in_shares: bool,
     threshold: f64,
     hysteresis: f64,
     /// A level above the threshold: what has been above it and falls below it is on its way down.
@@ -25,11 +29,40 @@ pub(crate) struct CommandFrom {
     above_closes: bool,
 }
 
+/// A signal that moves by fewer steps of a typical row than this shows its noise only, no plateaus.
+const LEAST_STEPS: f64 = 20.0;
+
 impl CommandFrom {
+    /// With levels in the signal's own numbers. A signal that hardly moves is never above.
+    fn of(&self, signals: &[f64]) -> Self {
+        if !self.in_shares {
+            return self.clone();
+        }
+        let known: Vec<f64> = signals.iter().copied().filter(|signal| signal.is_finite()).collect();
+        let (low, high) = plateaus(&known);
+        let steps: Vec<f64> = known.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
+        let moves = high - low > LEAST_STEPS * quantile(&steps, 0.5);
+        let level = |share: f64| if moves { low + share * (high - low) } else { f64::INFINITY };
+        Self {
+            in_shares: false,
+            threshold: level(self.threshold),
+            hysteresis: self.hysteresis * (high - low),
+            release: self.release.map(level),
+            ..self.clone()
+        }
+    }
+
     /// What is said of a recording in which the channel never crosses the threshold.
     pub(crate) fn never_crossed(&self, (lowest, highest): (f64, f64)) -> DataProblem {
         let is_pressure = CHANNELS.iter().any(|(name, kind)| *name == self.channel && *kind == Dimension::Pressure);
         let (scale, unit) = if is_pressure { (1e-3, " kPa") } else { (1.0, "") };
+        if self.in_shares {
+            return DataProblem::HardlyMoves {
+                channel: self.channel.clone(),
+                range: [lowest * scale, highest * scale],
+                unit,
+            };
+        }
         DataProblem::NeverCrossed {
             channel: self.channel.clone(),
             range: [lowest * scale, highest * scale],
@@ -78,8 +111,16 @@ pub(crate) fn read_command_from(root: &Section<'_>, valve: &ValveFacts) -> Resul
         Some(dimension) => (QuantityKind::Si(dimension.si_unit()), QuantityKind::Si(dimension.si_unit())),
         None => (QuantityKind::Si(""), QuantityKind::Si("")),
     };
-    let threshold = section
-        .quantity("threshold", level)?
+    let levels = "a level with its unit, or \"20 %\" of the way from the signal's lowest to its highest";
+    let in_shares = section.has("threshold") && share(&section, "threshold", levels).is_ok();
+    let quantity = |key: &str, kind: QuantityKind| {
+        if in_shares && section.has(key) {
+            share(&section, key, "a percentage, as the threshold is one").map(Some)
+        } else {
+            section.quantity(key, kind)
+        }
+    };
+    let threshold = quantity("threshold", level)?
         .ok_or_else(|| section.missing("threshold", "the level that parts open from close"))?;
     let expected = "\"close\" or \"open\": what is commanded above the threshold";
     let above_closes = match section.text("above", expected)? {
@@ -87,11 +128,11 @@ pub(crate) fn read_command_from(root: &Section<'_>, valve: &ValveFacts) -> Resul
         Some("open") => false,
         Some(other) => return Err(section.wrong("above", format!("\"{other}\""), expected)),
     };
-    let hysteresis = section.quantity("hysteresis", width)?.unwrap_or(0.0);
+    let hysteresis = quantity("hysteresis", width)?.unwrap_or(0.0);
     if !(threshold.is_finite() && hysteresis.is_finite() && hysteresis >= 0.0) {
         return Err(section.wrong("hysteresis", hysteresis.to_string(), "a finite level, and a width of 0 or more"));
     }
-    let release = section.quantity("release", level)?;
+    let release = quantity("release", level)?;
     if let Some(release) = release.filter(|release| !release.is_finite() || *release <= threshold + hysteresis) {
         return Err(section.wrong(
             "release",
@@ -99,7 +140,15 @@ pub(crate) fn read_command_from(root: &Section<'_>, valve: &ValveFacts) -> Resul
             "a level above the threshold by more than the hysteresis",
         ));
     }
-    Ok(Some(CommandFrom { channel: channel.to_owned(), threshold, hysteresis, release, above_closes }))
+    Ok(Some(CommandFrom { channel: channel.to_owned(), in_shares, threshold, hysteresis, release, above_closes }))
+}
+
+/// A text such as "20 %", between 0 and 1.
+fn share(section: &Section<'_>, key: &str, expected: &str) -> Result<f64, TomlFileError> {
+    let text = section.text(key, expected)?.unwrap_or_default();
+    let percent = text.trim().strip_suffix('%').and_then(|number| number.trim().parse::<f64>().ok());
+    let percent = percent.filter(|percent| (0.0..100.0).contains(percent));
+    percent.map(|percent| percent / 100.0).ok_or_else(|| section.wrong(key, format!("\"{text}\""), expected))
 }
 
 /// The columns of one file.
@@ -235,13 +284,14 @@ pub(crate) fn read_source(
         *time_s -= first_s;
     }
     let (mut without_command, mut command) = (0, false);
-    let mut level = Level::Low;
+    let command_from = format.command_from.map(|from| from.of(&signals));
+    let mut level = command_from.as_ref().map_or(Level::Low, |from| Level::before(&signals, from));
     let mut signal_range = (f64::INFINITY, f64::NEG_INFINITY);
     for (&signal, &line) in signals.iter().zip(&lines) {
         if signal.is_nan() {
             without_command += 1;
         } else {
-            command = match format.command_from {
+            command = match &command_from {
                 Some(from) => {
                     level = level.next(signal, trace.command_close.is_empty(), from);
                     (level == Level::High || level == Level::Rising) == from.above_closes
@@ -333,7 +383,22 @@ enum Level {
     Released,
 }
 
+/// A signal that falls all the way has lost this share of it halfway, less what noise and gas that chokes take away from a half.
+const FALLING: f64 = 0.4;
+
 impl Level {
+    /// Where a record begins. One that begins while a signal is already on its way down shows no plateau before it falls below the
+    /// threshold: halfway there it has lost half of what it loses, or more.
+    fn before(signals: &[f64], from: &CommandFrom) -> Self {
+        let Some(release) = from.release else { return Self::Low };
+        let known: Vec<f64> = signals.iter().copied().filter(|signal| signal.is_finite()).collect();
+        let Some(end) = known.iter().position(|signal| *signal < from.threshold || *signal > release) else {
+            return Self::Low;
+        };
+        let lost = |row: usize| known[0] - known[row];
+        if known[end] < from.threshold && lost(end / 2) >= FALLING * lost(end) { Self::Released } else { Self::Low }
+    }
+
     /// Where a reading leads. Within half the hysteresis of a level it stays as it is.
     fn next(self, signal: f64, first: bool, from: &CommandFrom) -> Self {
         let half = if first { 0.0 } else { 0.5 * from.hysteresis };

@@ -174,6 +174,29 @@ fn a_signal_that_rises_and_falls_slowly_tells_both_commands_early() {
     assert!(!open.close && open.time_s > 1.0 && open.time_s < 1.1, "{open:?}");
     let late = of("");
     assert!(late[1].time_s > 1.4, "{late:?}");
+    // A record that begins while the pipe empties begins with no command to close.
+    let emptying = trace("time_s,position_mm,pipe_pressure_kpa", |t| {
+        let share = if t < 1.5 { 0.6 * (-t / 0.3).exp() } else { filled(t - 1.5) };
+        format!("{:.4},{:.3}", position_mm(t), 100.0 + 400.0 * share)
+    });
+    let text =
+        format!("{RUN}[command_from]\nchannel = \"pipe_pressure\"\nthreshold = \"180 kPa\"\nrelease = \"420 kPa\"\n");
+    let commands = read(&text, &emptying).runs[0].commands.clone();
+    assert!(commands.len() == 1 && commands[0].close && commands[0].time_s > 1.5, "{commands:?}");
+    // As shares of each recording's own rise and fall.
+    let shares =
+        format!("{RUN}[command_from]\nchannel = \"pipe_pressure\"\nthreshold = \"20 %\"\nrelease = \"80 %\"\n");
+    let commands = read(&shares, &csv).runs[0].commands.clone();
+    assert!(commands.len() == 2 && (commands[0].time_s - close.time_s).abs() < 0.02, "{commands:?}");
+    assert!((commands[1].time_s - open.time_s).abs() < 0.02, "{commands:?}");
+    let idle = trace("time_s,position_mm,pipe_pressure_kpa", |t| {
+        format!("{:.4},{:.3}", position_mm(t), 100.0 + 0.2 * (t * 12345.0).sin())
+    });
+    let message = refusal(&shares, &idle);
+    assert!(message.contains("kPa and hardly moves, so that it tells no command"), "{message}");
+    let mixed = shares.replace("80 %", "420 kPa");
+    let message = refusal(&mixed, &csv);
+    assert!(message.contains("c.toml:9: command_from.release is \"420 kPa\"; expected a percentage"), "{message}");
     let text =
         format!("{RUN}[command_from]\nchannel = \"pipe_pressure\"\nthreshold = \"180 kPa\"\nrelease = \"150 kPa\"\n");
     let message = refusal(&text, &csv);

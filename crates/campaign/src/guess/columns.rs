@@ -370,34 +370,36 @@ pub(super) const RISEN: f64 = 0.2;
 /// A pipe pressure tells the command where no column does, if the pipe is vented in between.
 fn command_from_pressure(recordings: &[&Recording], ambient_pressure_pa: f64, found: &mut Understanding) {
     let Some(pipe) = found.columns.iter().find(|column| column.channel == "pipe_pressure") else { return };
-    let unit = pipe.unit.clone().and_then(|text| Unit::parse(&text).ok()).or_else(|| recordings[0].unit(pipe.index));
-    let Some(unit) = unit else { return };
-    let (low, high) = plateaus(&recordings[0].columns[pipe.index]);
-    let zero_pa = if unit.reference() == Reference::Gauge { ambient_pressure_pa } else { 0.0 };
-    let absolute_pa = |number: f64| unit.to_si(number) + zero_pa;
-    if absolute_pa(low) - ambient_pressure_pa > MOST_LEFT * (absolute_pa(high) - ambient_pressure_pa) {
-        let text = unit.text();
-        found.said.push(format!(
-            "command: no column holds it, and the pipe pressure does not tell it: it lies between {low:.3} and {high:.3} \
-             {text}, where a pipe that is vented would fall to the atmosphere"
-        ));
-        return;
+    let given = pipe.unit.clone().and_then(|text| Unit::parse(&text).ok());
+    for recording in recordings {
+        let Some(unit) = given.clone().or_else(|| recording.unit(pipe.index)) else { return };
+        let (low, high) = plateaus(&recording.columns[pipe.index]);
+        let zero_pa = if unit.reference() == Reference::Gauge { ambient_pressure_pa } else { 0.0 };
+        let gauge_pa = |number: f64| unit.to_si(number) + zero_pa - ambient_pressure_pa;
+        if gauge_pa(low) > MOST_LEFT * gauge_pa(high) {
+            found.said.push(format!(
+                "command: no column holds it, and the pipe pressure does not tell it: in {} it lies between {low:.3} and \
+                 {high:.3} {}, where a pipe that is vented would fall to the atmosphere",
+                recording.file,
+                unit.text()
+            ));
+            return;
+        }
     }
-    // Near the ends, so that edges are near the commands: pipes fill and empty from the start.
-    let [level, release] = [RISEN, 1.0 - RISEN].map(|share| low + share * (high - low));
+    // Near the ends, so that edges are near the commands: pipes fill and empty from the start. Supplies differ, so that the
+    // levels are of each recording.
     found.threshold = Some(ThresholdGuess {
         channel: "pipe_pressure".to_owned(),
-        threshold: absolute_pa(level).round(),
-        hysteresis: unit.difference_to_si(0.1 * (high - low)).round(),
-        release: Some(absolute_pa(release).round()),
+        threshold: RISEN,
+        hysteresis: 0.5 * RISEN,
+        release: Some(1.0 - RISEN),
         is_pressure: true,
         above_closes: true,
     });
-    found.said.push(format!(
-        "command: no column holds it; told by the pipe pressure at a fifth of its rise and of its fall, {level:.1} and \
-         {release:.1} {}",
-        unit.text()
-    ));
+    found.said.push(
+        "command: no column holds it; told by the pipe pressure at a fifth of its rise and of its fall in each recording"
+            .to_owned(),
+    );
     found.said.push(
         "pipe pressure: drives the model as it was measured, in place of a solenoid whose command nobody wrote down"
             .to_owned(),

@@ -76,7 +76,7 @@ pub fn draft(name: &str, found: &Understanding, first: &Recording, runs: &[Draft
     }
     if let Some(threshold) = &found.threshold {
         let level = |number: f64| {
-            if threshold.is_pressure { format!("\"{} Pa\"", format_number(number)) } else { format_number(number) }
+            if threshold.is_pressure { format!("\"{:.0} %\"", 100.0 * number) } else { format_number(number) }
         };
         let _ = writeln!(
             text,

@@ -8,7 +8,7 @@ mod agreement;
 mod columns;
 mod direction;
 mod draft;
-mod levels;
+pub(crate) mod levels;
 mod recording;
 mod supply;
 mod words;
@@ -119,13 +119,14 @@ impl ColumnGuess {
 pub struct ThresholdGuess {
     /// The channel or the column's name.
     pub channel: String,
-    /// The level, in the column's own numbers or Pa.
+    /// The level: of a pressure as a share of the way from its lowest to its highest in a recording, else in the column's own
+    /// numbers.
     pub threshold: f64,
     /// The width, likewise.
     pub hysteresis: f64,
     /// Where it is on its way down, likewise; nothing for a signal that jumps.
     pub release: Option<f64>,
-    /// Whether all are pressures in Pa.
+    /// Whether it is a pressure.
     pub is_pressure: bool,
     /// Whether the valve is told to close above it.
     pub above_closes: bool,
