@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use blind_benchmark::truth::{Channels, Truth};
+use blind_benchmark::truth::Truth;
 use serde_json::{Value, json};
 
 use crate::answer::Answer;
@@ -119,7 +119,7 @@ impl Scored {
             Kind::Outside if self.tidy.is_some() => self.says_outside(),
             // An honest alternative that explains everything is as good.
             Kind::Outside => self.says_left() || (!self.answer.recommended.is_empty() && !self.names_wrong()),
-            _ if self.tidy.as_ref().is_some_and(|truth| truth.channels == Channels::Timings) => self.is_in_groups(),
+            _ if self.wanted.times_only => self.is_in_groups(),
             Kind::One | Kind::Two => self.is_exact(),
         }
     }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use blind_benchmark::truth::{Category, Truth};
+use blind_benchmark::truth::{Category, Channels, Truth};
 use serde_json::{Map, Value};
 
 /// What kind of thing a campaign hides.
@@ -52,6 +52,8 @@ pub struct Wanted {
     pub allowed: Vec<String>,
     /// True sizes, by effect and parameter; the first of an effect is its main one.
     pub sizes: BTreeMap<String, Vec<(String, f64)>>,
+    /// Whether stroke times are all that was taken: they hardly tell one effect from another, so that a group will do.
+    pub times_only: bool,
 }
 
 /// The main parameter of effects, for truths that list parameters by name alone.
@@ -124,12 +126,14 @@ impl Wanted {
                 _ => {}
             }
         }
-        Self { name: name.to_owned(), kind, needed, one_of, allowed, sizes }
+        Self { name: name.to_owned(), kind, needed, one_of, allowed, sizes, times_only: false }
     }
 
     /// From the `truth.json` of a tidy campaign, which lists what it hides.
     fn of_tidy_json(name: &str, truth: &Value, effects: &Map<String, Value>) -> Self {
-        let has_outside = truth["outside"].as_object().is_some_and(|odd| !odd.is_empty());
+        let has_outside =
+            truth["outside"].as_object().is_some_and(|odd| !odd.is_empty()) || effects.contains_key("outside");
+        let hidden = || effects.iter().filter(|(effect, _)| *effect != "outside");
         let values = |parameters: &Value| {
             let all = parameters.as_object().into_iter().flatten();
             all.filter_map(|(parameter, value)| Some((parameter.clone(), value["si"].as_f64()?))).collect()
@@ -142,10 +146,11 @@ impl Wanted {
                 (1, _) => Kind::One,
                 _ => Kind::Two,
             },
-            needed: effects.keys().cloned().collect(),
+            needed: hidden().map(|(effect, _)| effect.clone()).collect(),
             one_of: Vec::new(),
             allowed: if has_outside { vec!["outside".to_owned()] } else { Vec::new() },
-            sizes: effects.iter().map(|(effect, parameters)| (effect.clone(), values(parameters))).collect(),
+            sizes: hidden().map(|(effect, parameters)| (effect.clone(), values(parameters))).collect(),
+            times_only: truth["channels"] == "timings",
         }
     }
 
@@ -168,6 +173,7 @@ impl Wanted {
             one_of: Vec::new(),
             allowed: if truth.outside.is_empty() { Vec::new() } else { vec!["outside".to_owned()] },
             sizes: sizes.collect(),
+            times_only: truth.channels == Channels::Timings,
         }
     }
 
@@ -210,6 +216,14 @@ mod tests {
         assert_eq!((wanted.kind, wanted.main_size("clock-offset")), (Kind::One, Some(0.05)));
         let odd = json!({ "category": "outside", "outside": { "detent": {} }, "effects": {} });
         assert_eq!(Wanted::from_json("o", &odd).kind, Kind::Outside);
+        let scored = json!({
+            "effects": { "dry-friction": { "coulomb_force": "10 N" }, "outside": "friction raised near 15 mm" },
+            "channels": "position"
+        });
+        let wanted = Wanted::from_json("s", &scored);
+        assert_eq!((wanted.kind, &wanted.needed[..]), (Kind::Outside, &["dry-friction".to_owned()][..]));
+        let times = json!({ "effects": { "dry-friction": { "coulomb_force": "60 N" } }, "channels": "timings" });
+        assert!(Wanted::from_json("t", &times).times_only && !wanted.times_only);
         let nothing = json!({ "needed": [], "allowed": [], "sizes": {} });
         assert_eq!(Wanted::from_json("n", &nothing).kind, Kind::Nothing);
     }
