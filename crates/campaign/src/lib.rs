@@ -12,6 +12,7 @@ mod columns;
 mod conditions;
 mod error;
 pub mod guess;
+mod levels;
 mod noise;
 mod outliers;
 mod plausibility;

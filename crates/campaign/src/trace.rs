@@ -6,7 +6,7 @@ use quantity::Dimension;
 
 use crate::columns::{self, CHANNELS, Column, Mapping};
 use crate::error::{DataError, DataProblem};
-use crate::guess::levels::plateaus;
+use crate::levels::plateaus;
 use crate::noise::quantile;
 use crate::outliers;
 use crate::types::{CommandEdge, Outlier, Trace, ValveFacts};

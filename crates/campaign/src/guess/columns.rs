@@ -3,9 +3,9 @@
 use column_source::listed;
 use quantity::{Dimension, Reference, Unit};
 
-use super::levels::{increases, plateaus, two_levels};
 use super::words::{self, CHANNELS};
 use super::{ColumnGuess, Hints, Recording, ThresholdGuess, Understanding, Unknown};
+use crate::levels::{increases, plateaus, two_levels};
 use crate::noise::quantile;
 
 /// A vented pipe keeps less than this share of the highest pressure above the atmosphere.

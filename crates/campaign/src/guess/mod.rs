@@ -8,7 +8,6 @@ mod agreement;
 mod columns;
 mod direction;
 mod draft;
-pub(crate) mod levels;
 mod recording;
 mod supply;
 mod words;

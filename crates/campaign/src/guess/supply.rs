@@ -2,8 +2,8 @@
 
 use quantity::{Dimension, Quantity, Reference, Unit};
 
-use super::levels::plateaus;
 use super::{Hints, Recording, SupplyGuess, Understanding};
+use crate::levels::plateaus;
 use crate::noise::quantile;
 
 /// From the file's name, else from the recorded supply, else from where a chamber that was filled long enough stands.
