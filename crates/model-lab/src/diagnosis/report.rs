@@ -13,7 +13,7 @@ use super::answer::{
 };
 use super::discrepancy::model_discrepancy;
 use super::experiment::{Hypothesis, best_experiment};
-use super::uncertainty::{Certainty, effect_parameters, is_told, moved_parameters, stands_for};
+use super::uncertainty::{Certainty, effect_parameters, is_of_datasheet, is_told, moved_parameters, stands_for};
 use super::{DiagnoseOptions, Formula, Progress};
 use crate::errors::{self, StepReport};
 use crate::identification::setup::{Kind, Recording};
@@ -241,7 +241,8 @@ fn short_of(promised_nats: f64, tolerated_nats: f64) -> Option<String> {
 
 /// The accepted model without effects whose size cannot be told from none: what records disagree by can be more than the
 /// evidence knows of, and shapes that fit where the size does not are of something else. An effect that takes most of an error
-/// beyond the noise on records that were held out is there, however much its size differs from one to the other.
+/// beyond the noise on records that were held out is there, however much its size differs from one to the other. A factor that
+/// is nearer to one than the datasheet may be off is a matter of the datasheet, and no missing physics.
 fn without_unsure<'f, 'a>(
     catalogue: &Catalogue<'a>,
     found: &'f Selection<ValveProblem<'a>>,
@@ -257,17 +258,23 @@ fn without_unsure<'f, 'a>(
             let smaller = found.model(&rest).filter(|smaller| smaller.level == Level::High)?;
             let is_needed = held_out_errors([smaller, model], model)
                 .is_some_and(|[without, with]| without > 1.0 && with < NAMED_SHARE * without);
-            (deviations < t_quantile_95(f64::INFINITY) && !is_needed).then_some((deviations, kind, smaller))
+            let is_unsure = deviations < t_quantile_95(f64::INFINITY) && !is_needed;
+            (is_unsure || is_of_datasheet(kind, &values_of(model, kind))).then_some((deviations, kind, smaller))
         });
         let Some((_, kind, smaller)) = unsure.min_by(|a, b| a.0.total_cmp(&b.0)) else { break };
         let beside = if smaller.set.is_empty() { "" } else { " beside it" };
         notes.push(format!(
-            "{}{beside} would fit better, with a size that cannot be told from none: it is not named",
-            kind.id()
+            "{}{beside} would fit better, with a size that cannot be told from {}: it is not named",
+            kind.id(),
+            if is_of_datasheet(kind, &values_of(model, kind)) { "what the datasheet may be off by" } else { "none" }
         ));
         model = smaller;
     }
     model
+}
+
+fn values_of(model: &Fitted<'_>, kind: EffectKind) -> Vec<f64> {
+    model.problem.space.effect_values(kind, &model.fit.u).unwrap_or_default()
 }
 
 /// By how many of its standard deviations the size of an effect differs from none, the one that differs most where it has

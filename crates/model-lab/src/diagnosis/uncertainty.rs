@@ -195,6 +195,13 @@ fn by_datasheet(kind: EffectKind, parameter: &EffectParameter, value: f64) -> f6
     }
 }
 
+/// Whether an effect that is a factor on what the datasheet states is nearer to one than the datasheet itself may be off.
+pub fn is_of_datasheet(kind: EffectKind, values: &[f64]) -> bool {
+    let none = kind.info().neutral;
+    let mut factors = kind.parameters().iter().zip(values).filter(|(parameter, _)| parameter.is_size());
+    none != 0.0 && factors.all(|(parameter, of)| (of - none).abs() < by_datasheet(kind, parameter, none))
+}
+
 /// The parameters of effects at the optimum, with standard deviations; those of sizes by profiles where these are asked for,
 /// which takes several fits for each.
 pub fn effect_parameters(
@@ -327,6 +334,19 @@ fn moved(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_vent_within_what_its_datasheet_may_be_off_by_is_no_effect() {
+        let is_none = |kind: EffectKind, size: f64| {
+            let mut values: Vec<f64> = kind.parameters().iter().map(|_| 0.0).collect();
+            values[0] = size;
+            is_of_datasheet(kind, &values)
+        };
+        assert!(is_none(EffectKind::VENT_RESTRICTION, 0.994) && is_none(EffectKind::VENT_RESTRICTION, 1.015));
+        assert!(!is_none(EffectKind::VENT_RESTRICTION, 0.97));
+        // How small a force is does not make it one of the datasheet.
+        assert!(!is_none(EffectKind::DRY_FRICTION, 0.01));
+    }
 
     #[test]
     fn what_is_left_makes_everything_wider_and_nothing_narrower() {
