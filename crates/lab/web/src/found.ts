@@ -77,7 +77,7 @@ function bars(candidates: Candidate[], acts: Acts | null): HTMLElement {
 
 function twins_view(twins: Twins, acts: Acts | null): HTMLElement {
   if (twins.with.length === 0) {
-    return h("p", {}, `${twins.effect}: no other effect explains these strokes as well.`);
+    return h("p", {}, `${twins.effect}: of the effects known here no other explains these strokes as well.`);
   }
   const plan = twins.experiment;
   const element = h("div", { class: "twins" },

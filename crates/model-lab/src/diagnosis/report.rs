@@ -57,6 +57,7 @@ pub(super) fn assemble<'a>(
             && !is_noise_of_driving(model)
     };
     let mut notes = notes(catalogue);
+    notes.extend(unseen(catalogue, options));
     let mut best = named(catalogue, found, &leaves_something, &mut notes);
     let mut recommended = in_order(catalogue, found, &best.set);
     let mut left = remainder(best, &fit_options);
@@ -365,6 +366,19 @@ fn notes(catalogue: &Catalogue<'_>) -> Vec<String> {
         notes.push("all strokes were made under one condition; other supply pressures would tell far more".to_owned());
     }
     notes
+}
+
+/// Which effects were not looked for because they would change nothing that was recorded: that none of them is named says nothing.
+fn unseen(catalogue: &Catalogue<'_>, options: &DiagnoseOptions) -> Option<String> {
+    let is_in_file = |kind: EffectKind| catalogue.subject.space.effects().iter().any(|effect| effect.kind() == kind);
+    let is_unseen = |kind: &&EffectKind| !catalogue.kinds.contains(kind) && !is_in_file(**kind);
+    let ids: Vec<&str> = options.effects.iter().filter(is_unseen).map(|kind| kind.id()).collect();
+    let setup = catalogue.subject.setup(Level::High);
+    let is_driven = setup.is_prescribed;
+    let why = if is_driven { "the recorded pressure drives the model, so that " } else { "" };
+    (!ids.is_empty()).then(|| {
+        format!("{why}nothing recorded would change with {}: whether there is any is not known", ids.join(", "))
+    })
 }
 
 /// The model sequence from the datasheet to the effects of `set`, by the steps of the search that lead there.
