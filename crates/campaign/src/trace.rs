@@ -112,13 +112,10 @@ pub(crate) fn read_command_from(root: &Section<'_>, valve: &ValveFacts) -> Resul
         None => (QuantityKind::Si(""), QuantityKind::Si("")),
     };
     let levels = "a level with its unit, or \"20 %\" of the way from the signal's lowest to its highest";
-    let in_shares = section.has("threshold") && share(&section, "threshold", levels).is_ok();
+    let text = if section.has("threshold") { section.text("threshold", levels).ok().flatten() } else { None };
+    let in_shares = text.is_some_and(|text| text.trim_end().ends_with('%'));
     let quantity = |key: &str, kind: QuantityKind| {
-        if in_shares && section.has(key) {
-            share(&section, key, "a percentage, as the threshold is one").map(Some)
-        } else {
-            section.quantity(key, kind)
-        }
+        if in_shares && section.has(key) { share(&section, key).map(Some) } else { section.quantity(key, kind) }
     };
     let threshold = quantity("threshold", level)?
         .ok_or_else(|| section.missing("threshold", "the level that parts open from close"))?;
@@ -144,7 +141,8 @@ pub(crate) fn read_command_from(root: &Section<'_>, valve: &ValveFacts) -> Resul
 }
 
 /// A text such as "20 %", between 0 and 1.
-fn share(section: &Section<'_>, key: &str, expected: &str) -> Result<f64, TomlFileError> {
+fn share(section: &Section<'_>, key: &str) -> Result<f64, TomlFileError> {
+    let expected = "a share such as \"20 %\", from 0 up to 100 %, as the threshold is one";
     let text = section.text(key, expected)?.unwrap_or_default();
     let percent = text.trim().strip_suffix('%').and_then(|number| number.trim().parse::<f64>().ok());
     let percent = percent.filter(|percent| (0.0..100.0).contains(percent));

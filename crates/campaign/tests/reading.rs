@@ -196,7 +196,9 @@ fn a_signal_that_rises_and_falls_slowly_tells_both_commands_early() {
     assert!(message.contains("kPa and hardly moves, so that it tells no command"), "{message}");
     let mixed = shares.replace("80 %", "420 kPa");
     let message = refusal(&mixed, &csv);
-    assert!(message.contains("c.toml:9: command_from.release is \"420 kPa\"; expected a percentage"), "{message}");
+    assert!(message.contains("c.toml:9: command_from.release is \"420 kPa\"; expected a share such as"), "{message}");
+    let message = refusal(&shares.replace("20 %", "120 %"), &csv);
+    assert!(message.contains("c.toml:8: command_from.threshold is \"120 %\"; expected a share such as"), "{message}");
     let text =
         format!("{RUN}[command_from]\nchannel = \"pipe_pressure\"\nthreshold = \"180 kPa\"\nrelease = \"150 kPa\"\n");
     let message = refusal(&text, &csv);
