@@ -100,6 +100,12 @@ fn a_hidden_effect_is_found_adopted_and_reverted() {
         })
         .collect();
     assert!(group.contains(&"vent-restriction"), "{answer:#}");
+    // Stroke times are told by the valve's own clock, and by no sensor of its position.
+    let notes = answer["notes"].to_string();
+    assert!(
+        notes.contains("nothing recorded would change with sensor-lag, clock-offset: whether there is any"),
+        "{notes}"
+    );
 
     let adopted = ["adopt", "valve.toml", "campaign.toml", "--effect", "vent-restriction", "--out", "better.toml"];
     let answer = json(&sandbox, &[&adopted[..], &["--format", "json"]].concat());
