@@ -111,9 +111,7 @@ pub(crate) fn read_command_from(root: &Section<'_>, valve: &ValveFacts) -> Resul
         Some(dimension) => (QuantityKind::Si(dimension.si_unit()), QuantityKind::Si(dimension.si_unit())),
         None => (QuantityKind::Si(""), QuantityKind::Si("")),
     };
-    let levels = "a level with its unit, or \"20 %\" of the way from the signal's lowest to its highest";
-    let text = if section.has("threshold") { section.text("threshold", levels).ok().flatten() } else { None };
-    let in_shares = text.is_some_and(|text| text.trim_end().ends_with('%'));
+    let in_shares = matches!(section.text("threshold", "a level"), Ok(Some(text)) if text.trim_end().ends_with('%'));
     let quantity = |key: &str, kind: QuantityKind| {
         if in_shares && section.has(key) { share(&section, key).map(Some) } else { section.quantity(key, kind) }
     };
