@@ -232,9 +232,7 @@ impl Fitting<'_> {
 
     /// The best of several damped steps, by what is predicted there; nothing where none is better, or where none
     /// promises `least` nats.
-    fn stepped(&mut self, at: &Linearised, noise: &Noise, least: impl Fn(&Normal) -> f64) -> Option<Taken> {
-        let whitened = Whitened::new(self.problem, at, noise);
-        let least = least(&whitened.normal);
+    fn stepped(&mut self, at: &Linearised, whitened: &Whitened, least: f64) -> Option<Taken> {
         let coordinates = self.problem.coordinates();
         let posterior = Posterior::new(coordinates, &at.u, &whitened.normal);
         self.sigmas = posterior.precision.diagonal().iter().map(|precision| precision.sqrt().recip()).collect();
@@ -248,7 +246,7 @@ impl Fitting<'_> {
                 Some((step.to, *factor, step.predicted_gain))
             });
             let steps = steps.collect();
-            self.try_all(&whitened, steps, &mut tried);
+            self.try_all(whitened, steps, &mut tried);
             let enough = |trial: &Trial| posterior.cost - trial.cost > TRUSTED * trial.predicted_gain;
             if tried.iter().any(enough) {
                 break;
@@ -261,7 +259,7 @@ impl Fitting<'_> {
                 Some((step.to, trial.factor, trial.predicted_gain))
             });
             let seconds = seconds.collect();
-            self.try_all(&whitened, seconds, &mut tried);
+            self.try_all(whitened, seconds, &mut tried);
             if tried.iter().any(enough) {
                 break;
             }
@@ -339,8 +337,9 @@ impl Fitting<'_> {
                 *size = size.min(self.options.share * now);
             }
             let noise = self.memoryless(&sizes);
-            let share = 0.5 * self.options.annealed_tolerance;
-            let taken = self.stepped(&at, &noise, |normal| share * normal.chi2);
+            let whitened = Whitened::new(self.problem, &at, &noise);
+            let least = 0.5 * self.options.annealed_tolerance * whitened.normal.chi2;
+            let taken = self.stepped(&at, &whitened, least);
             match self.advanced(at, taken, &mut since)? {
                 Advance::To(next) => at = next,
                 Advance::End(last) => return Some(last),
@@ -374,16 +373,16 @@ impl Fitting<'_> {
                 noise = components(self.problem, &at, &self.options.groups, &noise, effort);
                 effort = Effort::Local;
             }
-            let normal = at.normal(self.problem, &noise);
-            let posterior = Posterior::new(self.problem.coordinates(), &at.u, &normal);
+            let whitened = Whitened::new(self.problem, &at, &noise);
+            let posterior = Posterior::new(self.problem.coordinates(), &at.u, &whitened.normal);
             let promised = posterior.newton().map_or(f64::INFINITY, |step| 0.5 * step.predicted_gain);
             predicted_gain = self.kept * promised;
-            let tolerance = self.tolerance(&noise, &normal);
+            let tolerance = self.tolerance(&noise, &whitened.normal);
             let has_converged = promised < tolerance;
             if since.derivatives == 0 && (has_converged || has_ended || self.derivatives >= most) {
                 break;
             }
-            let taken = if has_converged { None } else { self.stepped(&at, &noise, |_| tolerance) };
+            let taken = if has_converged { None } else { self.stepped(&at, &whitened, tolerance) };
             match self.advanced(at, taken, &mut since)? {
                 Advance::To(next) => at = next,
                 Advance::End(last) => (at, has_ended) = (last, true),

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::envelope::{Factor, ordered};
 use crate::noise::{Noise, Whitener};
-use crate::problem::{Coordinate, Linear, Problem, residuals};
+use crate::problem::{Coordinate, Linear, Problem, Record, residuals};
 use crate::special::ln_normal_cdf;
 
 /// A problem linear about a point.
@@ -17,6 +17,15 @@ pub struct Linearised {
     pub residual: Vec<Vec<f64>>,
     /// Derivatives of the predictions, by record: index of the coordinate, a value for each row.
     pub columns: Vec<Vec<(usize, Vec<f64>)>>,
+}
+
+/// A linearised problem with the rows of one group of errors alone.
+#[derive(Debug)]
+pub(crate) struct GroupRows {
+    /// The records with their series of the group.
+    pub records: Vec<Record>,
+    /// What those rows are linear in.
+    pub linear: Linearised,
 }
 
 /// The derivatives of one record's rows, whitened.
@@ -113,21 +122,51 @@ impl Linearised {
             normal.add_record(part, &self.residual[record]);
             normal
         };
-        self.whitened(problem, noise).iter().zip(0..).map(alone).collect()
+        self.whitened(problem.records(), noise).iter().zip(0..).map(alone).collect()
     }
 
     /// The normal equations of all records.
     pub fn normal(&self, problem: &dyn Problem, noise: &Noise) -> Normal {
+        self.normal_of(problem.records(), noise)
+    }
+
+    /// The same of the records that this is linear in, where they are not all that a problem has of them.
+    pub(crate) fn normal_of(&self, records: &[Record], noise: &Noise) -> Normal {
         let mut sum = Normal::empty(self.u.len());
-        for (part, residual) in self.whitened(problem, noise).iter().zip(&self.residual) {
+        for (part, residual) in self.whitened(records, noise).iter().zip(&self.residual) {
             sum.add_record(part, residual);
         }
         sum
     }
 
+    /// The rows of one group of errors alone, record by record, with the columns that are not zero there.
+    pub(crate) fn rows_of_group(&self, problem: &dyn Problem, group: usize) -> GroupRows {
+        let of_record = |(index, record): (usize, &Record)| {
+            let mut ends = 0;
+            let mut rows = Vec::new();
+            let mut series = Vec::new();
+            for one in &record.series {
+                let first = ends;
+                ends += one.rows.len();
+                if one.group == group && !one.rows.is_empty() {
+                    rows.push(first..ends);
+                    series.push(one.clone());
+                }
+            }
+            let picked = |values: &[f64]| rows.iter().flat_map(|rows| &values[rows.clone()]).copied().collect();
+            let moves = |column: &[f64]| rows.iter().any(|rows| column[rows.clone()].iter().any(|value| *value != 0.0));
+            let columns = self.columns[index].iter().filter(|(_, column)| moves(column));
+            let columns = columns.map(|(index, column)| (*index, picked(column))).collect();
+            (Record { series, condition: record.condition }, (picked(&self.residual[index]), columns))
+        };
+        let parts = problem.records().par_iter().enumerate().map(of_record);
+        let (records, (residual, columns)) = parts.unzip();
+        GroupRows { records, linear: Self { u: self.u.clone(), residual, columns } }
+    }
+
     /// The whitened derivatives of each record, and their products with each other.
-    fn whitened(&self, problem: &dyn Problem, noise: &Noise) -> Vec<(Jacobian, DMatrix<f64>)> {
-        let records = problem.records().par_iter().zip(&self.columns);
+    fn whitened(&self, records: &[Record], noise: &Noise) -> Vec<(Jacobian, DMatrix<f64>)> {
+        let records = records.par_iter().zip(&self.columns);
         let of_record = |(record, columns): (_, &Vec<(usize, Vec<f64>)>)| {
             let jacobian = Jacobian::new(Whitener::new(record, noise), columns);
             let gram = jacobian.gram();
@@ -202,7 +241,8 @@ impl Whitened {
 }
 
 impl Normal {
-    fn empty(n: usize) -> Self {
+    /// Of no rows.
+    pub(crate) fn empty(n: usize) -> Self {
         Self { matrix: DMatrix::zeros(n, n), gradient: DVector::zeros(n), chi2: 0.0, log_determinant: 0.0, rows: 0 }
     }
 
@@ -447,6 +487,62 @@ const LN_2_PI: f64 = 1.837_877_066_409_345_5;
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::noise::GroupNoise;
+    use crate::problem::{Request, Row, Series};
+
+    /// Two records with series of two groups each.
+    struct Recorded([Record; 2]);
+
+    impl Recorded {
+        fn new() -> Self {
+            let row = |i: i32| Row { time_s: 0.1 * f64::from(i), observed: 0.0, sigma: 0.5, activity: 1.0 };
+            let series =
+                |group: usize, count: i32| Series { rows: (0..count).map(row).collect(), group, is_process: true };
+            let record = |counts: [i32; 3]| Record {
+                series: vec![series(0, counts[0]), series(1, counts[1]), series(0, counts[2])],
+                condition: 0,
+            };
+            Self([record([7, 4, 3]), record([5, 6, 0])])
+        }
+    }
+
+    impl Problem for Recorded {
+        fn coordinates(&self) -> &[Coordinate] {
+            &[]
+        }
+
+        fn records(&self) -> &[Record] {
+            &self.0
+        }
+
+        fn predict(&self, _: &[Vec<f64>], requests: &[Request]) -> Vec<Option<Vec<f64>>> {
+            vec![None; requests.len()]
+        }
+    }
+
+    #[test]
+    fn the_rows_of_all_groups_make_up_the_normal_equations() {
+        let problem = Recorded::new();
+        let wave = |seed: f64, count: usize| (0..count).map(|i| (seed + 1.7 * i as f64).sin()).collect::<Vec<f64>>();
+        let counts = [14, 11];
+        // The second coordinate moves the second group of the first record alone.
+        let second: Vec<f64> = (0..14).map(|i| if (7..11).contains(&i) { 0.3 * f64::from(i) } else { 0.0 }).collect();
+        let columns = vec![vec![(0, wave(0.2, 14)), (1, second)], vec![(0, wave(0.9, 11))]];
+        let residual = counts.map(|count| wave(2.0, count)).into();
+        let at = Linearised { u: vec![0.0; 2], residual, columns };
+        let group = |discrepancy| GroupNoise { multiplier: 1.2, discrepancy, time_s: 0.3 };
+        let noise = Noise { groups: vec![group(0.7), group(0.2)], smoothness: crate::Smoothness::Rough };
+        let whole = at.normal(&problem, &noise);
+        let mut sum = Normal::empty(2);
+        for (group, moved) in [(0, [1, 1]), (1, [2, 1])] {
+            let part = at.rows_of_group(&problem, group);
+            assert_eq!(part.linear.columns.iter().map(Vec::len).collect::<Vec<_>>(), moved);
+            sum.add(&part.linear.normal_of(&part.records, &noise));
+        }
+        assert!((sum.matrix - &whole.matrix).amax() < 1e-12 && (sum.gradient - &whole.gradient).amax() < 1e-12);
+        assert!((sum.chi2 - whole.chi2).abs() < 1e-12 && (sum.log_determinant - whole.log_determinant).abs() < 1e-12);
+        assert_eq!(sum.rows, whole.rows);
+    }
 
     #[test]
     fn a_bound_hides_what_lies_beyond_it() {

@@ -4,11 +4,13 @@
 //! the restricted likelihood (Patterson and Thompson, Biometrika 58(3), 1971) with the priors of the coordinates. It has
 //! more than one summit, so a grid is looked at first and the best of it refined.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
 use crate::noise::{GroupNoise, Noise, log_likelihood};
-use crate::normal::{Linearised, Normal, Posterior};
-use crate::problem::Problem;
+use crate::normal::{GroupRows, Linearised, Normal, Posterior};
+use crate::problem::{Coordinate, Problem};
 
 /// What is known of a group's errors beforehand.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -62,12 +64,16 @@ struct Judged {
     noise: Noise,
     log_evidence: f64,
     to: Vec<f64>,
+    /// The normal equations of each group's rows.
+    normals: Vec<Arc<Normal>>,
 }
 
 /// A linearised problem whose errors' sizes are looked for.
 struct Sizing<'a> {
-    problem: &'a dyn Problem,
-    at: &'a Linearised,
+    coordinates: &'a [Coordinate],
+    u: &'a [f64],
+    /// Its rows by group: errors of different groups are independent, so that only a part changes with the sizes of one.
+    groups: Vec<GroupRows>,
     priors: &'a [GroupPrior],
 }
 
@@ -79,58 +85,76 @@ pub fn components(
     from: &Noise,
     effort: Effort,
 ) -> Noise {
-    let sizing = Sizing { problem, at, priors };
-    let Some(mut best) = sizing.judged(from.clone()) else { return from.clone() };
+    let groups = (0..from.groups.len()).map(|group| at.rows_of_group(problem, group)).collect();
+    let sizing = Sizing { coordinates: problem.coordinates(), u: &at.u, groups, priors };
+    let Some(mut best) = sizing.judged(from.clone(), None) else { return from.clone() };
     for (group, prior) in priors.iter().enumerate().take(from.groups.len()) {
-        let series = problem.records().iter().flat_map(|record| &record.series);
-        let mut series = series.filter(|series| series.group == group && !series.rows.is_empty()).peekable();
+        let rows = &sizing.groups[group];
+        let mut series = rows.records.iter().flat_map(|record| &record.series).peekable();
         if series.peek().is_none() {
             continue;
         }
         let has_process = series.any(|series| series.is_process);
         if effort == Effort::Global && has_process {
             let none = GroupNoise { discrepancy: 0.0, ..best.noise.groups[group] };
-            sizing.consider(replaced(&best.noise, group, none), &mut best);
+            sizing.consider(group, none, &mut best);
             let ((least, most), times) = (prior.discrepancy, prior.time_s);
-            let mut grid: Vec<(f64, Noise)> = (0..GRID.0 * GRID.1)
+            let mut grid: Vec<(f64, GroupNoise)> = (0..GRID.0 * GRID.1)
                 .map(|point| GroupNoise {
                     discrepancy: between(least, most, point / GRID.1, GRID.0),
                     time_s: between(times.0, times.1, point % GRID.1, GRID.1),
                     ..best.noise.groups[group]
                 })
-                .map(|one| replaced(&best.noise, group, one))
-                .map(|noise| (log_likelihood(problem.records(), &at.residual, &noise), noise))
+                .map(|one| {
+                    let noise = replaced(&best.noise, group, one);
+                    (log_likelihood(&rows.records, &rows.linear.residual, &noise), one)
+                })
                 .collect();
             grid.sort_by(|a, b| b.0.total_cmp(&a.0));
-            for (_, noise) in grid.into_iter().take(LOOKED_AT) {
-                sizing.consider(noise, &mut best);
+            for (_, one) in grid.into_iter().take(LOOKED_AT) {
+                sizing.consider(group, one, &mut best);
             }
         }
         for _ in 0..ROUNDS {
             let refined = sizing.refined(&best, group, has_process);
-            if !sizing.consider(refined, &mut best) {
+            if !sizing.consider(group, refined, &mut best) {
                 break;
             }
         }
         if has_process && best.noise.groups[group].discrepancy > 0.0 {
             let none = GroupNoise { discrepancy: 0.0, ..best.noise.groups[group] };
-            sizing.consider(replaced(&best.noise, group, none), &mut best);
+            sizing.consider(group, none, &mut best);
         }
     }
     best.noise
 }
 
 impl Sizing<'_> {
-    fn judged(&self, noise: Noise) -> Option<Judged> {
-        let normal = self.at.normal(self.problem, &noise);
-        let (step, log_evidence) = Posterior::new(self.problem.coordinates(), &self.at.u, &normal).least()?;
+    /// What sizes make of the records; of those that were judged before only the ones of a group differ.
+    fn judged(&self, noise: Noise, before: Option<(&Judged, usize)>) -> Option<Judged> {
+        let of_group =
+            |group: usize| Arc::new(self.groups[group].linear.normal_of(&self.groups[group].records, &noise));
+        let normals: Vec<Arc<Normal>> = match before {
+            Some((judged, group)) => {
+                let mut normals = judged.normals.clone();
+                normals[group] = of_group(group);
+                normals
+            }
+            None => (0..self.groups.len()).map(of_group).collect(),
+        };
+        let mut normal = Normal::empty(self.u.len());
+        for of_group in &normals {
+            normal.add(of_group);
+        }
+        let (step, log_evidence) = Posterior::new(self.coordinates, self.u, &normal).least()?;
         let log_evidence = log_evidence + log_prior(self.priors, &noise);
-        log_evidence.is_finite().then_some(Judged { noise, log_evidence, to: step.to })
+        log_evidence.is_finite().then_some(Judged { noise, log_evidence, to: step.to, normals })
     }
 
-    /// Takes sizes that are more likely; whether they are.
-    fn consider(&self, noise: Noise, best: &mut Judged) -> bool {
-        let better = self.judged(noise).filter(|one| one.log_evidence > best.log_evidence + LEAST_GAIN);
+    /// Takes sizes of a group that are more likely; whether they are.
+    fn consider(&self, group: usize, sizes: GroupNoise, best: &mut Judged) -> bool {
+        let judged = self.judged(replaced(&best.noise, group, sizes), Some((best, group)));
+        let better = judged.filter(|one| one.log_evidence > best.log_evidence + LEAST_GAIN);
         let is_better = better.is_some();
         if let Some(better) = better {
             *best = better;
@@ -141,12 +165,12 @@ impl Sizing<'_> {
     /// The likely sizes of a group, from others close by. What the rows left say of them is taken as it is, with the
     /// coordinates where they are best under the sizes at hand; how much of it is owed to the freedom of the coordinates, the
     /// part that is costly to compute, as linear in the logarithms of the sizes.
-    fn refined(&self, from: &Judged, group: usize, has_process: bool) -> Noise {
+    fn refined(&self, from: &Judged, group: usize, has_process: bool) -> GroupNoise {
         let start = from.noise.groups[group];
         let prior = narrowed(self.priors[group], start);
-        let left = self.at.foreseen(&from.to);
-        let of_rows =
-            |noise: &Noise| log_likelihood(self.problem.records(), &left, noise) + log_prior(self.priors, noise);
+        let rows = &self.groups[group];
+        let left = rows.linear.foreseen(&from.to);
+        let of_rows = |noise: &Noise| log_likelihood(&rows.records, &left, noise) + log_prior(self.priors, noise);
         let of_freedom = |judged: &Judged| judged.log_evidence - of_rows(&judged.noise);
         let moves_process = has_process && start.discrepancy > 0.0;
         let known = of_freedom(from);
@@ -157,7 +181,7 @@ impl Sizing<'_> {
                 let by = |moved: &GroupNoise| logarithms(*moved, start).into_iter().sum::<f64>();
                 let farthest = moved.into_iter().max_by(|a, b| by(a).abs().total_cmp(&by(b).abs()));
                 let Some(moved) = farthest.filter(|moved| by(moved) != 0.0) else { return 0.0 };
-                let judged = self.judged(replaced(&from.noise, group, moved));
+                let judged = self.judged(replaced(&from.noise, group, moved), Some((from, group)));
                 judged.map_or(0.0, |judged| (of_freedom(&judged) - known) / by(&moved))
             })
             .collect();
@@ -189,7 +213,7 @@ impl Sizing<'_> {
                 factor = factor.sqrt();
             }
         }
-        best.1
+        best.1.groups[group]
     }
 }
 

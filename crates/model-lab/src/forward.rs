@@ -24,6 +24,15 @@ pub fn record(valve: &Valve, nodes: &Trajectory, times_s: &[f64], into: &mut Pre
     valve.measurement().record(nodes, times_s, into);
 }
 
+/// One channel of such a record alone, at sample times of its own.
+pub fn record_channel(valve: &Valve, nodes: &Trajectory, channel: Channel, times_s: &[f64], into: &mut Vec<f64>) {
+    match channel {
+        Channel::Position => valve.measurement().positions(nodes, times_s, into),
+        Channel::ChamberPressure => nodes.pressures_at(&nodes.chamber_pressure_pa, times_s, into),
+        Channel::PipePressure => nodes.pressures_at(&nodes.pipe_pressure_pa, times_s, into),
+    }
+}
+
 /// The stroke times of every group of stroke times.
 pub fn timing_predictions(data: &Dataset, valve: &Valve) -> Vec<CycleTimes> {
     let mut times = vec![CycleTimes::default(); data.timing_groups.len()];

@@ -42,15 +42,9 @@ impl Measurement {
         nodes.places_at(times_s, &mut into.places);
         if self.lag_s == 0.0 && self.offset_s == 0.0 {
             nodes.positions(&into.places, &mut into.position_m);
+            self.scale(&mut into.position_m);
         } else {
-            let shifted: Vec<f64> = times_s.iter().map(|time| time - self.offset_s).collect();
-            let slow = (self.lag_s > 0.0).then(|| lagged(nodes, self.lag_s));
-            slow.as_ref().unwrap_or(nodes).positions_at(&shifted, &mut into.position_m);
-        }
-        if self.gain != 1.0 || self.zero_m != 0.0 {
-            for position in &mut into.position_m {
-                *position = self.zero_m + self.gain * *position;
-            }
+            self.positions(nodes, times_s, &mut into.position_m);
         }
         for (channel_pa, into_pa) in [
             (&nodes.chamber_pressure_pa, &mut into.chamber_pressure_pa),
@@ -59,6 +53,30 @@ impl Measurement {
             into_pa.clear();
             if !channel_pa.is_empty() {
                 pressures(channel_pa, &into.places, into_pa);
+            }
+        }
+    }
+}
+
+impl Measurement {
+    /// The position alone of such a record, m.
+    pub fn positions(&self, nodes: &Trajectory, times_s: &[f64], into: &mut Vec<f64>) {
+        let slow = (self.lag_s > 0.0).then(|| lagged(nodes, self.lag_s));
+        let shown = slow.as_ref().unwrap_or(nodes);
+        if self.offset_s == 0.0 {
+            shown.positions_at(times_s, into);
+        } else {
+            let shifted: Vec<f64> = times_s.iter().map(|time| time - self.offset_s).collect();
+            shown.positions_at(&shifted, into);
+        }
+        self.scale(into);
+    }
+
+    /// What it makes of positions beside their lateness.
+    fn scale(&self, positions_m: &mut [f64]) {
+        if self.gain != 1.0 || self.zero_m != 0.0 {
+            for position in positions_m {
+                *position = self.zero_m + self.gain * *position;
             }
         }
     }
@@ -149,6 +167,9 @@ mod tests {
         for (plain, scaled) in plain.position_m.iter().zip(&scaled.position_m) {
             assert!((scaled - (3e-3 + 0.5 * plain)).abs() < 1e-15);
         }
+        let mut alone = Vec::new();
+        Measurement { gain: 0.5, zero_m: 3e-3, ..late }.positions(&nodes, &[0.2, 0.7], &mut alone);
+        assert_eq!(alone, scaled.position_m);
         // 0.05 s late and 0.1 s behind on a ramp of 20 mm/s that it has followed since long before.
         let expected = 0.02 * (0.65 - 0.1);
         assert!((plain.position_m[1] - expected).abs() < 1e-6, "{}", plain.position_m[1]);

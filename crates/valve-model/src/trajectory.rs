@@ -49,10 +49,14 @@ impl Trajectory {
     /// Where rising times lie; times beyond the ends of the run are put there.
     pub fn places_at(&self, times_s: &[f64], into: &mut Vec<InterpolationPoint>) {
         into.clear();
+        into.extend(self.places(times_s));
+    }
+
+    fn places<'a>(&'a self, times_s: &'a [f64]) -> impl Iterator<Item = InterpolationPoint> + 'a {
         let time = &self.time_s;
         let last = time.len() - 1;
         let mut left = 0;
-        into.extend(times_s.iter().map(|&at| {
+        times_s.iter().map(move |&at| {
             while left < last && time[left + 1] <= at {
                 left += 1;
             }
@@ -61,7 +65,7 @@ impl Trajectory {
             } else {
                 InterpolationPoint { left, share: ((at - time[left]) / (time[left + 1] - time[left])).max(0.0) }
             }
-        }));
+        })
     }
 
     /// Positions at places, m.
@@ -76,9 +80,18 @@ impl Trajectory {
 
     /// Positions at rising times, m; held beyond the ends of the run.
     pub fn positions_at(&self, times_s: &[f64], into: &mut Vec<f64>) {
-        let mut places = Vec::with_capacity(times_s.len());
-        self.places_at(times_s, &mut places);
-        self.positions(&places, into);
+        into.clear();
+        if self.time_s.len() == 1 {
+            into.resize(times_s.len(), self.position_m[0]);
+            return;
+        }
+        into.extend(self.places(times_s).map(|place| self.hermite(place.left, place.share)));
+    }
+
+    /// A pressure channel of this run at rising times, linear between nodes and held beyond the ends of the run, Pa.
+    pub fn pressures_at(&self, channel_pa: &[f64], times_s: &[f64], into: &mut Vec<f64>) {
+        into.clear();
+        into.extend(self.places(times_s).map(|place| pressure(channel_pa, place)));
     }
 }
 
@@ -92,10 +105,12 @@ pub struct InterpolationPoint {
 /// A pressure channel of a run at places, linear between nodes, Pa.
 pub fn pressures(channel_pa: &[f64], places: &[InterpolationPoint], into: &mut Vec<f64>) {
     into.clear();
-    into.extend(places.iter().map(|InterpolationPoint { left, share }| {
-        let (here, next) = (channel_pa[*left], channel_pa.get(left + 1).copied().unwrap_or(channel_pa[*left]));
-        here + share * (next - here)
-    }));
+    into.extend(places.iter().map(|place| pressure(channel_pa, *place)));
+}
+
+fn pressure(channel_pa: &[f64], InterpolationPoint { left, share }: InterpolationPoint) -> f64 {
+    let (here, next) = (channel_pa[left], channel_pa.get(left + 1).copied().unwrap_or(channel_pa[left]));
+    here + share * (next - here)
 }
 
 impl Trajectory {

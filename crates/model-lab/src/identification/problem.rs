@@ -16,7 +16,7 @@ use super::nuisance::{Entry, Nuisance};
 use super::setup::{Kind, Recording, Setup, Trace};
 use super::start::{Beginning, ON_STOP};
 use crate::data::{Channel, Dataset};
-use crate::forward::{Predicted, channel_of, record};
+use crate::forward::{Predicted, record, record_channel};
 use crate::space::{Space, Target};
 
 /// Bound of a tolerated parameter, in tolerances.
@@ -220,7 +220,7 @@ impl<'a> ValveProblem<'a> {
         let recording = &self.setup.recordings[index];
         let (clock, origin_s) = (self.clock_s(u, recording, valve) + shift_s, recording.origin_s);
         let mut values = Vec::new();
-        let mut recorded = Predicted::default();
+        let mut sampled = Vec::new();
         let bends = self.bends(u);
         // A slow sensor shows late what its curve makes of the position.
         let slow = valve.measurement().lag_s > 0.0 && !bends.is_empty();
@@ -228,8 +228,7 @@ impl<'a> ValveProblem<'a> {
         for channel in &trace.channels {
             let times: Vec<f64> = channel.samples_s.iter().map(|time| time - clock - origin_s).collect();
             let nodes = bent.as_ref().filter(|_| channel.channel == Channel::Position).unwrap_or(nodes);
-            record(valve, nodes, &times, &mut recorded);
-            let sampled = channel_of(&recorded, channel.channel);
+            record_channel(valve, nodes, channel.channel, &times, &mut sampled);
             let means = channel
                 .rows
                 .iter()
