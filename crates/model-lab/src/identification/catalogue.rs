@@ -11,11 +11,12 @@ use valve_file::{Tolerance, ValveFile};
 use valve_model::effects::{EffectParameter, Search};
 use valve_model::{EffectKind, Fidelity, ParameterId};
 
+use super::fidelity;
 use super::force_balance::ForceBalance;
 use super::nuisance::{Entry, Nuisance, NuisanceSizes, nuisances};
 use super::problem::{DEFAULT_TOLERANCES, ValveProblem};
 use super::scattered::Scattered;
-use super::setup::{Kind, Setup};
+use super::setup::Setup;
 use super::start::Beginning;
 use crate::data::Dataset;
 use crate::space::{Space, Target};
@@ -64,82 +65,6 @@ const CARRIED_OVER: f64 = 0.3;
 /// How far an unseen edge may lie from the best one at the values of the valve file, in travel times.
 const UNSEEN_SIGMA: f64 = 0.3;
 
-/// Steps of the integrator, in usual ones, and the most substeps, from cheap to exact; the last one is what the others are
-/// measured by.
-const RUNGS: [(f64, u32); 7] = [(2.0, 2), (2.0, 4), (1.0, 2), (1.0, 4), (0.5, 4), (0.25, 4), (0.125, 4)];
-
-/// The rung that is usual for what decides.
-const USUAL: usize = 3;
-
-/// What a simulation may be off by on the way, where an optimum must only be close: in standard deviations of the rows (root mean
-/// square).
-const OFF_ON_THE_WAY: f64 = 0.5;
-
-/// What the simulations of what decides may be off by in all, nats, as if their errors were an effect's doing. Errors of so many
-/// nats move no value by more than a third of its standard deviation, along directions that data hardly pin as well.
-const OFF_WHERE_DECIDED: f64 = 0.05;
-
-/// How many rungs finer a fit may go on that has ended before it was done.
-const FINER: usize = 2;
-
-/// Steps that one may span on a stop on the way, where that costs little; the last one that does counts. For what decides none
-/// are: where a piston begins to rest jumps from block to block with every parameter, and differences of these jumps look like
-/// knowledge of directions that nothing else pins.
-const SPANS: [u32; 3] = [2, 4, 8];
-
-/// What spans may cost in all on the way, nats.
-const SPANS_MAY_COST: f64 = 5.0;
-
-/// The rungs of a record whose usual fidelity is this.
-fn rungs(usual: Fidelity) -> [Fidelity; RUNGS.len()] {
-    RUNGS.map(|(step, substeps)| Fidelity {
-        most_inert_kg: usual.most_inert_kg,
-        ..Fidelity::with_step(step * usual.step_s).with_most_substeps(substeps).with_every_step()
-    })
-}
-
-/// What errors by record and row cost over some records, nats.
-fn nats(setup: &Setup, records: &[usize], errors: &[Vec<f64>]) -> f64 {
-    let rows = records.iter().flat_map(|record| setup.records[*record].rows().zip(&errors[*record]));
-    0.5 * rows.map(|(row, error)| (error / row.sigma).powi(2)).sum::<f64>()
-}
-
-/// Their root mean square, in standard deviations of the rows.
-fn normalised_rms(setup: &Setup, records: &[usize], errors: &[Vec<f64>]) -> f64 {
-    let rows: usize = records.iter().map(|record| errors[*record].len()).sum();
-    (2.0 * nats(setup, records, errors) / rows.max(1) as f64).sqrt()
-}
-
-/// What some predictions differ by from others, by record and row.
-fn differences(one: &[Vec<f64>], other: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    one.iter().zip(other).map(|(one, other)| one.iter().zip(other).map(|(one, other)| one - other).collect()).collect()
-}
-
-/// Lets steps on a stop span several in each record, as many as cost no more than its share of so many nats against every step taken. Stroke
-/// times are all simulated alike.
-fn choose_spans(setup: &mut Setup, most_nats: f64, predict: impl Fn(&Setup) -> Option<Vec<Vec<f64>>>) {
-    let count = setup.recordings.len();
-    let Some(every) = predict(setup) else { return };
-    let mut chosen = vec![1; count];
-    for span in SPANS {
-        let mut spanned = setup.clone();
-        spanned.recordings.iter_mut().for_each(|recording| recording.fidelity.most_span = span);
-        let Some(predicted) = predict(&spanned) else { continue };
-        let errors = differences(&predicted, &every);
-        let is_cheap = |recording: usize| nats(setup, &[recording], &errors) <= most_nats / count as f64;
-        let is_timed = |recording: usize| matches!(setup.recordings[recording].kind, Kind::Times(_));
-        let are_timed_cheap = (0..count).filter(|recording| is_timed(*recording)).all(is_cheap);
-        for (recording, chosen) in chosen.iter_mut().enumerate() {
-            if if is_timed(recording) { are_timed_cheap } else { is_cheap(recording) } {
-                *chosen = span;
-            }
-        }
-    }
-    for (recording, span) in setup.recordings.iter_mut().zip(chosen) {
-        recording.fidelity.most_span = span;
-    }
-}
-
 impl Subject {
     /// Makes a campaign ready for a valve file.
     pub fn new(file: &ValveFile, campaign: &Campaign, sizes: &NuisanceSizes) -> Self {
@@ -165,9 +90,7 @@ impl Subject {
             tolerances_are_assumed,
             was_fitted: !file.history().is_empty(),
         };
-        for recording in &mut subject.low.recordings {
-            recording.fidelity = rungs(recording.fidelity)[0];
-        }
+        subject.low = fidelity::roughly(&subject.low);
         subject.find_unseen_edges(&campaign.uncertainty, sizes);
         subject.choose_fidelity();
         subject.find_carried_over();
@@ -234,65 +157,16 @@ impl Subject {
         (setup.only(chosen), entries, places)
     }
 
-    /// How closely to simulate each record on the way, and for what decides, by what its recorder can see of the difference;
-    /// what is cut short all the same counts as noise. Stroke times are all simulated alike.
+    /// How closely to simulate each record on the way, and for what decides. The valve as its file has it may be none that can
+    /// be simulated; then it stays as it is.
     fn choose_fidelity(&mut self) {
-        let of_recording: Vec<[Fidelity; RUNGS.len()]> =
-            self.high[0].recordings.iter().map(|recording| rungs(recording.fidelity)).collect();
-        let at = |setup: &mut Setup, chosen: &[usize]| {
-            for ((recording, rungs), rung) in setup.recordings.iter_mut().zip(&of_recording).zip(chosen) {
-                recording.fidelity = rungs[*rung];
-            }
-        };
-        let mut setup = self.low.clone();
-        let predicted: Vec<Vec<Vec<f64>>> = (0..RUNGS.len())
-            .filter_map(|rung| {
-                at(&mut setup, &vec![rung; of_recording.len()]);
-                let problem = ValveProblem::new(&setup, self.space.clone(), &self.nuisances, Stop::never());
-                predict_all(&problem, &[problem.start()]).remove(0)
-            })
-            .collect();
-        // The valve as its file has it may be none that can be simulated.
-        let Some((exact, others)) = predicted.split_last().filter(|(_, others)| others.len() + 1 == RUNGS.len()) else {
-            return;
-        };
-        let errors: Vec<Vec<Vec<f64>>> = others.iter().map(|predicted| differences(predicted, exact)).collect();
-        let is_timed = |recording: usize| matches!(setup.recordings[recording].kind, Kind::Times(_));
-        let recordings = 0..of_recording.len();
-        let alike = |recording: usize| -> Vec<usize> {
-            let is_alike = |other: &usize| *other == recording || is_timed(*other) && is_timed(recording);
-            recordings.clone().filter(is_alike).collect()
-        };
-        let low = |recording: usize| {
-            let mut rungs = 0..USUAL;
-            let is_close = |rung: &usize| normalised_rms(&setup, &alike(recording), &errors[*rung]) <= OFF_ON_THE_WAY;
-            rungs.find(is_close).unwrap_or(USUAL)
-        };
-        let high = |recording: usize| {
-            let (alike, finest) = (alike(recording), errors.len() - 1);
-            let share = OFF_WHERE_DECIDED * alike.len() as f64 / recordings.len() as f64;
-            (USUAL..finest).find(|rung| nats(&setup, &alike, &errors[*rung]) <= share).unwrap_or(finest)
-        };
-        let [low, high]: [Vec<usize>; 2] =
-            [recordings.clone().map(low).collect(), recordings.clone().map(high).collect()];
-        self.high = vec![setup.clone()];
-        at(&mut self.low, &low);
-        at(&mut self.high[0], &high);
-        let predicted = |setup: &Setup| {
+        let usual: Vec<Fidelity> = self.high[0].recordings.iter().map(|recording| recording.fidelity).collect();
+        let predict = |setup: &Setup| {
             let problem = ValveProblem::new(setup, self.space.clone(), &self.nuisances, Stop::never());
             predict_all(&problem, &[problem.start()]).remove(0)
         };
-        choose_spans(&mut self.low, SPANS_MAY_COST, predicted);
-        for setup in [&mut self.low, &mut self.high[0]] {
-            if let Some(predicted) = predicted(setup) {
-                setup.add_noise(&differences(&predicted, exact));
-            }
-        }
-        // What is cut short stays with the rows, so that all of these have the same.
-        for finer in 1..=FINER {
-            let mut setup = self.high[0].clone();
-            at(&mut setup, &high.iter().map(|rung| (rung + finer).min(RUNGS.len() - 1)).collect::<Vec<_>>());
-            self.high.push(setup);
+        if let Some(chosen) = fidelity::chosen(&self.low, &usual, &predict) {
+            (self.low, self.high) = (chosen.low, chosen.high);
         }
     }
 

@@ -2,6 +2,7 @@
 
 pub mod catalogue;
 mod cycles;
+mod fidelity;
 pub mod force_balance;
 pub mod nuisance;
 pub mod problem;
