@@ -193,24 +193,41 @@ struct Fitting<'a> {
 
 /// Fits a problem from a starting point; nothing where that is impossible, or was stopped on the way.
 pub fn fit(problem: &dyn Problem, start: &[f64], options: &FitOptions) -> Option<Fit> {
-    let sigmas = vec![f64::INFINITY; start.len()];
-    let mut fitting = Fitting {
-        problem,
-        options,
-        derivatives: 0,
-        predictions: 0,
-        damping: 1e-2,
-        reach: 1.0,
-        sigmas,
-        promised: 0.0,
-        least: 0.0,
-        kept: 1.0,
-    };
+    let mut fitting = Fitting::new(problem, options);
     let start =
         problem.coordinates().iter().zip(start).map(|(coordinate, u)| u.clamp(coordinate.lower, coordinate.upper));
     let at = fitting.linearised(start.collect())?;
-    let at = fitting.anneal(at)?;
-    fitting.settle(at)
+    fitting.ended(at)
+}
+
+/// Goes on from where a fit of the same problem ended; nothing where it was stopped on the way.
+pub fn go_on(problem: &dyn Problem, from: &Fit, options: &FitOptions) -> Option<Fit> {
+    let mut fitting = Fitting::new(problem, options);
+    fitting.derivatives = 1;
+    fitting.ended(from.linear.clone())
+}
+
+impl<'a> Fitting<'a> {
+    fn new(problem: &'a dyn Problem, options: &'a FitOptions) -> Self {
+        Self {
+            problem,
+            options,
+            derivatives: 0,
+            predictions: 0,
+            damping: 1e-2,
+            reach: 1.0,
+            sigmas: vec![f64::INFINITY; problem.coordinates().len()],
+            promised: 0.0,
+            least: 0.0,
+            kept: 1.0,
+        }
+    }
+
+    /// The fit from its first derivatives.
+    fn ended(mut self, at: Linearised) -> Option<Fit> {
+        let at = self.anneal(at)?;
+        self.settle(at)
+    }
 }
 
 impl Fitting<'_> {

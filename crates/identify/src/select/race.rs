@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::{Family, Level, News, Search, Set, continued, late_shapes};
-use crate::fit::{Fit, FitOptions, fit};
+use crate::fit::{Fit, FitOptions, fit, go_on};
 use crate::left::{left_nats, normalised_rms};
 use crate::problem::{Problem, error_in_activity, predict_all};
 
@@ -188,7 +188,7 @@ impl<F: Family> Search<'_, F> {
                     (false, most) => FitOptions { annealed: most, settled: 1, ..base.clone() },
                 };
                 if !runner.fit.converged
-                    && let Some(fit) = fit(&runner.problem, &runner.fit.u, &options)
+                    && let Some(fit) = go_on(&runner.problem, &runner.fit, &options)
                     && fit.log_evidence > runner.fit.log_evidence
                 {
                     runner.fit = fit;

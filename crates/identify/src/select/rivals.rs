@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::race::settling;
 use super::{Family, Level, Search, Set};
-use crate::fit::{Fit, FitOptions, fit};
+use crate::fit::{Fit, FitOptions, go_on};
 use crate::problem::Problem;
 
 impl<F: Family> Search<'_, F> {
@@ -43,7 +43,7 @@ impl<F: Family> Search<'_, F> {
         let ended = begun.into_par_iter().filter(|(.., fit)| is_near(fit)).map(|(rival, problem, begun)| {
             let base = self.family.options().exact();
             let options = FitOptions { known: Some(begun.noise.clone()), ..settling(base.settled, base) };
-            let further = fit(&problem, &begun.u, &options);
+            let further = go_on(&problem, &begun, &options);
             let ended = further.filter(|fit| fit.log_evidence > begun.log_evidence).unwrap_or(begun);
             (rival, problem, ended)
         });
