@@ -70,7 +70,7 @@ fn on_rung(usual: Fidelity, (length, substeps): Rung) -> Fidelity {
 
 /// A campaign simulated roughly, before it is known how roughly it may be.
 pub fn roughly(setup: &Setup) -> Setup {
-    at(setup, &|recording| on_rung(setup.recordings[recording].fidelity, (2.0, SUBSTEPS[0])))
+    at(setup, &|recording| on_rung(setup.recordings[recording].fidelity, (ON_THE_WAY, SUBSTEPS[0])))
 }
 
 /// The same campaign with other fidelities.
@@ -91,12 +91,6 @@ pub fn chosen(
 ) -> Option<Simulated> {
     let exact = predict(&at(setup, &|recording| on_rung(usual[recording], (EXACT, SUBSTEPS[1]))))?;
     let errors_of = |setup: &Setup| Some(differences(&predict(setup)?, &exact));
-    let measured = |ladder: Vec<Rung>| -> Option<Vec<(Rung, Vec<Vec<f64>>)>> {
-        let of_rung = |rung: Rung| Some((rung, errors_of(&at(setup, &|recording| on_rung(usual[recording], rung)))?));
-        ladder.into_iter().map(of_rung).collect()
-    };
-    let on_the_way = measured(ladder(ON_THE_WAY, LEAST_ON_THE_WAY, SUBSTEPS[0]))?;
-    let where_decided = measured(ladder(WHERE_DECIDED, LEAST_WHERE_DECIDED, SUBSTEPS[1]))?;
     let recordings = 0..usual.len();
     // Stroke times are all simulated alike.
     let alike = |recording: usize| -> Vec<usize> {
@@ -104,18 +98,26 @@ pub fn chosen(
         let is_alike = |other: &usize| *other == recording || is_timed(*other) && is_timed(recording);
         recordings.clone().filter(is_alike).collect()
     };
-    // The longest step that is off by no more than so many nats in each record.
-    let longest = |measured: &[(Rung, Vec<Vec<f64>>)], most_nats: &dyn Fn(&[usize]) -> f64| -> Vec<Option<Rung>> {
-        let of_recording = |recording: usize| {
-            let alike = alike(recording);
-            let most = most_nats(&alike);
-            measured.iter().find(|(_, errors)| nats(setup, &alike, errors) <= most).map(|(rung, _)| *rung)
-        };
-        recordings.clone().map(of_recording).collect()
+    // For each record the longest step that is off by no more than so many nats.
+    let longest = |ladder: Vec<Rung>, most_nats: &dyn Fn(&[usize]) -> f64| -> Option<Vec<Option<Rung>>> {
+        let mut found: Vec<Option<Rung>> = vec![None; usual.len()];
+        for rung in ladder {
+            if found.iter().all(Option::is_some) {
+                break;
+            }
+            let errors = errors_of(&at(setup, &|recording| on_rung(usual[recording], rung)))?;
+            for (recording, found) in found.iter_mut().enumerate().filter(|(_, found)| found.is_none()) {
+                let alike = alike(recording);
+                *found = (nats(setup, &alike, &errors) <= most_nats(&alike)).then_some(rung);
+            }
+        }
+        Some(found)
     };
     let rows = |records: &[usize]| records.iter().map(|record| setup.records[*record].row_count()).sum::<usize>();
-    let low = longest(&on_the_way, &|alike| 0.5 * OFF_ON_THE_WAY * OFF_ON_THE_WAY * rows(alike) as f64);
-    let high = longest(&where_decided, &|alike| OFF_WHERE_DECIDED * alike.len() as f64 / usual.len() as f64);
+    let on_the_way = ladder(ON_THE_WAY, LEAST_ON_THE_WAY, SUBSTEPS[0]);
+    let low = longest(on_the_way, &|alike| 0.5 * OFF_ON_THE_WAY * OFF_ON_THE_WAY * rows(alike) as f64)?;
+    let where_decided = ladder(WHERE_DECIDED, LEAST_WHERE_DECIDED, SUBSTEPS[1]);
+    let high = longest(where_decided, &|alike| OFF_WHERE_DECIDED * alike.len() as f64 / usual.len() as f64)?;
     let mut low = at(setup, &|recording| on_rung(usual[recording], low[recording].unwrap_or((1.0, SUBSTEPS[1]))));
     choose_spans(&mut low, SPANS_MAY_COST, predict);
     let decided = |finer: i32| {
