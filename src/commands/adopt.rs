@@ -24,12 +24,9 @@ pub fn run(args: &AdoptArgs) -> anyhow::Result<Answer> {
     let out = outputs.file(&args.out)?;
     let plot = PlotFile::create(&mut outputs, args.plot.as_deref())?;
     // Whether the log can be read is known before the long work begins.
-    args.log
-        .as_deref()
-        .map(|log| LogInput::open(log, &args.columns, false))
-        .transpose()?
-        .iter()
-        .for_each(LogInput::announce);
+    if let Some(log) = args.log.as_deref() {
+        LogInput::open(log, &args.columns, false)?.announce(log);
+    }
     let line = ProgressLine::new("refitting everything");
     let adoption = adoption(&input, &args.effects)?;
     drop(line);

@@ -4,11 +4,14 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use anyhow::Context;
+use leak_table::TableBundle;
 use prognoser::{Method, Prognoser, Prognosis, Status};
 use serde::Serialize;
 use valve_file::ValveFile;
 
 use super::log_input::LogInput;
+use super::prognose::Ends;
 use super::tables;
 use crate::cli::LogColumnArgs;
 use crate::output::{Align, TextTable};
@@ -24,7 +27,8 @@ struct Told {
     bounds: Option<[f64; 2]>,
 }
 
-/// The ends of life of the first valve of a log, for every model at every share of the log.
+/// The ends of life of one valve of a log, for every model at every share of the log: of the one that the campaign is of where the
+/// log has it, else of the one that stands worst.
 pub struct Lives {
     log: String,
     valve: String,
@@ -58,7 +62,11 @@ struct ModelDocument<'a> {
 
 impl Lives {
     /// Builds the tables of every model and reads the log with them.
+    ///
+    /// # Errors
+    /// If the log cannot be read or has no rows.
     pub fn read(path: &Path, columns: &LogColumnArgs, models: &[(String, ValveFile)]) -> anyhow::Result<Self> {
+        let name_of_valve = models.first().map_or("", |(_, file)| file.name());
         let mut lives =
             Self { log: path.display().to_string(), valve: String::new(), cycles: Vec::new(), models: Vec::new() };
         for (name, file) in models {
@@ -71,13 +79,16 @@ impl Lives {
                     continue;
                 }
             };
-            let states = states(path, columns, Prognoser::new(Arc::new(built.bundle), Method::default()))?;
+            let tables = Arc::new(built.bundle);
+            if lives.valve.is_empty() {
+                lives.valve = chosen(path, columns, name_of_valve, &tables)?;
+            }
+            let states = states(path, columns, &lives.valve, Prognoser::new(tables, Method::default()))?;
             let chosen = SHARES.map(|share| {
                 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a place in the log")]
                 let place = (share * (states.len() - 1) as f64).round() as usize;
                 &states[place]
             });
-            lives.valve.clone_from(&chosen[0].valve);
             lives.cycles = chosen.iter().map(|state| state.cycle).collect();
             lives.models.push(Model { name, told: Ok(chosen.iter().map(|state| Told::of(state)).collect()) });
         }
@@ -145,17 +156,35 @@ impl Model {
     }
 }
 
-/// The state of the first valve of a log after each of its rows.
-fn states(path: &Path, columns: &LogColumnArgs, mut prognoser: Prognoser) -> anyhow::Result<Vec<Prognosis>> {
+/// The valve of a log whose life is told: the one of a name where there is such a one, else the one that stands worst.
+fn chosen(path: &Path, columns: &LogColumnArgs, name: &str, tables: &Arc<TableBundle>) -> anyhow::Result<String> {
+    let mut prognoser = Prognoser::new(Arc::clone(tables), Method::default());
+    let mut log = LogInput::open(path, columns, false)?;
+    while let Some(row) = log.next_row()? {
+        prognoser.push(&row);
+    }
+    if prognoser.knows(name) {
+        return Ok(name.to_owned());
+    }
+    let ends = Ends::of(prognoser.lasts().cloned());
+    let worst = ends.iter().next().map(|end| end.row().valve.clone());
+    worst.with_context(|| format!("{}: no rows; expected at least one cycle", path.display()))
+}
+
+/// The state of a valve of a log after each of its rows.
+fn states(
+    path: &Path,
+    columns: &LogColumnArgs,
+    valve: &str,
+    mut prognoser: Prognoser,
+) -> anyhow::Result<Vec<Prognosis>> {
     let mut log = LogInput::open(path, columns, false)?;
     let mut states: Vec<Prognosis> = Vec::new();
     while let Some(row) = log.next_row()? {
-        let state = prognoser.push(&row);
-        if states.first().is_none_or(|first| first.valve == state.valve) {
-            states.push(state);
+        if row.valve == valve {
+            states.push(prognoser.push(&row));
         }
     }
-    anyhow::ensure!(!states.is_empty(), "{}: no rows; expected at least one cycle", path.display());
     Ok(states)
 }
 

@@ -15,7 +15,9 @@ use crate::output::{self, Outputs};
 pub fn run(args: &LabArgs) -> anyhow::Result<Answer> {
     // Whether the log can be read is known before a page is served.
     let log = args.log.as_deref().map(|log| LogInput::open(log, &args.columns, false)).transpose()?;
-    log.iter().for_each(LogInput::announce);
+    if let (Some(log), Some(path)) = (&log, args.log.as_deref()) {
+        log.announce(path);
+    }
     let options = LabOptions {
         valve: args.valve.clone(),
         campaign: args.campaign.clone(),

@@ -51,17 +51,17 @@ impl LogInput {
         }
     }
 
-    /// Tells how the file was taken.
-    pub fn announce(&self) {
+    /// Tells how the file was taken, and what of it was not.
+    pub fn announce(&self, name: &Path) {
         if let Self::Columns(log) = self {
             for (line, notice) in log.notices() {
                 output::note(&format!("{}:{line}: {notice}", log.name()));
             }
         }
+        tell_unknown(&name.display().to_string(), self.unknown_columns());
     }
 
-    /// The columns that are not understood and not used.
-    pub fn unknown_columns(&self) -> &[String] {
+    fn unknown_columns(&self) -> &[String] {
         match self {
             Self::Plain(log) => log.unknown_columns(),
             Self::Columns(log) => log.unknown_columns(),
@@ -77,5 +77,15 @@ impl LogInput {
             Self::Plain(log) => Ok(log.next_row()?),
             Self::Columns(log) => Ok(log.next_row()?),
         }
+    }
+}
+
+/// Tells which columns of a log are not understood: a supply pressure among them changes every answer.
+pub fn tell_unknown(log: &str, columns: &[String]) {
+    for column in columns {
+        output::note(&format!(
+            "{log}: column {column:?} is not understood and not used; --column NAME={column:?} says what it is, and `valve help \
+             formats` what a log may hold"
+        ));
     }
 }

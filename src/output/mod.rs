@@ -81,7 +81,12 @@ pub fn note(text: &str) {
 
 /// Tells what is being done, to those who asked for it.
 pub fn detail(text: &str) {
-    if manner().verbose {
+    if is_verbose() {
         note(text);
     }
+}
+
+/// Whether somebody asked for all that there is to tell.
+pub fn is_verbose() -> bool {
+    manner().verbose
 }

@@ -1,5 +1,6 @@
 //! What to do next, as commands that can be pasted as they stand.
 
+use std::ffi::OsStr;
 use std::path::Path;
 
 use super::manner;
@@ -57,12 +58,13 @@ pub fn free_name(wished: &str) -> String {
     if !Path::new(wished).exists() {
         return wished.to_owned();
     }
-    let (stem, ending) = match wished.rsplit_once('.') {
-        Some((stem, ending)) => (stem, format!(".{ending}")),
-        None => (wished, String::new()),
-    };
-    let numbered = (2_u32..).map(|number| format!("{stem}-{number}{ending}"));
-    numbered.into_iter().find(|name| !Path::new(name).exists()).unwrap_or_else(|| wished.to_owned())
+    // The ending of the name, and not of a folder on the way such as "..".
+    let path = Path::new(wished);
+    let part = |part: Option<&OsStr>| part.map(|part| part.to_string_lossy().into_owned());
+    let (stem, ending) = (part(path.file_stem()).unwrap_or_default(), part(path.extension()));
+    let ending = ending.map(|ending| format!(".{ending}")).unwrap_or_default();
+    let mut numbered = (2_u32..).map(|number| path.with_file_name(format!("{stem}-{number}{ending}")));
+    numbered.find(|name| !name.exists()).map_or_else(|| wished.to_owned(), |name| name.display().to_string())
 }
 
 #[cfg(test)]
@@ -87,5 +89,9 @@ mod tests {
         assert_eq!(free_name(&wished), wished);
         std::fs::write(&wished, "").unwrap();
         assert_eq!(free_name(&wished), wished.replace("better", "better-2"));
+        let folder = dir.path().join("plant");
+        std::fs::create_dir_all(folder.join("tables")).unwrap();
+        let wished = folder.join("..").join("plant").join("tables").display().to_string();
+        assert_eq!(free_name(&wished), format!("{wished}-2"));
     }
 }

@@ -14,27 +14,62 @@ const Z95: f64 = 1.645;
 /// Dates beyond this many days are not told.
 const LONGEST_DAYS: f64 = 36_525.0;
 const DAY_S: f64 = 86_400.0;
+/// A time between cycles that is so many times the usual one is a pause or a wrong date, and says nothing of how fast cycles follow
+/// each other; it is known after so many of them.
+const FAR: f64 = 20.0;
+const USUAL_FROM: f64 = 5.0;
+/// So many dates in succession that lie before the last one, and after each other, are right, and the last one was wrong.
+const BACK: u32 = 3;
+/// No zone is farther from UTC than this, s.
+const FARTHEST_ZONE_S: f64 = 14.0 * 3600.0;
+
+/// What a row's date is worth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Dated {
+    /// It goes on from those before.
+    Well,
+    /// It lies before them, or far behind: it is not used until the next ones say the same.
+    Oddly,
+    /// It is none.
+    Not,
+}
 
 /// What is known of the dates of a valve's cycles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Calendar {
     /// The last cycle with a date, and the date in s since 1970.
     last: Option<(u64, f64)>,
+    /// The same of a row whose date was odd, and how many of that kind there were in succession.
+    odd: Option<(u64, f64)>,
+    odd_rows: u32,
     intervals: f64,
     mean_s: f64,
     square_s2: f64,
 }
 
 impl Calendar {
-    /// Takes in the date of a cycle; says whether it is one.
-    pub(crate) fn add(&mut self, cycle: u64, time: &str) -> bool {
-        let Some(now_s) = seconds(time) else { return false };
+    /// Takes in the date of a cycle, and says what it is worth.
+    pub(crate) fn add(&mut self, cycle: u64, time: &str) -> Dated {
+        let Some(now_s) = seconds(time) else { return Dated::Not };
         if let Some((before, then_s)) = self.last
             && cycle > before
-            && now_s >= then_s
         {
             let cycles = (cycle - before) as f64;
             let interval_s = (now_s - then_s) / cycles;
+            let is_far = self.intervals >= USUAL_FROM && interval_s > FAR * self.mean_s;
+            if interval_s < 0.0 || is_far {
+                let goes_on =
+                    self.odd.is_some_and(|(_, odd_s)| now_s >= odd_s && (odd_s >= then_s) == (now_s >= then_s));
+                self.odd_rows = if goes_on { self.odd_rows + 1 } else { 1 };
+                self.odd = Some((cycle, now_s));
+                // After a pause the next date is as late; a clock that was wrong and set right takes a few more to believe.
+                let enough = if is_far { 2 } else { BACK };
+                if self.odd_rows >= enough {
+                    (self.last, self.odd, self.odd_rows) = (Some((cycle, now_s)), None, 0);
+                }
+                return Dated::Oddly;
+            }
+            (self.odd, self.odd_rows) = (None, 0);
             self.intervals = (self.intervals + 1.0).min(MEMORY);
             let share = 1.0 / self.intervals;
             let off = interval_s - self.mean_s;
@@ -43,7 +78,7 @@ impl Calendar {
             self.square_s2 += share * ((1.0 - share) * off * off * cycles - self.square_s2);
         }
         self.last = Some((cycle, now_s));
-        true
+        Dated::Well
     }
 
     /// The date of a cycle to come, its expected one.
@@ -81,8 +116,9 @@ pub(crate) fn seconds(text: &str) -> Option<f64> {
     }
     let (year, month, day) = (number(0, 4)?, number(5, 7)?, number(8, 10)?);
     let (hour, minute, second) = (number(11, 13)?, number(14, 16)?, number(17, 19)?);
-    let in_range =
-        (1.0..=12.0).contains(&month) && (1.0..=31.0).contains(&day) && hour < 24.0 && minute < 60.0 && second < 61.0;
+    let in_range = (1.0..=12.0).contains(&month) && day >= 1.0 && hour < 24.0 && minute < 60.0 && second < 61.0;
+    let next = if month < 12.0 { days(year, month + 1.0, 1.0) } else { days(year + 1.0, 1.0, 1.0) };
+    let is_in_month = days(year, month, day) < next;
     let rest = &text[19..];
     let zone_at = rest.find(['Z', 'z', '+', '-'])?;
     let fraction = if zone_at == 0 { 0.0 } else { format!("0{}", &rest[..zone_at]).parse().ok()? };
@@ -96,7 +132,8 @@ pub(crate) fn seconds(text: &str) -> Option<f64> {
             if zone.starts_with('-') { -size } else { size }
         }
     };
-    in_range.then(|| DAY_S * days(year, month, day) + 3600.0 * hour + 60.0 * minute + second + fraction - offset_s)
+    let is_date = in_range && is_in_month && f64::abs(offset_s) <= FARTHEST_ZONE_S;
+    is_date.then(|| DAY_S * days(year, month, day) + 3600.0 * hour + 60.0 * minute + second + fraction - offset_s)
 }
 
 /// Days from 1970 to a date of the Gregorian calendar (H. Hinnant, "chrono-compatible
@@ -143,7 +180,16 @@ mod tests {
         }
         assert_eq!(seconds("2026-01-01T01:00:00.5+01:00"), seconds("2026-01-01T00:00:00.5Z"));
         assert_eq!(seconds("2026-01-01 00:00:00-02:30"), seconds("2026-01-01T02:30:00Z"));
-        for text in ["", "yesterday", "2026-13-01T00:00:00Z", "2026-01-01", "2026-01-01T00:00:00"] {
+        for text in [
+            "",
+            "yesterday",
+            "2026-13-01T00:00:00Z",
+            "2026-01-01",
+            "2026-01-01T00:00:00",
+            "2026-02-29T00:00:00Z",
+            "2026-06-31T00:00:00Z",
+            "2026-01-01T00:00:00+99:99",
+        ] {
             assert_eq!(seconds(text), None, "{text}");
         }
     }
@@ -152,10 +198,43 @@ mod tests {
     fn a_cycle_a_day_ends_as_many_days_later() {
         let mut calendar = Calendar::default();
         for day in 1..=9 {
-            assert!(calendar.add(day, &format!("2026-01-0{day}T06:00:00Z")));
+            assert_eq!(calendar.add(day, &format!("2026-01-0{day}T06:00:00Z")), Dated::Well);
         }
         assert_eq!(calendar.date(19.0).as_deref(), Some("2026-01-19T06:00:00Z"));
         assert_eq!(calendar.date_at_the_earliest(19.0).as_deref(), Some("2026-01-19T06:00:00Z"));
         assert_eq!(Calendar::default().date(3.0), None);
+    }
+
+    #[test]
+    fn a_date_that_stands_alone_moves_no_other() {
+        let date = |day: u64| format!("2026-01-{day:02}T06:00:00Z");
+        for wrong in ["2025-01-10T06:00:00Z", "2026-10-01T06:00:00Z", "2126-01-10T06:00:00Z", "1970-01-01T00:00:00Z"] {
+            let mut calendar = Calendar::default();
+            let told: Vec<Dated> =
+                (1..=17).map(|day| calendar.add(day, &if day == 10 { wrong.to_owned() } else { date(day) })).collect();
+            assert!(
+                told.iter().zip(1..).all(|(told, day)| (*told == Dated::Oddly) == (day == 10)),
+                "{wrong}: {told:?}"
+            );
+            assert_eq!(calendar.date(25.0).as_deref(), Some("2026-01-25T06:00:00Z"), "{wrong}");
+        }
+        // The last row alone.
+        let mut calendar = Calendar::default();
+        (1..=16).for_each(|day| {
+            calendar.add(day, &date(day));
+        });
+        assert_eq!(calendar.add(17, "2126-01-17T06:00:00Z"), Dated::Oddly);
+        assert_eq!(calendar.date(25.0).as_deref(), Some("2026-01-25T06:00:00Z"));
+    }
+
+    #[test]
+    fn a_clock_that_is_set_right_is_believed() {
+        let mut calendar = Calendar::default();
+        for day in 1..=8 {
+            calendar.add(day, &format!("1970-01-0{day}T00:00:00Z"));
+        }
+        let told: Vec<Dated> = (9..=20).map(|day| calendar.add(day, &format!("2026-01-{day:02}T00:00:00Z"))).collect();
+        assert_eq!(told[..3], [Dated::Oddly, Dated::Oddly, Dated::Well], "{told:?}");
+        assert_eq!(calendar.date(25.0).as_deref(), Some("2026-01-25T00:00:00Z"));
     }
 }

@@ -34,7 +34,11 @@ impl Times {
     fn are_exchanged(&mut self, tables: &TableBundle, close_s: f64, open_s: f64) -> bool {
         let own = self.own_s.or_else(|| healthy(tables));
         let lasts = self.known && self.exchanged >= ROWS;
-        if !lasts && own.is_some_and(|own| are_exchanged(own, close_s, open_s)) {
+        // A log that was never the right way round is so until a row says the contrary as clearly: on the way of a leak both times
+        // may be alike.
+        let never = !self.known && self.exchanged >= ROWS;
+        let is_so = |own| are_exchanged(own, close_s, open_s) || never && !are_exchanged(own, open_s, close_s);
+        if !lasts && own.is_some_and(is_so) {
             self.exchanged += 1;
             // A log that is wrong from its first row on goes on as a valve wears.
             if !self.known {
@@ -96,9 +100,13 @@ fn healthy(tables: &TableBundle) -> Option<[f64; 2]> {
 
 /// Whether two times are strange beside those before, and much like them the other way round.
 fn are_exchanged(before: [f64; 2], close_s: f64, open_s: f64) -> bool {
-    let apart = |a: f64, b: f64| (a / b).max(b / a);
-    let from_before = |times: [f64; 2]| apart(times[0], before[0]).max(apart(times[1], before[1]));
-    from_before([close_s, open_s]) > STRANGE && from_before([open_s, close_s]) < OWN
+    apart(before, [close_s, open_s]) > STRANGE && apart(before, [open_s, close_s]) < OWN
+}
+
+/// By which factor one of two times differs from the one before, the larger of both.
+fn apart(before: [f64; 2], times: [f64; 2]) -> f64 {
+    let factor = |a: f64, b: f64| (a / b).max(b / a);
+    factor(times[0], before[0]).max(factor(times[1], before[1]))
 }
 
 fn without(reading: &Reading, [close, open]: [bool; 2]) -> Reading {

@@ -103,6 +103,8 @@ pub enum Notice {
     ConditionsNotCovered,
     /// The time of the row is no date.
     NoDate,
+    /// The date of the row does not go on from those before.
+    StrangeDate,
 }
 
 impl Notice {
@@ -130,6 +132,7 @@ impl Notice {
             Self::Unexplained => "unexplained",
             Self::ConditionsNotCovered => "conditions-not-covered",
             Self::NoDate => "no-date",
+            Self::StrangeDate => "strange-date",
         }
     }
 }
@@ -137,7 +140,13 @@ impl Notice {
 impl fmt::Display for Notice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
-            Self::MissedCycles { count } => write!(f, "{count} cycles before this one are missing"),
+            Self::MissedCycles { count } => {
+                if count == 1 {
+                    write!(f, "the cycle before this one is missing")
+                } else {
+                    write!(f, "{count} cycles before this one are missing")
+                }
+            }
             Self::RepeatedCycle => {
                 write!(f, "this cycle was in the log before; the row is not used")
             }
@@ -205,8 +214,14 @@ impl fmt::Display for Notice {
             ),
             Self::ConditionsNotCovered => write!(
                 f,
-                "the tables do not cover this supply pressure or temperature, which is not or not fully corrected for; build them over what the log holds, such as with --supply-range \"70..80 psig\" --temperature-range \"0..40 degC\""
+                "the tables do not cover this supply pressure or temperature, which is not or not fully corrected for; build them over what the log holds (`valve build-tables` with --supply-range and --temperature-range)"
             ),
+            Self::StrangeDate => {
+                write!(
+                    f,
+                    "the date lies before those of earlier cycles, or far behind them; it is not used until others say the same"
+                )
+            }
             Self::NoDate => {
                 write!(f, "the time is no date of RFC 3339 such as 2026-01-31T06:00:00Z; no dates are told")
             }

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::bayes::{
     BayesConfig, BayesEstimate, BayesEstimator, Change, Noise, PROPER_FROM, ValveRecord, Wanted, Workspace,
 };
-use crate::calendar::Calendar;
+use crate::calendar::{Calendar, Dated};
 use crate::kept::KeptPrognosis;
 use crate::log::LogRow;
 use crate::mistakes::{self, Times};
@@ -308,13 +308,17 @@ impl Valve {
             }
         };
         if let Some(time) = time.filter(|time| !time.is_empty()) {
-            if rows.calendar.add(reading.cycle, time) {
+            let dated = rows.calendar.add(reading.cycle, time);
+            match dated {
+                Dated::Well => {}
+                Dated::Oddly => notices.push(Notice::StrangeDate),
+                Dated::Not => rows.once(vec![Notice::NoDate], &mut notices),
+            }
+            if dated != Dated::Not {
                 prognosis.eol_time =
                     prognosis.eol_cycle.filter(|_| prognosis.fault.wears()).and_then(|cycle| rows.calendar.date(cycle));
                 prognosis.replace_by =
                     prognosis.replace_by_cycle.and_then(|cycle| rows.calendar.date_at_the_earliest(cycle as f64));
-            } else {
-                rows.once(vec![Notice::NoDate], &mut notices);
             }
         }
         let (status, is_held) = rows.ladder.step(&prognosis, rows.over >= OVER_FROM, repaired);

@@ -5,8 +5,6 @@ use std::path::Path;
 use std::sync::Arc;
 
 use answers::SCHEMA;
-use leak_table::{Condition, ConditionRange};
-use lut_builder::{Request, Wear};
 use prognoser::{Method, Prognoser, Prognosis};
 use serde::Serialize;
 use valve_file::ValveFile;
@@ -56,14 +54,11 @@ struct OwnLogDocument<'a> {
 
 /// Reads the log, scores every valve that reached its end.
 pub fn run(args: &EvaluateArgs, file: &ValveFile, path: &Path) -> anyhow::Result<Answer> {
-    let request = Request { wears: Wear::catalogue(), conditions: conditions(args, path, file)?, both_leaks: true };
+    let request = tables::for_log(file, path, &args.columns)?;
     let bundle = Arc::new(tables::build_what(file, &request)?.bundle);
     let limits = bundle.manifest().limits;
     let mut log = LogInput::open(path, &args.columns, false)?;
-    log.announce();
-    for column in log.unknown_columns() {
-        output::note(&format!("{}: column {column:?} is not understood and not used", path.display()));
-    }
+    log.announce(path);
     let mut prognoser = Prognoser::new(Arc::clone(&bundle), Method::default());
     let mut lives: BTreeMap<String, Life> = BTreeMap::new();
     while let Some(row) = log.next_row()? {
@@ -90,29 +85,6 @@ pub fn run(args: &EvaluateArgs, file: &ValveFile, path: &Path) -> anyhow::Result
         Format::Json => output::print_document(&OwnLogDocument { schema: SCHEMA, valves, lives: &scores })?,
     }
     Ok(Answer::Fine)
-}
-
-/// The conditions that the rows of a log and the valve file state, from end to
-/// end; none where the rows state none.
-fn conditions(args: &EvaluateArgs, path: &Path, file: &ValveFile) -> anyhow::Result<Option<ConditionRange>> {
-    let parameters = file.valve().parameters();
-    let own = |value: f64| (value, value);
-    let mut range = ConditionRange {
-        supply_pressure_pa: own(parameters.supply_pressure_pa),
-        temperature_k: own(parameters.temperature_k),
-    };
-    let reach = |ends: &mut (f64, f64), value: f64| *ends = (ends.0.min(value), ends.1.max(value));
-    let mut log = LogInput::open(path, &args.columns, false)?;
-    while let Some(row) = log.next_row()? {
-        if let Some(pa) = row.reading.supply_pressure_pa {
-            reach(&mut range.supply_pressure_pa, pa);
-        }
-        if let Some(k) = row.reading.temperature_k {
-            reach(&mut range.temperature_k, k);
-        }
-    }
-    let vary = [Condition::SupplyPressure, Condition::Temperature].into_iter().any(|one| range.varies(one));
-    Ok(vary.then_some(range))
 }
 
 fn score(valve: String, life: &Life) -> Option<Score> {

@@ -2,6 +2,7 @@
 
 mod ends;
 mod keeping;
+mod remarks;
 mod rows;
 mod settings;
 mod shards;
@@ -20,12 +21,14 @@ use leak_table::TableBundle;
 use prognoser::Status;
 
 use self::keeping::Keeping;
+use self::remarks::Remarks;
 use self::rows::{Rows, from_broker};
 use self::shards::{Shards, Way};
 use self::stream::{Ended, Stream};
 use self::vital::{Batch, Vital};
 use self::writer::{RowFormat, Writer};
 use crate::cli::{PrognoseArgs, StreamFormat};
+use crate::commands::log_input;
 use crate::failure::{Answer, Hinted};
 use crate::output::{self, Outputs, PlotFile, free_name, next_step};
 
@@ -55,11 +58,7 @@ pub fn run(args: &PrognoseArgs) -> anyhow::Result<Answer> {
     let live = rows.is_live();
     let publishes = rows.broker().is_some_and(|broker| broker.publishes());
     let name = rows.broker().map_or_else(|| args.log.display().to_string(), |broker| broker.name().to_owned());
-    for column in rows.unknown_columns() {
-        output::note(&format!(
-            "{name}: column {column:?} is not understood and not used; `valve help prognose` lists those that are"
-        ));
-    }
+    log_input::tell_unknown(&name, rows.unknown_columns());
     let until_end_of_life = args.fail_on_eol && live;
     let way = Way {
         format: RowFormat {
@@ -84,9 +83,11 @@ pub fn run(args: &PrognoseArgs) -> anyhow::Result<Answer> {
         }
     };
     let shards = Shards::new(name.clone(), &tables, &method, way, history, store, Arc::clone(&vital));
-    let mut stream = Stream { rows, shards, writer, keeping, vital, stop, live };
+    let remarks = Remarks::new(live);
+    let mut stream = Stream { rows, shards, writer, remarks, keeping, vital, stop, live };
     let ended = stream.run()?;
-    let Stream { shards, writer, keeping, .. } = stream;
+    let Stream { shards, writer, remarks, keeping, .. } = stream;
+    remarks.finish(&name, &tables);
     if shards.skipped() > 0 {
         output::note(&format!("{name}: {} {}s were no rows and were skipped", shards.skipped(), way.unit));
     }

@@ -75,7 +75,7 @@ impl Rows {
             return Ok(Self::Followed(Box::new(log)));
         }
         let log = LogInput::open(&args.log, &args.columns, empty_is_stalled)?;
-        log.announce();
+        log.announce(&args.log);
         Ok(Self::Whole(log))
     }
 
@@ -100,10 +100,10 @@ impl Rows {
     /// The columns that are not understood and not used.
     pub fn unknown_columns(&self) -> &[String] {
         match self {
-            Self::Whole(log) => log.unknown_columns(),
             Self::Piped(log, _) => log.unknown_columns(),
             Self::Followed(log) => log.unknown_columns(),
-            Self::Subscribed(_) => &[],
+            // Of a file these are told as it is opened.
+            Self::Whole(_) | Self::Subscribed(_) => &[],
         }
     }
 

@@ -11,6 +11,7 @@ use prognoser::{LogRow, Method, Notice, Prognoser, Prognosis, Reading, Status};
 use rayon::prelude::*;
 use state_store::{Fingerprint, Progress, Reader, Store};
 
+use super::remarks::{Remark, remark};
 use super::rows::{Next, Rows};
 use super::vital::{Batch, Vital};
 use super::writer::RowFormat;
@@ -75,7 +76,7 @@ struct Shard {
     prognoser: Prognoser,
     history: Option<History>,
     out: Vec<u8>,
-    notes: String,
+    remarks: Vec<Remark>,
     /// What came out, for each of the shard's rows in the order of the log.
     spans: Vec<Span>,
     /// The order in which they are worked on: hash of the valve, place among the shard's rows, place in the chunk.
@@ -88,11 +89,11 @@ struct Shard {
     touched: HashSet<String>,
 }
 
-/// Where a row and its notes stand, and whether it repeats a cycle.
+/// Where a row and its remarks stand, and whether it repeats a cycle.
 #[derive(Debug, Clone, Default)]
 struct Span {
     out: Range<usize>,
-    notes: Range<usize>,
+    remarks: Range<usize>,
     repeats: bool,
 }
 
@@ -101,10 +102,12 @@ struct Span {
 pub struct Done<'a> {
     /// The valve.
     pub valve: &'a str,
+    /// What was measured.
+    pub reading: &'a Reading,
     /// The row that goes out.
     pub row: &'a [u8],
-    /// What is to be said of it, by lines.
-    pub notes: &'a str,
+    /// What is to be said of it.
+    pub remarks: &'a [Remark],
     /// Whether its cycle was there before.
     pub repeats: bool,
 }
@@ -140,7 +143,7 @@ impl Shards {
             prognoser: Prognoser::new(Arc::clone(tables), *method),
             history: history.take(),
             out: Vec::new(),
-            notes: String::new(),
+            remarks: Vec::new(),
             spans: Vec::new(),
             order: Vec::new(),
             batch: Batch::default(),
@@ -151,7 +154,7 @@ impl Shards {
     }
 
     /// Reads and works on the next rows of a log, and gives every row with its
-    /// notes. What was read before an error is given as well.
+    /// remarks. What was read before an error is given as well.
     pub fn step(
         &mut self,
         rows: &mut Rows,
@@ -171,10 +174,10 @@ impl Shards {
         let mut spans: Vec<_> = self.all.iter().map(|shard| shard.spans.iter()).collect();
         for row in &self.chunk.rows {
             let shard = &self.all[row.shard];
-            let Some(Span { out, notes, repeats }) = spans[row.shard].next() else { break };
-            let valve = &chunk.texts[row.valve.clone()];
-            let (row, notes) = (&shard.out[out.clone()], &shard.notes[notes.clone()]);
-            each(Done { valve, row, notes, repeats: *repeats })?;
+            let Some(Span { out, remarks, repeats }) = spans[row.shard].next() else { break };
+            let (valve, reading) = (&chunk.texts[row.valve.clone()], &row.reading);
+            let (row, remarks) = (&shard.out[out.clone()], &shard.remarks[remarks.clone()]);
+            each(Done { valve, reading, row, remarks, repeats: *repeats })?;
         }
         for shard in &self.all {
             self.vital.add(&shard.batch);
@@ -287,7 +290,7 @@ impl Shard {
 
     fn work(&mut self, chunk: &Chunk, log: &str, format: RowFormat, kept: Option<&Reader<'_>>) -> anyhow::Result<()> {
         self.out.clear();
-        self.notes.clear();
+        self.remarks.clear();
         self.batch = Batch::default();
         // A valve's rows one after the other, so that what is known of it is fetched from memory once a chunk.
         self.order.sort_unstable();
@@ -296,7 +299,7 @@ impl Shard {
         for (k, (_, place, at)) in self.order.iter().enumerate() {
             let row = &chunk.rows[*at];
             let next = self.order.get(k + 1).map(|(_, _, at)| &chunk.rows[*at]);
-            let (out, notes) = (self.out.len(), self.notes.len());
+            let (out, remarks) = (self.out.len(), self.remarks.len());
             let valve = &chunk.texts[row.valve.clone()];
             let time = row.time.clone().map(|time| &chunk.texts[time]);
             if let Some(kept) = kept
@@ -323,15 +326,13 @@ impl Shard {
             self.batch.duplicates += u64::from(repeats);
             self.batch.moved(before, prognosis.status);
             self.ended |= prognosis.status == Status::EolReached && before != Some(Status::EolReached);
-            for notice in &prognosis.notices {
-                let note = format!("{log}:{}: valve {valve}, cycle {}: {notice}\n", row.line, prognosis.cycle);
-                self.notes.push_str(&note);
-            }
+            let notices = prognosis.notices.iter();
+            self.remarks.extend(notices.map(|notice| remark(log, row.line, valve, prognosis.cycle, notice)));
             if let Some(history) = &mut self.history {
                 history.add(&row.reading, &prognosis);
             }
             format.row(&mut self.out, &prognosis)?;
-            self.spans[*place] = Span { out: out..self.out.len(), notes: notes..self.notes.len(), repeats };
+            self.spans[*place] = Span { out: out..self.out.len(), remarks: remarks..self.remarks.len(), repeats };
         }
         Ok(())
     }

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::keeping::Keeping;
+use super::remarks::Remarks;
 use super::rows::Rows;
 use super::shards::{Done, Shards, Step};
 use super::vital::Vital;
@@ -21,6 +22,8 @@ pub struct Stream {
     pub shards: Shards,
     /// Where they go.
     pub writer: Writer,
+    /// What is said of them.
+    pub remarks: Remarks,
     /// Where states are kept, if they are.
     pub keeping: Option<Keeping>,
     /// What is told of the stream while it runs.
@@ -92,7 +95,7 @@ impl Stream {
         let publishes = self.rows.broker().is_some_and(|broker| broker.publishes());
         let mut results = Vec::new();
         let each = |done: Done<'_>| {
-            done.notes.lines().for_each(output::note);
+            self.remarks.take(done.valve, done.reading, done.remarks);
             if publishes && !done.repeats {
                 results.push((done.valve.to_owned(), done.row.to_vec()));
             }

@@ -31,7 +31,7 @@ pub fn part(path: &Path, columns: &LogColumnArgs, tables: &Arc<TableBundle>) -> 
     let mut remarks: Vec<Vec<String>> = Vec::new();
     let mut unlisted = 0_usize;
     let mut log = LogInput::open(path, columns, false)?;
-    log.announce();
+    log.announce(path);
     while let Some(row) = log.next_row()? {
         let prognosis = prognoser.push(&row);
         fleet.take(&row, &prognosis);

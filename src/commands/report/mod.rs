@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use answers::{CampaignInput, SCHEMA};
 use anyhow::Context;
+use lut_builder::Request;
 use report::html::{Page, Point, Section};
 use serde::Serialize;
 use valve_file::ValveFile;
@@ -42,7 +43,12 @@ pub fn run(args: &ReportArgs) -> anyhow::Result<Answer> {
     let read = campaign.as_ref().map(CampaignInput::files).unwrap_or_default();
     let mut outputs = Outputs::new(args.force).reads(read).reads([&args.valve]).reads(&args.log);
     let out = outputs.file(&args.out)?;
-    let built = tables::build(&file).map(|built| Arc::new(built.bundle));
+    let request = match &args.log {
+        // As `valve prognose` would need them for that log.
+        Some(log) => tables::for_log(&file, log, &args.columns)?,
+        None => Request::default(),
+    };
+    let built = tables::build_what(&file, &request).map(|built| Arc::new(built.bundle));
     let mut parts = Vec::new();
     // Only a log cannot be read without tables.
     let leaks = match (built, &args.log) {

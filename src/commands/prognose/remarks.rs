@@ -1,0 +1,161 @@
+//! What is said of the rows of a log: the first of a kind one by one, how many more there are in the end.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use leak_table::TableBundle;
+use prognoser::{Notice, Reading};
+use quantity::Dimension;
+
+use crate::output::{self, told_in};
+
+/// Remarks of a kind that are told of one valve, and of all valves.
+const OF_A_VALVE: usize = 1;
+const OF_ALL: usize = 12;
+
+/// Kinds of remarks of which each tells something that happened, and that are told whatever their number.
+const EVENTS: [&str; 5] = ["repaired", "growth-changed", "counter-restarted", "glitch", "above-limit"];
+
+/// The share of rows from which on what is odd about them is a mistake of the whole log.
+const THROUGHOUT: f64 = 0.5;
+
+/// A remark on a row: the notice's kind, and the line that tells it.
+#[derive(Debug, Clone)]
+pub struct Remark {
+    /// [`Notice::kind`].
+    pub kind: &'static str,
+    /// Where it is, and what.
+    pub text: String,
+}
+
+/// Remarks of one kind that were not told one by one.
+#[derive(Debug, Default)]
+struct Kind {
+    by_valve: BTreeMap<String, usize>,
+    told: usize,
+    untold: usize,
+    untold_of: BTreeSet<String>,
+}
+
+/// The least and the most of a condition that rows state, how many do, and how many do not.
+#[derive(Debug, Clone, Copy)]
+struct Stated {
+    least: f64,
+    most: f64,
+    with: usize,
+    without: usize,
+}
+
+impl Stated {
+    const NONE: Self = Self { least: f64::INFINITY, most: f64::NEG_INFINITY, with: 0, without: 0 };
+
+    fn add(&mut self, value: Option<f64>) {
+        match value {
+            Some(value) => {
+                (self.least, self.most) = (self.least.min(value), self.most.max(value));
+                self.with += 1;
+            }
+            None => self.without += 1,
+        }
+    }
+}
+
+/// The remarks on a log.
+#[derive(Debug)]
+pub struct Remarks {
+    /// Whether they are gathered: rows of a whole log, unless all are asked for.
+    gathers: bool,
+    rows: usize,
+    kinds: Vec<(&'static str, Kind)>,
+    supply_pa: Stated,
+    temperature_k: Stated,
+}
+
+impl Remarks {
+    /// Of a log that is read as a whole, or row by row as it comes.
+    pub fn new(is_live: bool) -> Self {
+        let gathers = !is_live && !output::is_verbose();
+        Self { gathers, rows: 0, kinds: Vec::new(), supply_pa: Stated::NONE, temperature_k: Stated::NONE }
+    }
+
+    /// Takes a row with its remarks, and tells those that are told one by one.
+    pub fn take(&mut self, valve: &str, reading: &Reading, remarks: &[Remark]) {
+        self.rows += 1;
+        self.supply_pa.add(reading.supply_pressure_pa);
+        self.temperature_k.add(reading.temperature_k);
+        for Remark { kind, text } in remarks {
+            if !self.gathers || EVENTS.contains(kind) {
+                output::note(text);
+                continue;
+            }
+            let place = self.kinds.iter().position(|(known, _)| known == kind).unwrap_or_else(|| {
+                self.kinds.push((kind, Kind::default()));
+                self.kinds.len() - 1
+            });
+            let of_kind = &mut self.kinds[place].1;
+            let of_valve = of_kind.by_valve.entry(valve.to_owned()).or_default();
+            *of_valve += 1;
+            if *of_valve <= OF_A_VALVE && of_kind.told < OF_ALL {
+                of_kind.told += 1;
+                output::note(text);
+            } else {
+                of_kind.untold += 1;
+                of_kind.untold_of.insert(valve.to_owned());
+            }
+        }
+    }
+
+    /// Tells how many there were that were not told, and what they say of the log as a whole.
+    pub fn finish(&self, log: &str, tables: &TableBundle) {
+        for (kind, of_kind) in self.kinds.iter().filter(|(_, of_kind)| of_kind.untold > 0) {
+            let Kind { untold, untold_of, .. } = of_kind;
+            let valves = if untold_of.len() == 1 { "valve" } else { "valves" };
+            output::note(&format!(
+                "{log}: {untold} more rows of {} {valves} with the remark {kind:?}; -v tells each",
+                untold_of.len()
+            ));
+        }
+        let count = |kind: &str| {
+            let found = self.kinds.iter().find(|(known, _)| *known == kind);
+            found.map_or(0, |(_, of_kind)| of_kind.by_valve.values().sum::<usize>())
+        };
+        let exchanged = count("exchanged");
+        if exchanged > 1 && exchanged as f64 > THROUGHOUT * self.rows as f64 {
+            output::note(&format!(
+                "{log}: closing and opening times look exchanged in {exchanged} of {} rows; exchange the two columns",
+                self.rows
+            ));
+        }
+        let range = tables.condition_range();
+        let conditions = [
+            (self.supply_pa, Dimension::Pressure, 0.01 * self.supply_pa.most, "supply pressure", "--supply-range"),
+            (self.temperature_k, Dimension::Temperature, 1.0, "temperature", "--temperature-range"),
+        ];
+        for (stated, dimension, room, what, option) in conditions {
+            if stated.with > 0 && stated.without > 0 && range.is_some() {
+                output::note(&format!(
+                    "{log}: {} of {} rows do not say the {what}; they count as made at that of the tables' reference",
+                    stated.without, self.rows
+                ));
+            }
+            if count("conditions-not-covered") > 0 && stated.with > 0 {
+                let unit = told_in(dimension);
+                let number = |value: f64| unit.number(value, 1);
+                output::note(&format!(
+                    "{log}: the {what} lies between {} and {} {}; `valve build-tables` with {option} \"{}..{} {}\" builds \
+                     tables for that",
+                    number(stated.least),
+                    number(stated.most),
+                    unit.name(),
+                    number(stated.least - room),
+                    number(stated.most + room),
+                    unit.name()
+                ));
+            }
+        }
+    }
+}
+
+/// What is said of a row, for the log's name and its line.
+pub fn remark(log: &str, line: u64, valve: &str, cycle: u64, notice: &Notice) -> Remark {
+    Remark { kind: notice.kind(), text: format!("{log}:{line}: valve {valve}, cycle {cycle}: {notice}") }
+}
