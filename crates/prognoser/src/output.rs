@@ -245,6 +245,10 @@ pub(crate) fn from_bayes(
     prognosis
 }
 
+/// Of a valve of which nothing can be named yet so many faults are told, each from this probability on.
+const UNDECIDED_BETWEEN: usize = 3;
+const WORTH_NAMING: f64 = 0.05;
+
 /// What to be careful about, in words; the weightiest first.
 fn caveat(tables: &TableBundle, reading: &Reading, estimate: &BayesEstimate, one: &Prognosis) -> Option<String> {
     let mut parts: Vec<String> = Vec::new();
@@ -256,6 +260,17 @@ fn caveat(tables: &TableBundle, reading: &Reading, estimate: &BayesEstimate, one
         } else {
             format!("{} cannot be told from {others}", first.name())
         });
+    }
+    if one.fault == FaultCall::Undecided && one.fault_group.is_empty() {
+        let mut ranked = estimate.probability.ranked();
+        ranked.push((FaultCall::None, estimate.probability.none));
+        ranked.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let likely = ranked.iter().take(UNDECIDED_BETWEEN).filter(|(_, share)| *share >= WORTH_NAMING);
+        let likely: Vec<String> =
+            likely.map(|(fault, share)| format!("{} {:.0} %", fault.name(), 100.0 * share)).collect();
+        if !likely.is_empty() {
+            parts.push(likely.join(", "));
+        }
     }
     if one.fault == FaultCall::Other {
         parts.push("no table explains these times; the end is where they would go on to".to_owned());

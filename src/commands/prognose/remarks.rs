@@ -107,12 +107,11 @@ impl Remarks {
     /// Tells how many there were that were not told, and what they say of the log as a whole.
     pub fn finish(&self, log: &str, tables: &TableBundle) {
         for (kind, of_kind) in self.kinds.iter().filter(|(_, of_kind)| of_kind.untold > 0) {
-            let Kind { untold, untold_of, .. } = of_kind;
-            let valves = if untold_of.len() == 1 { "valve" } else { "valves" };
-            output::note(&format!(
-                "{log}: {untold} more rows of {} {valves} with the remark {kind:?}; -v tells each",
-                untold_of.len()
-            ));
+            let plural = |count: usize| if count == 1 { "" } else { "s" };
+            let (rows, valves) = (of_kind.untold, of_kind.untold_of.len());
+            let (rows, valves) =
+                (format!("{rows} more row{}", plural(rows)), format!("{valves} valve{}", plural(valves)));
+            output::note(&format!("{log}: {rows} of {valves} with the remark {kind:?}; -v tells each"));
         }
         let count = |kind: &str| {
             let found = self.kinds.iter().find(|(known, _)| *known == kind);
