@@ -101,6 +101,22 @@ pub enum DataProblem {
         /// What would be right.
         expected: String,
     },
+    /// A unit of another kind, such as percent, that nobody has said the meaning of.
+    #[error(
+        "column \"{column}\" is in {unit}; expected {expected}: say in [columns] how many {usual} one {unit} is, such as {channel} = {{ name = \"{column}\", unit = \"{usual}\", scale = 0.254 }}"
+    )]
+    OtherUnit {
+        /// The column.
+        column: String,
+        /// Its unit.
+        unit: String,
+        /// The channel.
+        channel: String,
+        /// What would be right.
+        expected: String,
+        /// The channel's usual unit.
+        usual: &'static str,
+    },
     /// A unit of pressure that could be gauge or absolute.
     #[error(
         "column \"{column}\" is in {unit}, which does not say from where it counts; give it its unit in [columns], \

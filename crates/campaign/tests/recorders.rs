@@ -164,3 +164,14 @@ fn stroke_times_go_through_the_same_mapping() {
     let unknown = read_bytes(&text.replace("Druck", "Drukc"), csv.as_bytes()).unwrap_err();
     assert!(unknown.starts_with("a.csv:2: has no column \"Drukc\" (did you mean \"Druck\"?)"), "{unknown}");
 }
+
+#[test]
+fn a_column_in_percent_goes_by_its_name_and_is_never_taken_for_mm() {
+    let csv = text("time_s,command,XV-1203.ZT [%]", |t, c, x| format!("{t:.3},{},{:.5}", u8::from(c), 5.0 * x));
+    for name in ["XV-1203.ZT", "XV-1203.ZT [%]"] {
+        let scaled = format!("{RUN}[columns]\nposition = {{ name = \"{name}\", unit = \"mm\", scale = 0.2 }}\n");
+        holds_the_strokes(&read(&scaled, &csv));
+        let refusal = read_bytes(&format!("{RUN}[columns]\nposition = \"{name}\"\n"), csv.as_bytes()).unwrap_err();
+        assert!(refusal.starts_with("a.csv:1: column \"XV-1203.ZT [%]\" is in %; expected a length"), "{refusal}");
+    }
+}

@@ -39,6 +39,23 @@ fn with_unit(name: &str) -> Option<(&str, Unit)> {
     if name.ends_with(')') { last_word().or_else(set_off) } else { set_off().or_else(last_word) }
 }
 
+/// Units of what this program does not measure.
+const OTHER_UNITS: [&str; 26] = [
+    "V", "mV", "kV", "A", "mA", "%", "% FS", "%FS", "pct", "percent", "Prozent", "N", "kN", "Nm", "Hz", "kHz", "l/min",
+    "Nl/min", "m3/h", "rpm", "m/s", "1/min", "deg", "°", "counts", "digits",
+];
+
+/// Whether a word is a unit of what this program does not measure: percent, volts, forces.
+pub(crate) fn is_other_unit(word: &str) -> bool {
+    OTHER_UNITS.contains(&word.trim_matches(['(', ')', '[', ']', ' ']))
+}
+
+/// A name and the unit of another kind that is set off at its end: "ZT" and "%" of "ZT [%]"; `None` where there is none.
+#[must_use]
+pub fn other_unit_at_end(name: &str) -> Option<(&str, &str)> {
+    bracketed(name).filter(|(bare, unit)| !bare.is_empty() && is_other_unit(unit))
+}
+
 /// Whether a word by itself can be something else than a unit: a letter that counts sensors, a sign, a preposition, the least.
 fn is_other_word(word: &str) -> bool {
     word.len() < 2 || !word.starts_with(char::is_alphabetic) || matches!(word, "in" | "min")

@@ -432,3 +432,20 @@ fn what_is_named_is_taken_left_out_or_refused_by_name() {
     let refused = Campaign::parse(&needed, "c.toml", &facts, &|_| Ok(Vec::new())).unwrap_err().to_string();
     assert!(refused.contains("nothing is read without the position"), "{refused}");
 }
+
+#[test]
+fn a_column_in_percent_is_named_with_or_without_its_unit() {
+    for (heading, named) in
+        [("XV-1203.ZT [%]", "XV-1203.ZT"), ("XV-1203.ZT [%]", "XV-1203.ZT [%]"), ("XV-1203.ZT", "XV-1203.ZT [%]")]
+    {
+        let text = record(&RECORDERS[0]).replacen("position_mm", heading, 1);
+        let (_, recordings) = understood_together([&text, &text], |_| ());
+        let mut hints = hints();
+        hints.one_closes = Some(true);
+        hints.columns = vec![("position".into(), named.into())];
+        let found = understand(&recordings, &hints);
+        assert!(found.conflicts.is_empty() && found.unknown.is_empty(), "{heading}, {named}: {found:?}");
+        let position = found.columns.iter().find(|column| column.channel == "position").unwrap();
+        assert_eq!(position.name, heading);
+    }
+}
