@@ -51,6 +51,11 @@ impl Mapping {
     pub fn raw(name: &str) -> Self {
         Self { name: Some(name.to_owned()), ..Self::default() }
     }
+
+    /// The name that is given.
+    pub fn named(&self) -> Option<&str> {
+        self.name.as_deref()
+    }
 }
 
 /// A column of one file: its index, and `si = number * factor + offset`.

@@ -82,6 +82,14 @@ pub enum Doubt {
         /// What is wrong with it.
         reason: String,
     },
+    /// Another time column than the one that is named.
+    #[error("has no column \"{named}\", which [columns] names for the time; its \"{column}\" was taken")]
+    OtherTime {
+        /// The column that was taken.
+        column: String,
+        /// The one that `[columns]` names.
+        named: String,
+    },
     /// Rows without a time.
     #[error("{rows} rows have no time and were left out")]
     RowsWithoutTime {

@@ -175,3 +175,37 @@ fn a_column_in_percent_goes_by_its_name_and_is_never_taken_for_mm() {
         assert!(refusal.starts_with("a.csv:1: column \"XV-1203.ZT [%]\" is in %; expected a length"), "{refusal}");
     }
 }
+
+#[test]
+fn each_recording_has_its_own_time_column() {
+    let stamps =
+        |header: &str| text(header, |t, c, x| format!("2026-03-01T23:59:{:06.3}Z,{},{x:.5}", 10.0 + t, u8::from(c)));
+    let plain = text("Time [ms],command,position_mm", |t, c, x| format!("{:.1},{},{x:.5}", t * 1e3, u8::from(c)));
+    let files = ["Timestamp", "Time", "Time Stamp (UTC)", "Datum"]
+        .map(|time| stamps(&format!("{time},command,position_mm")))
+        .into_iter()
+        .chain([plain])
+        .collect::<Vec<_>>();
+    let runs = (0..files.len())
+        .map(|file| format!("[[run]]\nfile = \"{file}\"\nsupply_pressure = \"75 psig\"\ntemperature = \"20 degC\"\n"))
+        .collect::<String>();
+    let parsed = |columns: &str| {
+        let campaign = format!("name = \"bench\"\n{columns}{runs}");
+        Campaign::parse(&campaign, "c.toml", &VALVE, &|name| {
+            Ok(files[name.parse::<usize>().unwrap()].clone().into_bytes())
+        })
+    };
+    for columns in ["", "[columns]\ntime = \"Timestamp\"\n"] {
+        let mut campaign = parsed(columns).unwrap();
+        assert_eq!(campaign.runs.len(), 5);
+        let taken = words(&campaign).iter().filter(|said| said.contains("names for the time; its")).count();
+        assert_eq!(taken, if columns.is_empty() { 0 } else { 4 });
+        for _ in 0..5 {
+            holds_the_strokes(&campaign);
+            campaign.runs.remove(0);
+        }
+    }
+    // A name that none of them has is mistyped.
+    let refusal = parsed("[columns]\ntime = \"Timestmp\"\n").unwrap_err().to_string();
+    assert!(refusal.starts_with("0:1: has no column \"Timestmp\" (did you mean \"Timestamp\"?)"), "{refusal}");
+}
