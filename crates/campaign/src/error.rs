@@ -1,7 +1,7 @@
 //! What makes a campaign unusable.
 
 use checked_toml::TomlFileError;
-use column_source::{RecordError, RecordProblem};
+use column_source::{Clock, RecordError, RecordProblem};
 
 /// A campaign that was refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -63,6 +63,18 @@ pub enum DataProblem {
     /// Not a table of numbers.
     #[error(transparent)]
     Record(#[from] RecordProblem),
+    /// A time that is neither a number nor a timestamp.
+    #[error(
+        "column \"{column}\": \"{found}\" is not a number and no time in a form that is read; expected a number, or in each row \
+         alike one of these: {}",
+        Clock::FORMS
+    )]
+    NotATime {
+        /// The column.
+        column: String,
+        /// What stands there.
+        found: String,
+    },
     /// A header and too few rows.
     #[error("has {rows} usable rows; expected at least {expected}")]
     TooFewRows {

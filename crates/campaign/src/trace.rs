@@ -1,7 +1,7 @@
 //! From a CSV text to a trace and its command edges.
 
 use checked_toml::{QuantityKind, Section, TomlFileError};
-use column_source::{Clock, ColumnSource, Comments, NoticeKind, Switch, find_table, without_unit};
+use column_source::{Clock, ColumnSource, Comments, NoticeKind, RecordProblem, Switch, find_table, without_unit};
 use quantity::Dimension;
 
 use crate::columns::{self, CHANNELS, Column, Mapping};
@@ -226,7 +226,12 @@ fn time_s(source: &dyn ColumnSource, column: Column, clock: &mut Clock, line: us
     }
     match source.number(column.index) {
         Ok(number) => Ok(column.to_si(number)),
-        Err(error) => stamp(clock).ok_or_else(|| error.into()),
+        Err(error) => stamp(clock).ok_or_else(|| match error.problem {
+            RecordProblem::NotANumber { column, found } => {
+                DataError::new(&error.file, error.line, DataProblem::NotATime { column, found })
+            }
+            _ => error.into(),
+        }),
     }
 }
 

@@ -209,3 +209,20 @@ fn each_recording_has_its_own_time_column() {
     let refusal = parsed("[columns]\ntime = \"Timestmp\"\n").unwrap_err().to_string();
     assert!(refusal.starts_with("0:1: has no column \"Timestmp\" (did you mean \"Timestamp\"?)"), "{refusal}");
 }
+
+#[test]
+fn a_time_in_a_form_that_is_not_read_is_told_which_ones_are() {
+    let csv = text("Zeit,command,position_mm", |t, c, x| format!("Nov 17 8h{:.3},{},{x:.4}", t, u8::from(c)));
+    let refusal = read_bytes(&format!("{RUN}[columns]\ntime = \"Zeit\"\n"), csv.as_bytes()).unwrap_err();
+    assert!(
+        refusal.starts_with("a.csv:2: column \"Zeit\": \"Nov 17 8h0.000\" is not a number and no time"),
+        "{refusal}"
+    );
+    assert!(refusal.contains("17.11.2026 08:36:03,120") && refusal.contains("+01:00"), "{refusal}");
+    let csv = text("Zeit;command;position_mm", |t, c, x| {
+        format!("17.11.2026 08:36:{} +01:00;{};{}", comma(10.0 + t, 3), u8::from(c), comma(x, 4))
+    });
+    let campaign = read(RUN, &csv);
+    holds_the_strokes(&campaign);
+    assert!(words(&campaign).iter().any(|said| said.ends_with("read as day.month.year, with its zone")));
+}
