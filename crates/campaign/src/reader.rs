@@ -196,6 +196,7 @@ impl Reader<'_> {
             self.left_out.get_or_insert(error);
             return Ok(());
         }
+        warnings.extend(plausibility::above_supply(&read, &shown, self.valve, conditions.supply_pressure_pa));
         // Files of one recorder are written alike: that is said once.
         let told = |warning: &Warning| {
             let Doubt::Read(kind) = &warning.doubt else { return false };

@@ -90,6 +90,8 @@ pub(crate) struct ReadTrace {
     pub lines: Vec<usize>,
     pub header_line: usize,
     pub position_column: String,
+    /// Of chamber, pipe and supply pressure, where they are.
+    pub pressure_columns: [Option<String>; 3],
     /// Lowest and highest reading of what tells the command.
     pub signal_range: (f64, f64),
     /// Why the file would be refused, did it not have another time column than the one that `[columns]` names.
@@ -333,8 +335,18 @@ pub(crate) fn read_source(
     let [chamber, pipe, supply] = pressures;
     (trace.chamber_pressure_pa, trace.pipe_pressure_pa, trace.supply_pressure_pa) = (chamber, pipe, supply);
     doubts.extend(take_outliers(&mut trace, &lines));
+    let pressure_columns = columns.pressures.map(|column| Some(source.headings()[column?.index].name.clone()));
     let position_column = source.headings()[columns.position.index].name.clone();
-    Ok(ReadTrace { trace, lines, header_line, position_column, signal_range, without_named_time: None, doubts })
+    Ok(ReadTrace {
+        trace,
+        lines,
+        header_line,
+        position_column,
+        pressure_columns,
+        signal_range,
+        without_named_time: None,
+        doubts,
+    })
 }
 
 /// Whether rows run from the newest to the oldest, as some historians export them.
