@@ -41,6 +41,10 @@ pub struct TextSource {
     /// The columns of a date and of the time of that day.
     date_beside: Option<(usize, usize)>,
     notices: Vec<Notice>,
+    /// The header and the row of units, as they are written.
+    heads: Vec<ByteRecord>,
+    /// Rows that were left out because they repeat one of these, and the line of the first header among them.
+    repeated: (usize, usize),
 }
 
 impl TextSource {
@@ -89,6 +93,8 @@ impl TextSource {
             begun: false,
             date_beside: None,
             notices,
+            heads: Vec::new(),
+            repeated: (0, 0),
         };
         source.read_headings();
         source.find_style();
@@ -101,9 +107,11 @@ impl TextSource {
             return;
         }
         self.read();
+        self.heads.push(self.row.clone());
         self.headings = (0..self.row.len()).map(|column| Heading::new(&self.text_of(column))).collect();
         let Some(units_line) = self.layout.units_line else { return };
         self.read();
+        self.heads.push(self.row.clone());
         let mut said = Vec::new();
         for column in 0..self.headings.len().min(self.row.len()) {
             let unit = understood(&self.text_of(column)).filter(|unit| !unit.text().is_empty());
@@ -175,6 +183,27 @@ impl TextSource {
         found
     }
 
+    /// Whether the row is the header again, or the row of units, as in exports that were appended to one another.
+    fn leaves_out_head(&mut self) -> bool {
+        let is_same = |head: &ByteRecord| {
+            head.len() == self.row.len()
+                && head.iter().zip(&self.row).all(|(one, other)| one.trim_ascii() == other.trim_ascii())
+        };
+        let Some(which) = self.heads.iter().position(is_same) else { return false };
+        if which == 0 {
+            let first = if self.repeated.0 == 0 { self.line } else { self.repeated.1 };
+            self.repeated = (self.repeated.0 + 1, first);
+        }
+        true
+    }
+
+    fn say_repeated(&mut self) {
+        let (rows, line) = std::mem::take(&mut self.repeated);
+        if rows > 0 {
+            self.notices.push(Notice { line, kind: NoticeKind::HeaderAgain { rows } });
+        }
+    }
+
     /// The line at which the row begins. The reader places a row before the comments and empty lines that it skips.
     fn line_of_row(&self) -> usize {
         let Some(position) = self.row.position() else { return self.layout.header_line };
@@ -218,11 +247,12 @@ impl ColumnSource for TextSource {
     fn next_row(&mut self) -> Result<Option<usize>, RecordError> {
         loop {
             if !self.read() {
+                self.say_repeated();
                 return Ok(None);
             }
             // A line of spaces is no row.
             let blank = self.row.len() == 1 && self.headings.len() > 1 && self.bytes(0).is_empty();
-            if !blank {
+            if !blank && !self.leaves_out_head() {
                 break;
             }
         }

@@ -304,3 +304,17 @@ fn read_text(bytes: &[u8], columns: &[usize]) -> Vec<Vec<f64>> {
     }
     rows
 }
+
+#[test]
+fn a_header_within_the_rows_is_left_out_and_counted() {
+    let table = read(b"Time;Hub\ns;mm\n0,1;1,5\nTime;Hub\ns;mm\n0,2;1,6\n Time ;Hub\n0,3;1,7\n");
+    assert_eq!((table.lines, table.numbers), (vec![3, 6, 8], vec![vec![0.1, 1.5], vec![0.2, 1.6], vec![0.3, 1.7]]));
+    assert_eq!(table.notices.last().unwrap(), "4: 2 rows are the header again; left out");
+    let table = read(b"a,b\n1,2\n3,4\na,b\n5,6\n7,8\n");
+    assert_eq!(
+        (table.numbers.len(), &table.notices[..]),
+        (4, &["4: one row is the header again; left out".to_owned()][..])
+    );
+    // A row of other words is none.
+    assert!(refusal(b"a,b\n1,2\n3,4\na,c\n5,6\n").contains("\"a\" is not a number"));
+}
