@@ -97,9 +97,9 @@ pub(crate) fn understood(text: &str) -> Option<Unit> {
     let text = text.trim_end_matches(']');
     let other = match text {
         "-" | "" | "1" => "",
-        "sec" | "Sec" | "S" | "sek" | "Sek" => "s",
-        "msec" | "mS" => "ms",
-        "µs" | "usec" => "us",
+        "S" => "s",
+        "mS" | "MS" => "ms",
+        "µs" => "us",
         "C" | "°C" | "deg C" | "Grad C" => "degC",
         "°F" | "deg F" => "degF",
         "kpa" | "KPA" | "KPa" => "kPa",
@@ -112,9 +112,31 @@ pub(crate) fn understood(text: &str) -> Option<Unit> {
         "PSIA" | "Psia" => "psia",
         "MM" => "mm",
         "inch" | "Inch" | "inches" | "\"" => "in",
-        other => other,
+        other => time_in_words(other).unwrap_or(other),
     };
     Unit::parse(other).ok()
+}
+
+/// A unit of time that is written out, in any case: "SEC", "Seconds", "msec", "Sekunden".
+pub(crate) fn time_in_words(text: &str) -> Option<&'static str> {
+    const WORDS: [(&str, &str); 14] = [
+        ("sec", "s"),
+        ("secs", "s"),
+        ("seconds", "s"),
+        ("sek", "s"),
+        ("sekunden", "s"),
+        ("seg", "s"),
+        ("secondes", "s"),
+        ("msec", "ms"),
+        ("msecs", "ms"),
+        ("millisec", "ms"),
+        ("milliseconds", "ms"),
+        ("millisekunden", "ms"),
+        ("usec", "us"),
+        ("microseconds", "us"),
+    ];
+    let text = text.trim_end_matches('.');
+    WORDS.into_iter().find(|(word, _)| word.eq_ignore_ascii_case(text)).map(|(_, unit)| unit)
 }
 
 #[cfg(test)]
@@ -134,6 +156,10 @@ mod tests {
             ("Kanal [3]", "Kanal [3]", None),
             ("position_mm", "position_mm", None),
             ("Close ms", "Close", Some("ms")),
+            ("CLOSE TIME (SEC)", "CLOSE TIME", Some("s")),
+            ("Close time [sec.]", "Close time", Some("s")),
+            ("Time [Seconds]", "Time", Some("s")),
+            ("TIME (MSEC)", "TIME", Some("ms")),
             ("Kammerdruck bar(g)", "Kammerdruck", Some("bar(g)")),
             ("Sensor C", "Sensor C", None),
             ("Laufzeit min", "Laufzeit min", None),

@@ -2,13 +2,14 @@
 
 use quantity::{Dimension, Unit, suggest};
 
-use crate::heading::other_unit_at_end;
+use crate::heading::{other_unit_at_end, time_in_words};
 
 /// The unit behind the last underscore of a name, in any case: "position_mm", "T_DEGC", "Supply_PSIG".
 #[must_use]
 pub fn unit_at_end(name: &str, dimension: Dimension) -> Option<Unit> {
     let (_, end) = name.rsplit_once('_')?;
-    let known = dimension.unit_ignoring_case(end);
+    let in_words = || time_in_words(end).filter(|_| dimension == Dimension::Time);
+    let known = dimension.unit_ignoring_case(end).or_else(in_words);
     // Bare psi and bar are none of the usual units, and must not be overlooked either.
     let bare =
         ["psi", "bar"].into_iter().find(|unit| dimension == Dimension::Pressure && unit.eq_ignore_ascii_case(end));
@@ -96,6 +97,14 @@ pub fn did_you_mean<'a>(headings: impl Iterator<Item = (&'a str, &'a str)>, name
 mod tests {
     use super::*;
     use crate::Heading;
+
+    #[test]
+    fn seconds_behind_an_underscore_may_be_written_out() {
+        for (name, unit) in [("CLOSE_TIME_SEC", "s"), ("time_msec", "ms"), ("t_seconds", "s")] {
+            assert_eq!(unit_at_end(name, Dimension::Time).unwrap().text(), unit);
+            assert_eq!(unit_at_end(name, Dimension::Length), None);
+        }
+    }
 
     #[test]
     fn a_unit_of_another_kind_may_be_left_out_of_a_name() {

@@ -5,6 +5,7 @@ use std::io::Cursor;
 use std::sync::Arc;
 
 use csv::ByteRecord;
+use quantity::{Reference, Unit};
 
 use crate::heading::understood;
 use crate::layout::{self, Layout};
@@ -96,32 +97,45 @@ impl TextSource {
             heads: Vec::new(),
             repeated: (0, 0),
         };
-        source.read_headings();
+        source.read_headings()?;
         source.find_style();
         Ok(source)
     }
 
-    fn read_headings(&mut self) {
+    fn read_headings(&mut self) -> Result<(), RecordError> {
         if let Some(columns) = self.layout.unnamed {
             self.headings = (1..=columns).map(|number| Heading::new(&format!("column {number}"))).collect();
-            return;
+            return Ok(());
         }
         self.read();
         self.heads.push(self.row.clone());
         self.headings = (0..self.row.len()).map(|column| Heading::new(&self.text_of(column))).collect();
-        let Some(units_line) = self.layout.units_line else { return };
+        let Some(units_line) = self.layout.units_line else { return Ok(()) };
         self.read();
         self.heads.push(self.row.clone());
         let mut said = Vec::new();
         for column in 0..self.headings.len().min(self.row.len()) {
             let unit = understood(&self.text_of(column)).filter(|unit| !unit.text().is_empty());
             if let Some(unit) = unit {
+                let column_name = &self.headings[column].name;
+                if let Some(heading) = self.headings[column].unit.clone() {
+                    if is_contrary(&heading, &unit) {
+                        let (column, heading) = (column_name.clone(), heading.text().to_owned());
+                        let problem = RecordProblem::TwoUnits { column, heading, below: unit.text().to_owned() };
+                        return Err(self.error(units_line, problem));
+                    }
+                    if heading.reference() != unit.reference() && unit.reference() == Reference::Ambiguous {
+                        // "barg" over "bar" says more than that.
+                        continue;
+                    }
+                }
                 said.push(format!("{} in {}", self.headings[column].name, unit.text()));
                 self.headings[column].unit = Some(unit);
             }
         }
         let kind = NoticeKind::UnitsRow { units: said.join(", ") };
         self.notices.push(Notice { line: units_line, kind });
+        Ok(())
     }
 
     /// Finds a date in one column and the time of that day in another one, by the first row.
@@ -229,6 +243,15 @@ impl TextSource {
     fn bytes(&self, column: usize) -> &[u8] {
         self.row.get(column).unwrap_or_default().trim_ascii()
     }
+}
+
+/// Whether numbers in both units mean different things.
+fn is_contrary(one: &Unit, other: &Unit) -> bool {
+    let size = |unit: &Unit| (unit.dimension(), unit.to_si(0.0), unit.to_si(1.0));
+    let references = [one.reference(), other.reference()];
+    let is_open = references.contains(&Reference::Ambiguous);
+    let is_gauge = references.map(|reference| reference == Reference::Gauge);
+    size(one) != size(other) || !is_open && is_gauge[0] != is_gauge[1]
 }
 
 impl ColumnSource for TextSource {
