@@ -186,9 +186,10 @@ fn each_recording_has_its_own_time_column() {
         .into_iter()
         .chain([plain])
         .collect::<Vec<_>>();
-    let runs = (0..files.len())
-        .map(|file| format!("[[run]]\nfile = \"{file}\"\nsupply_pressure = \"75 psig\"\ntemperature = \"20 degC\"\n"))
-        .collect::<String>();
+    let mut runs = String::new();
+    for file in 0..files.len() {
+        write!(runs, "[[run]]\nfile = \"{file}\"\nsupply_pressure = \"75 psig\"\ntemperature = \"20 degC\"\n").unwrap();
+    }
     let parsed = |columns: &str| {
         let campaign = format!("name = \"bench\"\n{columns}{runs}");
         Campaign::parse(&campaign, "c.toml", &VALVE, &|name| {
