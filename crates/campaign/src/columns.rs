@@ -1,7 +1,7 @@
 //! Which column holds which channel, and how its numbers become SI.
 
 use checked_toml::{QuantityKind, Section, TomlFileError};
-use column_source::{ColumnSource, Heading, did_you_mean, named, unit_at_end};
+use column_source::{ColumnSource, Heading, did_you_mean, named, other_unit_at_end, unit_at_end};
 use quantity::{Dimension, Reference, Unit, suggest};
 
 use crate::error::{DataError, DataProblem};
@@ -50,6 +50,11 @@ impl Mapping {
     /// A column that is read as it stands.
     pub fn raw(name: &str) -> Self {
         Self { name: Some(name.to_owned()), ..Self::default() }
+    }
+
+    /// The name that is given.
+    pub fn named(&self) -> Option<&str> {
+        self.name.as_deref()
     }
 }
 
@@ -173,6 +178,16 @@ pub(crate) fn find(
     let heading = &headings[index];
     let own = heading.unit.clone().filter(|_| dimension != Dimension::Pure);
     let own = own.or_else(|| unit_at_end(heading.bare(), dimension));
+    let is_stated = mapping.unit.is_some() || mapping.scale.is_some();
+    if own.is_none()
+        && !is_stated
+        && dimension != Dimension::Pure
+        && let Some((_, unit)) = other_unit_at_end(&heading.name)
+    {
+        let (column, unit) = (heading.name.clone(), unit.to_owned());
+        let (expected, usual) = (dimension.expectation(), usual_unit(dimension));
+        return Err(error(DataProblem::OtherUnit { column, unit, channel: channel.to_owned(), expected, usual }));
+    }
     // A channel that is named without any unit is in that of the usual column (position_mm and so on).
     let usual = || Unit::parse(usual_unit(dimension)).ok();
     let Some(unit) = mapping.unit.clone().or(own).or_else(usual) else { return Ok(None) };

@@ -1,7 +1,7 @@
 //! What makes a campaign unusable.
 
 use checked_toml::TomlFileError;
-use column_source::{RecordError, RecordProblem};
+use column_source::{Clock, RecordError, RecordProblem};
 
 /// A campaign that was refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -63,6 +63,18 @@ pub enum DataProblem {
     /// Not a table of numbers.
     #[error(transparent)]
     Record(#[from] RecordProblem),
+    /// A time that is neither a number nor a timestamp.
+    #[error(
+        "column \"{column}\": \"{found}\" is not a number and no time in a form that is read; expected a number, or in each row \
+         alike one of these: {}",
+        Clock::FORMS
+    )]
+    NotATime {
+        /// The column.
+        column: String,
+        /// What stands there.
+        found: String,
+    },
     /// A header and too few rows.
     #[error("has {rows} usable rows; expected at least {expected}")]
     TooFewRows {
@@ -100,6 +112,22 @@ pub enum DataProblem {
         unit: String,
         /// What would be right.
         expected: String,
+    },
+    /// A unit of another kind, such as percent, that nobody has said the meaning of.
+    #[error(
+        "column \"{column}\" is in {unit}; expected {expected}: say in [columns] how many {usual} one {unit} is, such as {channel} = {{ name = \"{column}\", unit = \"{usual}\", scale = 0.254 }}"
+    )]
+    OtherUnit {
+        /// The column.
+        column: String,
+        /// Its unit.
+        unit: String,
+        /// The channel.
+        channel: String,
+        /// What would be right.
+        expected: String,
+        /// The channel's usual unit.
+        usual: &'static str,
     },
     /// A unit of pressure that could be gauge or absolute.
     #[error(

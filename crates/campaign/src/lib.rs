@@ -17,6 +17,7 @@ mod noise;
 mod outliers;
 mod plausibility;
 mod reader;
+mod time_column;
 mod timing_doubts;
 mod timings;
 mod trace;

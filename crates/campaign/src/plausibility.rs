@@ -169,6 +169,33 @@ fn check_pressures(
     Ok(())
 }
 
+/// What of the stated supply pressure (gauge) a recorded one may lie above it: gauges are off by less.
+const ABOVE_SUPPLY: f64 = 0.1;
+/// A pressure is above for a good part of the record where this quantile of its readings is.
+const GOOD_PART: f64 = 0.8;
+/// Of a pressure in a wrong unit the rare readings at the top are so many times too high, gauge.
+const MANY_TIMES: f64 = 3.0;
+const TOP: f64 = 0.98;
+
+/// Doubts about pressures that lie above the supply that the run states.
+pub(crate) fn above_supply(read: &ReadTrace, file: &str, valve: &ValveFacts, supply_pa: f64) -> Vec<Warning> {
+    let ambient_pa = valve.ambient_pressure_pa;
+    let limit_pa = |share: f64| ambient_pa + share * (supply_pa - ambient_pa);
+    let doubt = |((channel, values), column): ((&'static str, Option<&Vec<f64>>), &Option<String>)| {
+        let known: Vec<f64> = values?.iter().copied().filter(|pressure| pressure.is_finite()).collect();
+        let (usual_pa, top_pa) = (quantile(&known, GOOD_PART), quantile(&known, TOP));
+        let is_above = usual_pa > limit_pa(1.0 + ABOVE_SUPPLY) || top_pa > limit_pa(MANY_TIMES);
+        let doubt = Doubt::AboveSupply {
+            channel,
+            column: column.clone()?,
+            found_kpa: top_pa / 1e3,
+            supply_kpa: supply_pa / 1e3,
+        };
+        is_above.then(|| Warning { file: file.to_owned(), line: read.header_line, doubt })
+    };
+    pressures(&read.trace).into_iter().zip(&read.pressure_columns).filter_map(doubt).collect()
+}
+
 fn pressures(trace: &Trace) -> [(&'static str, Option<&Vec<f64>>); 3] {
     [
         ("chamber pressure", trace.chamber_pressure_pa.as_ref()),

@@ -51,6 +51,7 @@ impl Campaign {
             command_from: refusals.keep(trace::read_command_from(&root, valve)).flatten(),
             inputs: refusals.keep(read_inputs(&root)).unwrap_or_default(),
             left_out: None,
+            time_named: None,
         };
         let mut campaign = Self {
             name: refusals.keep(name).unwrap_or_default().to_owned(),
@@ -77,6 +78,10 @@ impl Campaign {
         // What a recording lacks may come of what was refused here.
         refusals.none()?;
         read?;
+        // A name for the time that no recording has is mistyped.
+        if let Some(Err(error)) = reader.time_named {
+            return Err(error.into());
+        }
         if let (true, Some(error)) = (campaign.runs.is_empty(), reader.left_out) {
             return Err(error.into());
         }
@@ -118,6 +123,8 @@ struct Reader<'a> {
     inputs: Inputs,
     /// Why the first run that was left out was.
     left_out: Option<DataError>,
+    /// Whether a recording has the time column that `[columns]` names, or the refusal of the first without; `None` before any.
+    time_named: Option<Result<(), DataError>>,
 }
 
 impl Reader<'_> {
@@ -172,6 +179,11 @@ impl Reader<'_> {
         let format =
             TraceFormat { mappings: &self.mappings, command_from: self.command_from.as_ref(), valve: self.valve };
         let read = trace::read(&bytes, &shown, &format)?;
+        match (&read.without_named_time, &self.time_named) {
+            (None, _) => self.time_named = Some(Ok(())),
+            (Some(error), None) => self.time_named = Some(Err(error.clone())),
+            (Some(_), Some(_)) => {}
+        }
         let mut warnings = Vec::new();
         if let Err(error) = plausibility::check(&read, &shown, (self.valve, self.command_from.as_ref()), &mut warnings)
         {
@@ -184,6 +196,7 @@ impl Reader<'_> {
             self.left_out.get_or_insert(error);
             return Ok(());
         }
+        warnings.extend(plausibility::above_supply(&read, &shown, self.valve, conditions.supply_pressure_pa));
         // Files of one recorder are written alike: that is said once.
         let told = |warning: &Warning| {
             let Doubt::Read(kind) = &warning.doubt else { return false };

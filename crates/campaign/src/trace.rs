@@ -1,7 +1,7 @@
 //! From a CSV text to a trace and its command edges.
 
 use checked_toml::{QuantityKind, Section, TomlFileError};
-use column_source::{Clock, ColumnSource, Comments, NoticeKind, Switch, find_table, without_unit};
+use column_source::{Clock, ColumnSource, Comments, NoticeKind, RecordProblem, Switch, find_table, without_unit};
 use quantity::Dimension;
 
 use crate::columns::{self, CHANNELS, Column, Mapping};
@@ -9,6 +9,7 @@ use crate::error::{DataError, DataProblem};
 use crate::levels::plateaus;
 use crate::noise::quantile;
 use crate::outliers;
+use crate::time_column;
 use crate::types::{CommandEdge, Outlier, Trace, ValveFacts};
 use crate::warning::Doubt;
 
@@ -74,7 +75,7 @@ impl CommandFrom {
 }
 
 /// How traces are to be read.
-#[derive(Debug)]
+#[derive(Debug, Clone, Copy)]
 pub(crate) struct TraceFormat<'a> {
     pub mappings: &'a [Mapping],
     pub command_from: Option<&'a CommandFrom>,
@@ -89,8 +90,12 @@ pub(crate) struct ReadTrace {
     pub lines: Vec<usize>,
     pub header_line: usize,
     pub position_column: String,
+    /// Of chamber, pipe and supply pressure, where they are.
+    pub pressure_columns: [Option<String>; 3],
     /// Lowest and highest reading of what tells the command.
     pub signal_range: (f64, f64),
+    /// Why the file would be refused, did it not have another time column than the one that `[columns]` names.
+    pub without_named_time: Option<DataError>,
     /// What looks wrong, with its line.
     pub doubts: Vec<(usize, Doubt)>,
 }
@@ -196,7 +201,21 @@ fn find_columns(source: &dyn ColumnSource, format: &TraceFormat<'_>) -> Result<(
 /// Reads a trace.
 pub(crate) fn read(bytes: &[u8], file: &str, format: &TraceFormat<'_>) -> Result<ReadTrace, DataError> {
     let mut source = column_source::open(bytes, file, Comments::WhereNoNames)?;
-    read_source(source.as_mut(), bytes.len() / 12, format)
+    let rows = bytes.len() / 12;
+    let Some((column, refusal)) = time_column::in_place(bytes, file, format.mappings)? else {
+        return read_source(source.as_mut(), rows, format);
+    };
+    let (time, others): (Vec<_>, Vec<_>) =
+        format.mappings.iter().cloned().partition(|mapping| mapping.channel == "time");
+    let mut own = Mapping::raw(&column);
+    "time".clone_into(&mut own.channel);
+    let mappings: Vec<Mapping> = others.into_iter().chain([own]).collect();
+    let mut read = read_source(source.as_mut(), rows, &TraceFormat { mappings: &mappings, ..*format })?;
+    if let Some(named) = time.first().and_then(Mapping::named) {
+        read.doubts.insert(0, (read.header_line, Doubt::OtherTime { column, named: named.to_owned() }));
+        read.without_named_time = Some(refusal);
+    }
+    Ok(read)
 }
 
 /// The time of the row at hand, s: a number in the column's unit, or a timestamp.
@@ -209,7 +228,12 @@ fn time_s(source: &dyn ColumnSource, column: Column, clock: &mut Clock, line: us
     }
     match source.number(column.index) {
         Ok(number) => Ok(column.to_si(number)),
-        Err(error) => stamp(clock).ok_or_else(|| error.into()),
+        Err(error) => stamp(clock).ok_or_else(|| match error.problem {
+            RecordProblem::NotANumber { column, found } => {
+                DataError::new(&error.file, error.line, DataProblem::NotATime { column, found })
+            }
+            _ => error.into(),
+        }),
     }
 }
 
@@ -311,8 +335,18 @@ pub(crate) fn read_source(
     let [chamber, pipe, supply] = pressures;
     (trace.chamber_pressure_pa, trace.pipe_pressure_pa, trace.supply_pressure_pa) = (chamber, pipe, supply);
     doubts.extend(take_outliers(&mut trace, &lines));
+    let pressure_columns = columns.pressures.map(|column| Some(source.headings()[column?.index].name.clone()));
     let position_column = source.headings()[columns.position.index].name.clone();
-    Ok(ReadTrace { trace, lines, header_line, position_column, signal_range, doubts })
+    Ok(ReadTrace {
+        trace,
+        lines,
+        header_line,
+        position_column,
+        pressure_columns,
+        signal_range,
+        without_named_time: None,
+        doubts,
+    })
 }
 
 /// Whether rows run from the newest to the oldest, as some historians export them.

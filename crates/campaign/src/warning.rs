@@ -82,6 +82,14 @@ pub enum Doubt {
         /// What is wrong with it.
         reason: String,
     },
+    /// Another time column than the one that is named.
+    #[error("has no column \"{named}\", which [columns] names for the time; its \"{column}\" was taken")]
+    OtherTime {
+        /// The column that was taken.
+        column: String,
+        /// The one that `[columns]` names.
+        named: String,
+    },
     /// Rows without a time.
     #[error("{rows} rows have no time and were left out")]
     RowsWithoutTime {
@@ -152,6 +160,22 @@ pub enum Doubt {
         lowest_kpa: f64,
         /// Ambient pressure, kPa.
         ambient_kpa: f64,
+    },
+    /// A pressure above the supply that the run states.
+    #[error(
+        "the {channel} (column \"{column}\") reaches {found_kpa:.1} kPa absolute, above the supply pressure of {supply_kpa:.1} kPa \
+         that its run states: was that mistyped or exchanged with another run's, or is the unit of the column wrong? Give \
+         the one in [[run]], the other in [columns]"
+    )]
+    AboveSupply {
+        /// The channel.
+        channel: &'static str,
+        /// Its column.
+        column: String,
+        /// What it reaches, kPa absolute.
+        found_kpa: f64,
+        /// The run's supply pressure, kPa absolute.
+        supply_kpa: f64,
     },
     /// A column that is not read and looks like one that is.
     #[error("column \"{column}\" is not read; did you mean \"{known}\"?")]

@@ -89,6 +89,37 @@ fn gaps_and_rows_far_apart_are_named() {
     assert!(milliseconds[0].starts_with("a.csv:2: the rows are 1 s apart: are the times in ms?"), "{milliseconds:?}");
 }
 
+#[test]
+fn pressures_above_the_stated_supply_are_named() {
+    // 75 psig and 100 kPa of ambient pressure are 617 kPa.
+    let found = |heading: &str, chamber: &dyn Fn(f64) -> f64| {
+        let row = |(step, row): (usize, &String)| {
+            let at_s = step as f64 * 1e-3;
+            format!("{row},{:.4}", chamber(if (0.1..1.0).contains(&at_s) { 1.0 } else { 0.0 }))
+        };
+        let csv = |rows: &[String]| {
+            let rows: Vec<String> = rows.iter().enumerate().map(row).collect();
+            format!("time_s,command,position_mm,{heading}\n{}\n", rows.join("\n"))
+        };
+        let run = &RUNS[..RUNS.rfind("[[run]]").unwrap()];
+        let read = read(run, &[("a.csv", csv(&rows(0.0, 0.4))), ("b.csv", String::new())]).unwrap();
+        let above = read.warnings.iter().filter(|warning| matches!(warning.doubt, Doubt::AboveSupply { .. }));
+        above.map(ToString::to_string).collect::<Vec<_>>()
+    };
+    // What gauges may be off by is no doubt.
+    assert_eq!(found("chamber_pressure_kpa", &|part| 100.0 + 550.0 * part), [""; 0]);
+    let above = found("pipe_pressure_kpa", &|part| 100.0 + 700.0 * part);
+    let expected = "a.csv:1: the pipe pressure (column \"pipe_pressure_kpa\") reaches 800.0 kPa absolute, above the supply \
+                    pressure of 617.1 kPa that its run states: was that mistyped or exchanged";
+    assert!(above.len() == 1 && above[0].starts_with(expected), "{above:?}");
+    // kPa under a heading that says bar.
+    let unit = found("Chamber pressure (barg)", &|part| 510.0 * part);
+    assert!(
+        unit.len() == 1 && unit[0].contains("(column \"Chamber pressure (barg)\") reaches 51100.0 kPa"),
+        "{unit:?}"
+    );
+}
+
 /// Stroke times at six supply pressures, four of each, that agree within half a percent.
 fn timings() -> Vec<[f64; 6]> {
     let mut rows = Vec::new();

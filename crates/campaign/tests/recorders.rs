@@ -164,3 +164,66 @@ fn stroke_times_go_through_the_same_mapping() {
     let unknown = read_bytes(&text.replace("Druck", "Drukc"), csv.as_bytes()).unwrap_err();
     assert!(unknown.starts_with("a.csv:2: has no column \"Drukc\" (did you mean \"Druck\"?)"), "{unknown}");
 }
+
+#[test]
+fn a_column_in_percent_goes_by_its_name_and_is_never_taken_for_mm() {
+    let csv = text("time_s,command,XV-1203.ZT [%]", |t, c, x| format!("{t:.3},{},{:.5}", u8::from(c), 5.0 * x));
+    for name in ["XV-1203.ZT", "XV-1203.ZT [%]"] {
+        let scaled = format!("{RUN}[columns]\nposition = {{ name = \"{name}\", unit = \"mm\", scale = 0.2 }}\n");
+        holds_the_strokes(&read(&scaled, &csv));
+        let refusal = read_bytes(&format!("{RUN}[columns]\nposition = \"{name}\"\n"), csv.as_bytes()).unwrap_err();
+        assert!(refusal.starts_with("a.csv:1: column \"XV-1203.ZT [%]\" is in %; expected a length"), "{refusal}");
+    }
+}
+
+#[test]
+fn each_recording_has_its_own_time_column() {
+    let stamps =
+        |header: &str| text(header, |t, c, x| format!("2026-03-01T23:59:{:06.3}Z,{},{x:.5}", 10.0 + t, u8::from(c)));
+    let plain = text("Time [ms],command,position_mm", |t, c, x| format!("{:.1},{},{x:.5}", t * 1e3, u8::from(c)));
+    let files = ["Timestamp", "Time", "Time Stamp (UTC)", "Datum"]
+        .map(|time| stamps(&format!("{time},command,position_mm")))
+        .into_iter()
+        .chain([plain])
+        .collect::<Vec<_>>();
+    let mut runs = String::new();
+    for file in 0..files.len() {
+        write!(runs, "[[run]]\nfile = \"{file}\"\nsupply_pressure = \"75 psig\"\ntemperature = \"20 degC\"\n").unwrap();
+    }
+    let parsed = |columns: &str| {
+        let campaign = format!("name = \"bench\"\n{columns}{runs}");
+        Campaign::parse(&campaign, "c.toml", &VALVE, &|name| {
+            Ok(files[name.parse::<usize>().unwrap()].clone().into_bytes())
+        })
+    };
+    for columns in ["", "[columns]\ntime = \"Timestamp\"\n"] {
+        let mut campaign = parsed(columns).unwrap();
+        assert_eq!(campaign.runs.len(), 5);
+        let taken = words(&campaign).iter().filter(|said| said.contains("names for the time; its")).count();
+        assert_eq!(taken, if columns.is_empty() { 0 } else { 4 });
+        for _ in 0..5 {
+            holds_the_strokes(&campaign);
+            campaign.runs.remove(0);
+        }
+    }
+    // A name that none of them has is mistyped.
+    let refusal = parsed("[columns]\ntime = \"Timestmp\"\n").unwrap_err().to_string();
+    assert!(refusal.starts_with("0:1: has no column \"Timestmp\" (did you mean \"Timestamp\"?)"), "{refusal}");
+}
+
+#[test]
+fn a_time_in_a_form_that_is_not_read_is_told_which_ones_are() {
+    let csv = text("Zeit,command,position_mm", |t, c, x| format!("Nov 17 8h{:.3},{},{x:.4}", t, u8::from(c)));
+    let refusal = read_bytes(&format!("{RUN}[columns]\ntime = \"Zeit\"\n"), csv.as_bytes()).unwrap_err();
+    assert!(
+        refusal.starts_with("a.csv:2: column \"Zeit\": \"Nov 17 8h0.000\" is not a number and no time"),
+        "{refusal}"
+    );
+    assert!(refusal.contains("17.11.2026 08:36:03,120") && refusal.contains("+01:00"), "{refusal}");
+    let csv = text("Zeit;command;position_mm", |t, c, x| {
+        format!("17.11.2026 08:36:{} +01:00;{};{}", comma(10.0 + t, 3), u8::from(c), comma(x, 4))
+    });
+    let campaign = read(RUN, &csv);
+    holds_the_strokes(&campaign);
+    assert!(words(&campaign).iter().any(|said| said.ends_with("read as day.month.year, with its zone")));
+}

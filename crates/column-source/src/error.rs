@@ -90,6 +90,19 @@ pub enum RecordProblem {
         /// Fields of the header.
         expected: usize,
     },
+    /// A unit in the heading, and another one in the row of units.
+    #[error(
+        "column \"{column}\" is in {heading} by its heading and in {below} by the row of units under it; expected one unit: \
+         take the wrong one out of the file"
+    )]
+    TwoUnits {
+        /// The column.
+        column: String,
+        /// The unit in the heading.
+        heading: String,
+        /// The unit under it.
+        below: String,
+    },
     /// Text where a number should be.
     #[error("column \"{column}\": \"{found}\" is not a number; expected a number, or nothing for a gap")]
     NotANumber {

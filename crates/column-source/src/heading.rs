@@ -39,6 +39,23 @@ fn with_unit(name: &str) -> Option<(&str, Unit)> {
     if name.ends_with(')') { last_word().or_else(set_off) } else { set_off().or_else(last_word) }
 }
 
+/// Units of what this program does not measure.
+const OTHER_UNITS: [&str; 26] = [
+    "V", "mV", "kV", "A", "mA", "%", "% FS", "%FS", "pct", "percent", "Prozent", "N", "kN", "Nm", "Hz", "kHz", "l/min",
+    "Nl/min", "m3/h", "rpm", "m/s", "1/min", "deg", "°", "counts", "digits",
+];
+
+/// Whether a word is a unit of what this program does not measure: percent, volts, forces.
+pub(crate) fn is_other_unit(word: &str) -> bool {
+    OTHER_UNITS.contains(&word.trim_matches(['(', ')', '[', ']', ' ']))
+}
+
+/// A name and the unit of another kind that is set off at its end: "ZT" and "%" of "ZT [%]"; `None` where there is none.
+#[must_use]
+pub fn other_unit_at_end(name: &str) -> Option<(&str, &str)> {
+    bracketed(name).filter(|(bare, unit)| !bare.is_empty() && is_other_unit(unit))
+}
+
 /// Whether a word by itself can be something else than a unit: a letter that counts sensors, a sign, a preposition, the least.
 fn is_other_word(word: &str) -> bool {
     word.len() < 2 || !word.starts_with(char::is_alphabetic) || matches!(word, "in" | "min")
@@ -80,9 +97,9 @@ pub(crate) fn understood(text: &str) -> Option<Unit> {
     let text = text.trim_end_matches(']');
     let other = match text {
         "-" | "" | "1" => "",
-        "sec" | "Sec" | "S" | "sek" | "Sek" => "s",
-        "msec" | "mS" => "ms",
-        "µs" | "usec" => "us",
+        "S" => "s",
+        "mS" | "MS" => "ms",
+        "µs" => "us",
         "C" | "°C" | "deg C" | "Grad C" => "degC",
         "°F" | "deg F" => "degF",
         "kpa" | "KPA" | "KPa" => "kPa",
@@ -95,9 +112,31 @@ pub(crate) fn understood(text: &str) -> Option<Unit> {
         "PSIA" | "Psia" => "psia",
         "MM" => "mm",
         "inch" | "Inch" | "inches" | "\"" => "in",
-        other => other,
+        other => time_in_words(other).unwrap_or(other),
     };
     Unit::parse(other).ok()
+}
+
+/// A unit of time that is written out, in any case: "SEC", "Seconds", "msec", "Sekunden".
+pub(crate) fn time_in_words(text: &str) -> Option<&'static str> {
+    const WORDS: [(&str, &str); 14] = [
+        ("sec", "s"),
+        ("secs", "s"),
+        ("seconds", "s"),
+        ("sek", "s"),
+        ("sekunden", "s"),
+        ("seg", "s"),
+        ("secondes", "s"),
+        ("msec", "ms"),
+        ("msecs", "ms"),
+        ("millisec", "ms"),
+        ("milliseconds", "ms"),
+        ("millisekunden", "ms"),
+        ("usec", "us"),
+        ("microseconds", "us"),
+    ];
+    let text = text.trim_end_matches('.');
+    WORDS.into_iter().find(|(word, _)| word.eq_ignore_ascii_case(text)).map(|(_, unit)| unit)
 }
 
 #[cfg(test)]
@@ -117,6 +156,10 @@ mod tests {
             ("Kanal [3]", "Kanal [3]", None),
             ("position_mm", "position_mm", None),
             ("Close ms", "Close", Some("ms")),
+            ("CLOSE TIME (SEC)", "CLOSE TIME", Some("s")),
+            ("Close time [sec.]", "Close time", Some("s")),
+            ("Time [Seconds]", "Time", Some("s")),
+            ("TIME (MSEC)", "TIME", Some("ms")),
             ("Kammerdruck bar(g)", "Kammerdruck", Some("bar(g)")),
             ("Sensor C", "Sensor C", None),
             ("Laufzeit min", "Laufzeit min", None),

@@ -1,6 +1,6 @@
 //! How a text is laid out: separator, header, units, comments, a last row that is cut off.
 
-use crate::heading::understood;
+use crate::heading::{is_other_unit, understood};
 use crate::number::is_gap;
 
 /// Rows that are looked at.
@@ -199,12 +199,6 @@ fn is_units(line: &[u8], delimiter: u8) -> bool {
     let known = fields.iter().filter(|field| understood(&text(field)).is_some() || is_other_unit(&text(field))).count();
     let real = fields.iter().filter(|field| understood(&text(field)).is_some_and(|unit| !unit.text().is_empty()));
     real.count() > 0 && 2 * known >= fields.len() && !fields.iter().any(|field| is_numeric(field))
-}
-
-/// Whether a word is a unit of what this program does not measure.
-fn is_other_unit(word: &str) -> bool {
-    const OTHERS: [&str; 14] = ["V", "mV", "kV", "A", "mA", "%", "N", "kN", "Nm", "Hz", "l/min", "rpm", "m/s", "1/min"];
-    OTHERS.contains(&word.trim_matches(['(', ')', '[', ']', ' ']))
 }
 
 /// Whether the first column of most rows holds words.

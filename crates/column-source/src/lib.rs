@@ -38,7 +38,7 @@ mod text;
 mod timestamp;
 
 pub use error::{RecordError, RecordProblem};
-pub use heading::Heading;
+pub use heading::{Heading, other_unit_at_end};
 pub use naming::{any_unit_at_end, did_you_mean, listed, named, unit_at_end, without_unit, written_out};
 pub use notice::{Notice, NoticeKind};
 pub use open::{open, recognised};

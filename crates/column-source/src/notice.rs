@@ -77,6 +77,12 @@ pub enum NoticeKind {
         /// The others.
         others: String,
     },
+    /// The header within the rows.
+    #[error("{}; left out", if *rows == 1 { "one row is the header again".to_owned() } else { format!("{rows} rows are the header again") })]
+    HeaderAgain {
+        /// How many.
+        rows: usize,
+    },
     /// The last row was cut off.
     #[error("the last row is cut off; it was left out")]
     CutRow,

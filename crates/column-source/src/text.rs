@@ -5,6 +5,7 @@ use std::io::Cursor;
 use std::sync::Arc;
 
 use csv::ByteRecord;
+use quantity::{Reference, Unit};
 
 use crate::heading::understood;
 use crate::layout::{self, Layout};
@@ -41,6 +42,10 @@ pub struct TextSource {
     /// The columns of a date and of the time of that day.
     date_beside: Option<(usize, usize)>,
     notices: Vec<Notice>,
+    /// The header and the row of units, as they are written.
+    heads: Vec<ByteRecord>,
+    /// Rows that were left out because they repeat one of these, and the line of the first header among them.
+    repeated: (usize, usize),
 }
 
 impl TextSource {
@@ -89,31 +94,48 @@ impl TextSource {
             begun: false,
             date_beside: None,
             notices,
+            heads: Vec::new(),
+            repeated: (0, 0),
         };
-        source.read_headings();
+        source.read_headings()?;
         source.find_style();
         Ok(source)
     }
 
-    fn read_headings(&mut self) {
+    fn read_headings(&mut self) -> Result<(), RecordError> {
         if let Some(columns) = self.layout.unnamed {
             self.headings = (1..=columns).map(|number| Heading::new(&format!("column {number}"))).collect();
-            return;
+            return Ok(());
         }
         self.read();
+        self.heads.push(self.row.clone());
         self.headings = (0..self.row.len()).map(|column| Heading::new(&self.text_of(column))).collect();
-        let Some(units_line) = self.layout.units_line else { return };
+        let Some(units_line) = self.layout.units_line else { return Ok(()) };
         self.read();
+        self.heads.push(self.row.clone());
         let mut said = Vec::new();
         for column in 0..self.headings.len().min(self.row.len()) {
             let unit = understood(&self.text_of(column)).filter(|unit| !unit.text().is_empty());
             if let Some(unit) = unit {
+                let column_name = &self.headings[column].name;
+                if let Some(heading) = self.headings[column].unit.clone() {
+                    if is_contrary(&heading, &unit) {
+                        let (column, heading) = (column_name.clone(), heading.text().to_owned());
+                        let problem = RecordProblem::TwoUnits { column, heading, below: unit.text().to_owned() };
+                        return Err(self.error(units_line, problem));
+                    }
+                    if heading.reference() != unit.reference() && unit.reference() == Reference::Ambiguous {
+                        // "barg" over "bar" says more than that.
+                        continue;
+                    }
+                }
                 said.push(format!("{} in {}", self.headings[column].name, unit.text()));
                 self.headings[column].unit = Some(unit);
             }
         }
         let kind = NoticeKind::UnitsRow { units: said.join(", ") };
         self.notices.push(Notice { line: units_line, kind });
+        Ok(())
     }
 
     /// Finds a date in one column and the time of that day in another one, by the first row.
@@ -175,6 +197,27 @@ impl TextSource {
         found
     }
 
+    /// Whether the row is the header again, or the row of units, as in exports that were appended to one another.
+    fn leaves_out_head(&mut self) -> bool {
+        let is_same = |head: &ByteRecord| {
+            head.len() == self.row.len()
+                && head.iter().zip(&self.row).all(|(one, other)| one.trim_ascii() == other.trim_ascii())
+        };
+        let Some(which) = self.heads.iter().position(is_same) else { return false };
+        if which == 0 {
+            let first = if self.repeated.0 == 0 { self.line } else { self.repeated.1 };
+            self.repeated = (self.repeated.0 + 1, first);
+        }
+        true
+    }
+
+    fn say_repeated(&mut self) {
+        let (rows, line) = std::mem::take(&mut self.repeated);
+        if rows > 0 {
+            self.notices.push(Notice { line, kind: NoticeKind::HeaderAgain { rows } });
+        }
+    }
+
     /// The line at which the row begins. The reader places a row before the comments and empty lines that it skips.
     fn line_of_row(&self) -> usize {
         let Some(position) = self.row.position() else { return self.layout.header_line };
@@ -202,6 +245,15 @@ impl TextSource {
     }
 }
 
+/// Whether numbers in both units mean different things.
+fn is_contrary(one: &Unit, other: &Unit) -> bool {
+    let size = |unit: &Unit| (unit.dimension(), unit.to_si(0.0), unit.to_si(1.0));
+    let references = [one.reference(), other.reference()];
+    let is_open = references.contains(&Reference::Ambiguous);
+    let is_gauge = references.map(|reference| reference == Reference::Gauge);
+    size(one) != size(other) || !is_open && is_gauge[0] != is_gauge[1]
+}
+
 impl ColumnSource for TextSource {
     fn file(&self) -> &str {
         &self.file
@@ -218,11 +270,12 @@ impl ColumnSource for TextSource {
     fn next_row(&mut self) -> Result<Option<usize>, RecordError> {
         loop {
             if !self.read() {
+                self.say_repeated();
                 return Ok(None);
             }
             // A line of spaces is no row.
             let blank = self.row.len() == 1 && self.headings.len() > 1 && self.bytes(0).is_empty();
-            if !blank {
+            if !blank && !self.leaves_out_head() {
                 break;
             }
         }

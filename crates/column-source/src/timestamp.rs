@@ -31,7 +31,9 @@ pub struct Dates {
 enum Format {
     Zoned,
     Iso,
+    IsoZoned,
     Civil(&'static str, &'static str),
+    CivilZoned(&'static str, &'static str),
     Clock(&'static str),
     Date(&'static str, &'static str),
 }
@@ -67,6 +69,35 @@ const DATES: [(&str, &str); 6] = [
 ];
 const CLOCK: [&str; 2] = ["%H:%M:%S%.f", "%I:%M:%S%.f %p"];
 
+/// What the first ones are called with a zone behind them.
+const WITH_ZONE: [&str; 6] = [
+    "day.month.year, with its zone",
+    "year/month/day, with its zone",
+    "month/day/year, with its zone",
+    "day/month/year, with its zone",
+    "day-month-year, with its zone",
+    "year-month-day, with its zone",
+];
+/// Zones by their name, with what they are ahead of UTC, h.
+const ZONES: [(&str, i64); 7] = [("UTC", 0), ("GMT", 0), ("MEZ", 1), ("CET", 1), ("MESZ", 2), ("CEST", 2), ("Z", 0)];
+
+/// A text without the zone behind its time of the day, and how far that is ahead of UTC, s: `+01:00`, `+0100`, `+01`, `UTC`,
+/// with or without a blank before it.
+fn zone_at_end(text: &str) -> Option<(&str, i64)> {
+    let named =
+        ZONES.into_iter().find_map(|(name, ahead_h)| Some((text.strip_suffix(name)?.trim_end(), ahead_h * 3600)));
+    let offset = || {
+        let (moment, offset) = text.split_at(text.rfind(['+', '-'])?);
+        let digits: String = offset[1..].chars().filter(|character| *character != ':').collect();
+        let known = matches!(offset.len(), 3 | 5 | 6) && digits.bytes().all(|digit| digit.is_ascii_digit());
+        let (hours, minutes) = digits.split_at_checked(2).filter(|_| known)?;
+        let ahead_s = hours.parse::<i64>().ok()? * 3600 + minutes.parse::<i64>().unwrap_or(0) * 60;
+        Some((moment.trim_end(), if offset.starts_with('-') { -ahead_s } else { ahead_s }))
+    };
+    // The last part of a date is no zone.
+    named.or_else(offset).filter(|(moment, _)| moment.contains(':'))
+}
+
 /// Whether a date in one column and a time of the day in another one are a moment together.
 pub(crate) fn are_a_moment(date: &str, time: &str) -> bool {
     let moment = |text: &str| Clock::recognised(&text.replace(',', ".")).is_some();
@@ -75,6 +106,11 @@ pub(crate) fn are_a_moment(date: &str, time: &str) -> bool {
 }
 
 impl Clock {
+    /// The forms of time that are read, with examples, for a message.
+    pub const FORMS: &str = "2026-11-17 08:36:03.120 (or with a T), 17.11.2026 08:36:03,120, 2026/11/17 08:36:03, \
+                             11/17/2026 8:36:03 AM, 17/11/2026 08:36:03, 17-11-2026 08:36:03 or 17-Nov-2026 08:36:03, each \
+                             also with a zone such as Z or +01:00 behind it, or 08:36:03.120 alone";
+
     /// Seconds from the first timestamp, or `None` where the field is none (or written unlike the first).
     pub fn seconds(&mut self, field: &str, line: usize) -> Option<f64> {
         let text = field.trim().replace(',', ".");
@@ -104,9 +140,8 @@ impl Clock {
     }
 
     fn recognised(text: &str) -> Option<(Format, i128)> {
-        let civil = CIVIL.into_iter().chain(MINUTES).map(|(format, name)| Format::Civil(format, name));
-        let all = [Format::Zoned, Format::Iso].into_iter().chain(civil).chain(CLOCK.into_iter().map(Format::Clock));
-        all.into_iter().find_map(|format| Some((format, format.read(text)?)))
+        let mut all = Format::moments().chain(CLOCK.into_iter().map(Format::Clock));
+        all.find_map(|format| Some((format, format.read(text)?)))
     }
 }
 
@@ -127,17 +162,30 @@ impl Dates {
     }
 
     fn recognised(text: &str) -> Option<Format> {
-        let civil = CIVIL.into_iter().chain(MINUTES).map(|(format, name)| Format::Civil(format, name));
         let dates = DATES.into_iter().map(|(format, name)| Format::Date(format, name));
-        let mut all = [Format::Zoned, Format::Iso].into_iter().chain(civil).chain(dates);
+        let mut all = Format::moments().chain(dates);
         all.find(|format| format.read(text).is_some())
     }
 }
 
 impl Format {
+    /// How a date with the time of that day may be written.
+    fn moments() -> impl Iterator<Item = Self> {
+        let civil = || CIVIL.into_iter().chain(MINUTES);
+        let zoned = civil().map(|(format, name)| Self::CivilZoned(format, name));
+        [Self::Zoned, Self::Iso, Self::IsoZoned]
+            .into_iter()
+            .chain(civil().map(|(format, name)| Self::Civil(format, name)))
+            .chain(zoned)
+    }
+
     fn name(self) -> &'static str {
         match self {
-            Self::Zoned => "a time with its zone",
+            Self::Zoned | Self::IsoZoned => "a time with its zone",
+            Self::CivilZoned(_, name) => {
+                let date = name.trim_end_matches(", without a zone");
+                WITH_ZONE.into_iter().find(|with| with.starts_with(date)).unwrap_or("a time with its zone")
+            }
             Self::Iso => "year-month-day, without a zone",
             Self::Civil(_, name) | Self::Date(_, name) => name,
             Self::Clock(_) => "a time of the day",
@@ -151,6 +199,8 @@ impl Format {
             // A bare date would be taken for midnight.
             Self::Iso if text.contains(':') => civil(text.parse::<DateTime>().ok()?),
             Self::Iso => None,
+            Self::IsoZoned => Self::Iso.read_with_zone(text),
+            Self::CivilZoned(format, name) => Self::Civil(format, name).read_with_zone(text),
             Self::Civil(format, _) => civil(DateTime::strptime(format, text).ok()?),
             Self::Clock(format) => {
                 let at = Time::strptime(format, text).ok()?;
@@ -158,6 +208,12 @@ impl Format {
             }
             Self::Date(format, _) => civil(Date::strptime(format, text).ok()?.to_datetime(Time::midnight())),
         }
+    }
+
+    /// The moment of a text with its zone at the end, the rest of it being in this format.
+    fn read_with_zone(self, text: &str) -> Option<i128> {
+        let (moment, offset_s) = zone_at_end(text)?;
+        Some(self.read(moment)? - i128::from(offset_s) * 1_000_000_000)
     }
 }
 
@@ -179,6 +235,12 @@ mod tests {
             ["3/1/2026 11:59:59.500 AM", "3/1/2026 12:00:00.750 PM"],
             ["13/01/2026 12:00:00.5", "13/01/2026 12:00:01.75"],
             ["2026/03/01 12:00:00.5", "2026/03/01 12:00:01.75"],
+            ["17.11.2026 08:36:03,120 +01:00", "17.11.2026 08:36:04,370 +01:00"],
+            ["17.11.2026 08:36:03.120+01:00", "17.11.2026 07:36:04.370+00:00"],
+            ["17.11.2026 08:36:03.120 +0100", "17.11.2026 06:36:04.370 -01"],
+            ["11/17/2026 8:36:03.120 AM UTC", "11/17/2026 8:36:04.370 AM UTC"],
+            ["2026-11-17 08:36:03,120 +01:00", "2026-11-17 08:36:04,370 +01:00"],
+            ["17-11-2026 08:36:03.120 MEZ", "17-11-2026 09:36:04.370 MESZ"],
             ["23:59:59.500", "00:00:00.750"],
         ] {
             assert_eq!(seconds(&fields), [Some(0.0), Some(1.25)], "{fields:?}");
@@ -229,7 +291,9 @@ mod tests {
 
     #[test]
     fn what_is_no_timestamp_is_none() {
-        for field in ["", "fast", "2026-03-01", "12", "25:00:00"] {
+        for field in
+            ["", "fast", "2026-03-01", "12", "25:00:00", "17.11.2026 08:36:03 +é1", "+", "17.11.2026 +01:00", "+01:00"]
+        {
             assert_eq!(Clock::default().seconds(field, 2), None, "{field}");
         }
         assert_eq!(seconds(&["12:00:00", "2026-03-01 12:00:01"])[1], None);

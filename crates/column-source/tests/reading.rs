@@ -304,3 +304,30 @@ fn read_text(bytes: &[u8], columns: &[usize]) -> Vec<Vec<f64>> {
     }
     rows
 }
+
+#[test]
+fn a_header_within_the_rows_is_left_out_and_counted() {
+    let table = read(b"Time;Hub\ns;mm\n0,1;1,5\nTime;Hub\ns;mm\n0,2;1,6\n Time ;Hub\n0,3;1,7\n");
+    assert_eq!((table.lines, table.numbers), (vec![3, 6, 8], vec![vec![0.1, 1.5], vec![0.2, 1.6], vec![0.3, 1.7]]));
+    assert_eq!(table.notices.last().unwrap(), "4: 2 rows are the header again; left out");
+    let table = read(b"a,b\n1,2\n3,4\na,b\n5,6\n7,8\n");
+    assert_eq!(
+        (table.numbers.len(), &table.notices[..]),
+        (4, &["4: one row is the header again; left out".to_owned()][..])
+    );
+    // A row of other words is none.
+    assert!(refusal(b"a,b\n1,2\n3,4\na,c\n5,6\n").contains("\"a\" is not a number"));
+}
+
+#[test]
+fn a_unit_in_the_heading_and_another_one_under_it_are_refused() {
+    let refused = refusal(b"Zeit (s);Weg\nms;mm\n0;1\n1;2\n");
+    let expected =
+        "t.csv:2: column \"Zeit (s)\" is in s by its heading and in ms by the row of units under it; expected one";
+    assert!(refused.starts_with(expected), "{refused}");
+    assert!(refusal(b"t [s];p [barg]\ns;bara\n0;1\n1;2\n").contains("in barg by its heading and in bara by"));
+    // The same in other words, and a unit that says less, contradict nothing.
+    let units = |text: &str| read(text.as_bytes()).units;
+    assert_eq!(units("t (sec);p [barg]\ns;bar\n0;1\n1;2\n"), [Some("s".to_owned()), Some("barg".to_owned())]);
+    assert_eq!(units("t (s);p [bar]\nsec;bar(g)\n0;1\n1;2\n"), [Some("s".to_owned()), Some("bar(g)".to_owned())]);
+}

@@ -55,6 +55,9 @@ fn name_for_all(recordings: &[Recording], column: &mut ColumnGuess, found: &mut 
     if let Some(name) = names.iter().find(is_of_all) {
         column.call.clone_from(name);
     }
+    // Timestamps have no unit and need none.
+    let is_stamp = |(other, index): &(&Recording, usize)| column.channel == "time" && other.timestamps[*index];
+    let own: Vec<_> = own.into_iter().filter(|own| !is_stamp(own)).collect();
     let unit = |(other, index): &(&Recording, usize)| other.unit(*index);
     // Files by unit; "bar(g)" and "barg" are one.
     let mut groups: Vec<(Option<Unit>, Vec<&str>)> = Vec::new();

@@ -14,8 +14,9 @@ mod words;
 
 pub use draft::{DraftRun, draft};
 pub use recording::Recording;
+pub(crate) use words::is_time;
 
-use column_source::Heading;
+use column_source::{Heading, other_unit_at_end};
 use quantity::Unit;
 
 /// What the user knows already.
@@ -52,6 +53,12 @@ impl Hints {
             if let (true, Some(unit)) = (first.columns_named(name).is_empty(), heading.unit.clone()) {
                 parted.units.push((channel.clone(), unit));
                 heading.bare().clone_into(name);
+            } else if first.columns_named(name).is_empty()
+                && let Some((bare, _)) = other_unit_at_end(name)
+            {
+                // Volts and percent say that the ends are the stops.
+                parted.units.extend(Unit::parse("").ok().map(|unit| (channel.clone(), unit)));
+                *name = bare.to_owned();
             }
         }
         parted

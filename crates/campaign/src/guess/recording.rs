@@ -7,6 +7,7 @@ use quantity::{Reference, Unit};
 
 use super::words;
 use crate::DataError;
+use crate::time_column;
 use crate::trace::newest_first;
 
 /// Of several tables in a file, goes to the one whose names fit the most channels, the largest of them.
@@ -121,10 +122,20 @@ impl Recording {
     /// The column that another recording has at an index: of the same name, else of the same name without a unit.
     pub(super) fn same_as(&self, other: &Self, index: usize) -> Option<usize> {
         let (whole, bare) = (&other.names[index], &other.bare[index]);
-        [whole, bare, without_unit(bare)].into_iter().find_map(|name| match self.columns_named(name)[..] {
-            [only] => Some(only),
-            _ => None,
-        })
+        let by_name =
+            [whole, bare, without_unit(bare)].into_iter().find_map(|name| match self.columns_named(name)[..] {
+                [only] => Some(only),
+                _ => None,
+            });
+        // The time goes by many names: each recording's own is recognised by itself.
+        by_name.or_else(|| self.time().filter(|_| other.time() == Some(index)))
+    }
+
+    /// The column that is the time by itself, as the reader of campaigns recognises it.
+    fn time(&self) -> Option<usize> {
+        let columns = (0..self.names.len())
+            .map(|index| (self.bare[index].as_str(), self.units[index].clone(), self.timestamps[index]));
+        time_column::by_itself(columns)
     }
 
     /// This recording with the columns of another one, in its order and in its units; what it lacks is NaN.
@@ -136,7 +147,10 @@ impl Recording {
         let column = |index: usize| {
             let Some(own) = self.same_as(other, index) else { return (vec![f64::NAN; rows], false) };
             let mut values = self.columns[own].clone();
-            if let (Some(from), Some(to)) = (self.unit(own), other.unit(index))
+            // Timestamps are seconds, whatever the heading says.
+            let second = || Unit::parse("s").ok();
+            let unit = |of: &Self, index: usize| if of.timestamps[index] { second() } else { of.unit(index) };
+            if let (Some(from), Some(to)) = (unit(self, own), unit(other, index))
                 && from.text() != to.text()
                 && from.dimension() == to.dimension()
             {

@@ -432,3 +432,51 @@ fn what_is_named_is_taken_left_out_or_refused_by_name() {
     let refused = Campaign::parse(&needed, "c.toml", &facts, &|_| Ok(Vec::new())).unwrap_err().to_string();
     assert!(refused.contains("nothing is read without the position"), "{refused}");
 }
+
+#[test]
+fn a_column_in_percent_is_named_with_or_without_its_unit() {
+    for (heading, named) in
+        [("XV-1203.ZT [%]", "XV-1203.ZT"), ("XV-1203.ZT [%]", "XV-1203.ZT [%]"), ("XV-1203.ZT", "XV-1203.ZT [%]")]
+    {
+        let text = record(&RECORDERS[0]).replacen("position_mm", heading, 1);
+        let (_, recordings) = understood_together([&text, &text], |_| ());
+        let mut hints = hints();
+        hints.one_closes = Some(true);
+        hints.columns = vec![("position".into(), named.into())];
+        let found = understand(&recordings, &hints);
+        assert!(found.conflicts.is_empty() && found.unknown.is_empty(), "{heading}, {named}: {found:?}");
+        let position = found.columns.iter().find(|column| column.channel == "position").unwrap();
+        assert_eq!(position.name, heading);
+    }
+}
+
+#[test]
+fn times_of_other_names_and_timestamps_become_one_campaign() {
+    let recorder = |header, row| record(&Recorder { header, row, hints: |_| () });
+    let in_ms = |header| recorder(header, |t, c, x, _| format!("{:.1},{},{x:.4}", t * 1e3, u8::from(c)));
+    let stamped =
+        |header| recorder(header, |t, c, x, _| format!("2026-03-01 10:00:{:06.3},{},{x:.4}", 10.0 + t, u8::from(c)));
+    for texts in [
+        [in_ms("Zeit [ms],command,position_mm"), stamped("Zeit,command,position_mm")],
+        [stamped("Zeit,command,position_mm"), in_ms("Zeit [ms],command,position_mm")],
+        [stamped("Timestamp,command,position_mm"), stamped("Time Stamp (UTC),command,position_mm")],
+        [stamped("Time,command,position_mm"), in_ms("time_ms,command,position_mm")],
+    ] {
+        let (found, recordings) = understood_together([&texts[0], &texts[1]], |hints| hints.one_closes = Some(true));
+        assert!(found.conflicts.is_empty() && found.unknown.is_empty(), "{found:?}");
+        let run = |file: &str| DraftRun { file: file.into(), supply_pressure: "75 psig".into(), ..DraftRun::default() };
+        let text = draft("both", &found, &recordings[0], &["75psig.csv", "2.csv"].map(run));
+        let facts = ValveFacts {
+            ambient_pressure_pa: 101_325.0,
+            supply_pressure_pa: 618e3,
+            temperature_k: 293.15,
+            stroke_m: STROKE_M,
+        };
+        let load = |file: &str| Ok(texts[usize::from(file == "2.csv")].clone().into_bytes());
+        let campaign =
+            Campaign::parse(&text, "c.toml", &facts, &load).unwrap_or_else(|error| panic!("{error}\n{text}"));
+        for run in &campaign.runs {
+            assert!((run.trace.time_s[1999] - 3.998).abs() < 1e-6, "{text}");
+        }
+    }
+}
