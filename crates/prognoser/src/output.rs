@@ -269,7 +269,7 @@ fn caveat(tables: &TableBundle, reading: &Reading, estimate: &BayesEstimate, one
         let likely: Vec<String> =
             likely.map(|(fault, share)| format!("{} {:.0} %", fault.name(), 100.0 * share)).collect();
         if !likely.is_empty() {
-            parts.push(likely.join(", "));
+            parts.push(format!("so far {}", likely.join(", ")));
         }
     }
     if one.fault == FaultCall::Other {

@@ -132,7 +132,9 @@ pub fn chosen(
     }
     // What is cut short stays with the rows of the finer ones, so that all of these have the same.
     if let Some(errors) = errors_of(&high[0]) {
-        high.iter_mut().for_each(|setup| setup.add_noise(&errors));
+        for setup in &mut high {
+            setup.add_noise(&errors);
+        }
     }
     Some(Simulated { low, high })
 }
