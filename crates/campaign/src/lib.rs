@@ -24,6 +24,7 @@ mod trace;
 mod types;
 mod uncertainty;
 mod warning;
+mod words;
 
 pub use error::{CampaignError, DataError, DataProblem};
 pub use noise::{estimate_noise, estimate_position_noise_m, estimate_resolution};

@@ -5,7 +5,7 @@ use quantity::{Dimension, Unit};
 
 use crate::columns::{self, CHANNELS, Mapping};
 use crate::error::{DataError, DataProblem};
-use crate::guess::is_time;
+use crate::words::is_time;
 
 /// Rows that are looked at for a timestamp.
 const ROWS: usize = 20;

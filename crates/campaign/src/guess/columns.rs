@@ -3,10 +3,10 @@
 use column_source::listed;
 use quantity::{Dimension, Reference, Unit};
 
-use super::words::{self, CHANNELS};
 use super::{ColumnGuess, Hints, Recording, ThresholdGuess, Understanding, Unknown};
 use crate::levels::{increases, plateaus, two_levels};
 use crate::noise::quantile;
+use crate::words::{self, CHANNELS};
 
 /// A vented pipe keeps less than this share of the highest pressure above the atmosphere.
 const MOST_LEFT: f64 = 0.5;

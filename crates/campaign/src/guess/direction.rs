@@ -6,8 +6,9 @@
 use std::fmt::Write;
 
 use super::columns::RISEN;
-use super::{ColumnGuess, Hints, Recording, Understanding, Unknown, words};
+use super::{ColumnGuess, Hints, Recording, Understanding, Unknown};
 use crate::levels::plateaus;
+use crate::words;
 
 /// A sensor whose zero is this near to the closed stop, in strokes, is taken to be right: stops give way by as much.
 const ZERO_IS_RIGHT: f64 = 0.08;

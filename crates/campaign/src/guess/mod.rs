@@ -10,11 +10,9 @@ mod direction;
 mod draft;
 mod recording;
 mod supply;
-mod words;
 
 pub use draft::{DraftRun, draft};
 pub use recording::Recording;
-pub(crate) use words::is_time;
 
 use column_source::{Heading, other_unit_at_end};
 use quantity::Unit;

@@ -5,10 +5,10 @@ use std::borrow::Cow;
 use column_source::{Clock, ColumnSource, Comments, Notice, Switch, any_unit_at_end, listed, named, without_unit};
 use quantity::{Reference, Unit};
 
-use super::words;
 use crate::DataError;
 use crate::time_column;
 use crate::trace::newest_first;
+use crate::words;
 
 /// Of several tables in a file, goes to the one whose names fit the most channels, the largest of them.
 fn go_to_best(source: &mut dyn ColumnSource) {
