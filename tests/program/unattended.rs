@@ -164,6 +164,18 @@ fn a_rotation_is_followed() {
 }
 
 #[test]
+fn the_ranges_that_tables_lack_are_those_of_the_log() {
+    let sandbox = Sandbox::with_tables();
+    let rows: Vec<String> = (1..9).map(|cycle| format!("FV-101,{cycle},0.68,2.04,{}\n", 70 + cycle)).collect();
+    let log = format!("valve,cycle,close_time_s,open_time_s,supply_pressure_psig\n{}", rows.concat());
+    sandbox.write("log.csv", &log);
+    let told = shown(&sandbox.valve(&["--units", "psig", "prognose", "log.csv", "--tables", "tables"]));
+    let told = told.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(told.contains("the supply pressure lies between 71.0"), "{told}");
+    assert!(told.contains("--supply-range \"70."), "{told}");
+}
+
+#[test]
 fn logs_that_tell_nothing_are_told_as_that() {
     let header = "valve,cycle,close_time_s,open_time_s\n";
     let rows = |times: &str| {
@@ -173,6 +185,7 @@ fn logs_that_tell_nothing_are_told_as_that() {
     let cases = [
         ("no rows", String::new()),
         ("a dead switch", rows("0,0")),
+        ("exchanged columns", rows("2.13,1.05")),
         ("a switch that died", format!("{}FV-101,7,0,0\n", rows("0.68,2.04"))),
         ("a dead end switch", "FV-101,1,0.000,2.04\n".to_owned()),
         ("a name with commands for terminals", "FV\u{1b}[31m\u{7},1,0.68,2.04\n".to_owned()),
