@@ -7,7 +7,6 @@ use reference_valve::plain::{Plain, TIGHT_BLEND};
 use reference_valve::{CYCLE, base_valve, first_cycle, leaking, periodic, spread, testbed};
 use valve_model::cycle::CycleTimes;
 use valve_model::simulate::DEFAULT_STEP_S;
-use valve_model::trajectory::pressures;
 use valve_model::{CommandEdge, Conditions, Prepared, Run, Schedule, Start, simulate};
 
 /// Largest error of a stroke time, s.
@@ -122,11 +121,9 @@ fn the_trace() {
     let times = column(0);
     simulate(&[Prepared::new(&valve, &run, DEFAULT_STEP_S)], true, |_, nodes, _| {
         let (mut position, mut chamber, mut pipe) = (Vec::new(), Vec::new(), Vec::new());
-        let mut places = Vec::new();
-        nodes.places_at(&times, &mut places);
-        nodes.positions(&places, &mut position);
-        pressures(&nodes.chamber_pressure_pa, &places, &mut chamber);
-        pressures(&nodes.pipe_pressure_pa, &places, &mut pipe);
+        nodes.positions_at(&times, &mut position);
+        nodes.pressures_at(&nodes.chamber_pressure_pa, &times, &mut chamber);
+        nodes.pressures_at(&nodes.pipe_pressure_pa, &times, &mut pipe);
         for (found, expected, tolerance, what) in [
             (position, column(2), POSITION_M, "position"),
             (chamber, column(3), PRESSURE_PA, "chamber pressure"),

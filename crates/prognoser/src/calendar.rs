@@ -14,12 +14,15 @@ const Z95: f64 = 1.645;
 /// Dates beyond this many days are not told.
 const LONGEST_DAYS: f64 = 36_525.0;
 const DAY_S: f64 = 86_400.0;
-/// A time between cycles that is so many times the usual one is a pause or a wrong date, and says nothing of how fast cycles follow
-/// each other; it is known after so many of them.
+/// A time between cycles that is so many times the longest so far is a pause or a wrong date, which the next date tells; once there
+/// were so many of them.
 const FAR: f64 = 20.0;
 const USUAL_FROM: f64 = 5.0;
-/// So many dates in succession that lie before the last one, and after each other, are right, and the last one was wrong.
-const BACK: u32 = 3;
+/// A longer one is no pause but a clock that was set.
+const LONGEST_PAUSE_S: f64 = 5.0 * 365.25 * DAY_S;
+/// So many dates in succession that lie far behind the others, and that lie before them, are right.
+const FAR_ROWS: u32 = 2;
+const BACK_ROWS: u32 = 3;
 /// No zone is farther from UTC than this, s.
 const FARTHEST_ZONE_S: f64 = 14.0 * 3600.0;
 
@@ -39,9 +42,10 @@ pub(crate) enum Dated {
 pub(crate) struct Calendar {
     /// The last cycle with a date, and the date in s since 1970.
     last: Option<(u64, f64)>,
-    /// The same of a row whose date was odd, and how many of that kind there were in succession.
+    /// The last row whose date was odd, and how many of that kind there were in succession.
     odd: Option<(u64, f64)>,
     odd_rows: u32,
+    longest_s: f64,
     intervals: f64,
     mean_s: f64,
     square_s2: f64,
@@ -51,34 +55,46 @@ impl Calendar {
     /// Takes in the date of a cycle, and says what it is worth.
     pub(crate) fn add(&mut self, cycle: u64, time: &str) -> Dated {
         let Some(now_s) = seconds(time) else { return Dated::Not };
-        if let Some((before, then_s)) = self.last
-            && cycle > before
+        let now = (cycle, now_s);
+        if let Some(last) = self.last
+            && cycle > last.0
         {
-            let cycles = (cycle - before) as f64;
-            let interval_s = (now_s - then_s) / cycles;
-            let is_far = self.intervals >= USUAL_FROM && interval_s > FAR * self.mean_s;
-            if interval_s < 0.0 || is_far {
-                let goes_on =
-                    self.odd.is_some_and(|(_, odd_s)| now_s >= odd_s && (odd_s >= then_s) == (now_s >= then_s));
-                self.odd_rows = if goes_on { self.odd_rows + 1 } else { 1 };
-                self.odd = Some((cycle, now_s));
-                // After a pause the next date is as late; a clock that was wrong and set right takes a few more to believe.
-                let enough = if is_far { 2 } else { BACK };
-                if self.odd_rows >= enough {
-                    (self.last, self.odd, self.odd_rows) = (Some((cycle, now_s)), None, 0);
+            let interval_s = (now_s - last.1) / (cycle - last.0) as f64;
+            let is_back = interval_s < 0.0;
+            let is_far = self.intervals >= USUAL_FROM && interval_s > FAR * self.longest_s;
+            if is_back || is_far {
+                let of_kind = self.odd.filter(|odd| now_s >= odd.1 && (odd.1 < last.1) == is_back);
+                self.odd_rows = if of_kind.is_some() { self.odd_rows + 1 } else { 1 };
+                if self.odd_rows < if is_back { BACK_ROWS } else { FAR_ROWS } {
+                    self.odd = Some(now);
+                    return Dated::Oddly;
                 }
-                return Dated::Oddly;
+                if let Some(first) = of_kind.filter(|_| is_far) {
+                    self.count(last, first);
+                    self.count(first, now);
+                }
+            } else {
+                self.count(last, now);
             }
-            (self.odd, self.odd_rows) = (None, 0);
-            self.intervals = (self.intervals + 1.0).min(MEMORY);
-            let share = 1.0 / self.intervals;
-            let off = interval_s - self.mean_s;
-            self.mean_s += share * off;
-            // The scatter of a single cycle, from the mean of several.
-            self.square_s2 += share * ((1.0 - share) * off * off * cycles - self.square_s2);
         }
-        self.last = Some((cycle, now_s));
+        (self.last, self.odd, self.odd_rows) = (Some(now), None, 0);
         Dated::Well
+    }
+
+    /// Counts the time from one cycle to a later one.
+    fn count(&mut self, (before, then_s): (u64, f64), (cycle, now_s): (u64, f64)) {
+        let cycles = (cycle - before) as f64;
+        let interval_s = (now_s - then_s) / cycles;
+        if now_s - then_s > LONGEST_PAUSE_S {
+            return;
+        }
+        self.longest_s = self.longest_s.max(interval_s);
+        self.intervals = (self.intervals + 1.0).min(MEMORY);
+        let share = 1.0 / self.intervals;
+        let off = interval_s - self.mean_s;
+        self.mean_s += share * off;
+        // The scatter of a single cycle, from the mean of several.
+        self.square_s2 += share * ((1.0 - share) * off * off * cycles - self.square_s2);
     }
 
     /// The date of a cycle to come, its expected one.
@@ -228,13 +244,27 @@ mod tests {
     }
 
     #[test]
+    fn what_works_in_bursts_ends_after_as_many_bursts() {
+        // Ten cycles a minute apart, once a day.
+        let mut calendar = Calendar::default();
+        let mut odd = 0;
+        for cycle in 0..200_u64 {
+            let time = format!("2026-01-{:02}T06:{:02}:00Z", 1 + cycle / 10, cycle % 10);
+            odd += usize::from(calendar.add(cycle, &time) == Dated::Oddly);
+        }
+        assert_eq!(odd, 1, "a first pause may be a wrong date, and the next date says that it is none");
+        let date = calendar.date(299.0).expect("a date");
+        assert!(date.starts_with("2026-01-29") || date.starts_with("2026-01-30"), "{date}");
+    }
+
+    #[test]
     fn a_clock_that_is_set_right_is_believed() {
         let mut calendar = Calendar::default();
         for day in 1..=8 {
             calendar.add(day, &format!("1970-01-0{day}T00:00:00Z"));
         }
         let told: Vec<Dated> = (9..=20).map(|day| calendar.add(day, &format!("2026-01-{day:02}T00:00:00Z"))).collect();
-        assert_eq!(told[..3], [Dated::Oddly, Dated::Oddly, Dated::Well], "{told:?}");
+        assert_eq!(told[..3], [Dated::Oddly, Dated::Well, Dated::Well], "{told:?}");
         assert_eq!(calendar.date(25.0).as_deref(), Some("2026-01-25T00:00:00Z"));
     }
 }

@@ -1,6 +1,6 @@
 //! What the instruments write down of a run: a slow, late, scaled and shifted position, and pressures.
 
-use crate::trajectory::{InterpolationPoint, Trajectory, pressures};
+use crate::trajectory::Trajectory;
 
 /// How the recorded position differs from the true one: y = zero + gain z, with tau z' = x - z, written down
 /// `offset` later than it was.
@@ -32,33 +32,23 @@ pub struct Record {
     pub chamber_pressure_pa: Vec<f64>,
     /// Pipe pressure, Pa; empty if the run has no such channel.
     pub pipe_pressure_pa: Vec<f64>,
-    /// The sample times among the nodes of the run.
-    places: Vec<InterpolationPoint>,
 }
 
 impl Measurement {
     /// The record of a simulated run at rising sample times. Pressures are as simulated.
     pub fn record(&self, nodes: &Trajectory, times_s: &[f64], into: &mut Record) {
-        nodes.places_at(times_s, &mut into.places);
-        if self.lag_s == 0.0 && self.offset_s == 0.0 {
-            nodes.positions(&into.places, &mut into.position_m);
-            self.scale(&mut into.position_m);
-        } else {
-            self.positions(nodes, times_s, &mut into.position_m);
-        }
+        self.positions(nodes, times_s, &mut into.position_m);
         for (channel_pa, into_pa) in [
             (&nodes.chamber_pressure_pa, &mut into.chamber_pressure_pa),
             (&nodes.pipe_pressure_pa, &mut into.pipe_pressure_pa),
         ] {
             into_pa.clear();
             if !channel_pa.is_empty() {
-                pressures(channel_pa, &into.places, into_pa);
+                nodes.pressures_at(channel_pa, times_s, into_pa);
             }
         }
     }
-}
 
-impl Measurement {
     /// The position alone of such a record, m.
     pub fn positions(&self, nodes: &Trajectory, times_s: &[f64], into: &mut Vec<f64>) {
         let slow = (self.lag_s > 0.0).then(|| lagged(nodes, self.lag_s));
@@ -69,13 +59,8 @@ impl Measurement {
             let shifted: Vec<f64> = times_s.iter().map(|time| time - self.offset_s).collect();
             shown.positions_at(&shifted, into);
         }
-        self.scale(into);
-    }
-
-    /// What it makes of positions beside their lateness.
-    fn scale(&self, positions_m: &mut [f64]) {
         if self.gain != 1.0 || self.zero_m != 0.0 {
-            for position in positions_m {
+            for position in into {
                 *position = self.zero_m + self.gain * *position;
             }
         }

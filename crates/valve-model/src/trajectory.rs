@@ -47,11 +47,6 @@ impl Trajectory {
     }
 
     /// Where rising times lie; times beyond the ends of the run are put there.
-    pub fn places_at(&self, times_s: &[f64], into: &mut Vec<InterpolationPoint>) {
-        into.clear();
-        into.extend(self.places(times_s));
-    }
-
     fn places<'a>(&'a self, times_s: &'a [f64]) -> impl Iterator<Item = InterpolationPoint> + 'a {
         let time = &self.time_s;
         let last = time.len() - 1;
@@ -66,16 +61,6 @@ impl Trajectory {
                 InterpolationPoint { left, share: ((at - time[left]) / (time[left + 1] - time[left])).max(0.0) }
             }
         })
-    }
-
-    /// Positions at places, m.
-    pub fn positions(&self, places: &[InterpolationPoint], into: &mut Vec<f64>) {
-        into.clear();
-        if self.time_s.len() == 1 {
-            into.resize(places.len(), self.position_m[0]);
-            return;
-        }
-        into.extend(places.iter().map(|place| self.hermite(place.left, place.share)));
     }
 
     /// Positions at rising times, m; held beyond the ends of the run.
@@ -97,15 +82,9 @@ impl Trajectory {
 
 /// A place between two nodes of a run.
 #[derive(Debug, Clone, Copy)]
-pub struct InterpolationPoint {
+struct InterpolationPoint {
     left: usize,
     share: f64,
-}
-
-/// A pressure channel of a run at places, linear between nodes, Pa.
-pub fn pressures(channel_pa: &[f64], places: &[InterpolationPoint], into: &mut Vec<f64>) {
-    into.clear();
-    into.extend(places.iter().map(|place| pressure(channel_pa, *place)));
 }
 
 fn pressure(channel_pa: &[f64], InterpolationPoint { left, share }: InterpolationPoint) -> f64 {

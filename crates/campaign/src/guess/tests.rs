@@ -8,6 +8,10 @@ use crate::{Campaign, ValveFacts};
 
 const STROKE_M: f64 = 0.0254;
 
+/// What is known of the valve of all recorders.
+const FACTS: ValveFacts =
+    ValveFacts { ambient_pressure_pa: 101_325.0, supply_pressure_pa: 618e3, temperature_k: 293.15, stroke_m: STROKE_M };
+
 /// How a recorder writes down a stroke.
 struct Recorder {
     header: &'static str,
@@ -69,13 +73,7 @@ fn read_back(recorder: &Recorder) -> Campaign {
         leak: None,
     };
     let text = draft("a \"valve\"", &found, &recording, &[run]);
-    let facts = ValveFacts {
-        ambient_pressure_pa: 101_325.0,
-        supply_pressure_pa: 618e3,
-        temperature_k: 293.15,
-        stroke_m: STROKE_M,
-    };
-    Campaign::parse(&text, "c.toml", &facts, &|_| Ok(csv.clone().into_bytes()))
+    Campaign::parse(&text, "c.toml", &FACTS, &|_| Ok(csv.clone().into_bytes()))
         .unwrap_or_else(|error| panic!("{error}\n{text}"))
 }
 
@@ -376,14 +374,8 @@ fn recordings_in_different_units_become_one_campaign() {
         });
         let text = draft("both", &found, &recordings[0], &runs);
         assert!(text.contains(named), "{named}{text}");
-        let facts = ValveFacts {
-            ambient_pressure_pa: 101_325.0,
-            supply_pressure_pa: 618e3,
-            temperature_k: 293.15,
-            stroke_m: STROKE_M,
-        };
         let load = |file: &str| Ok(texts[usize::from(file == "2.csv")].clone().into_bytes());
-        let campaign = Campaign::parse(&text, "c.toml", &facts, &load).unwrap();
+        let campaign = Campaign::parse(&text, "c.toml", &FACTS, &load).unwrap();
         let alike = |warning: &crate::Warning| matches!(warning.doubt, crate::Doubt::SameRecording { .. });
         assert!(campaign.warnings.iter().all(alike), "{:?}", campaign.warnings);
         for run in &campaign.runs {
@@ -420,16 +412,10 @@ fn what_is_named_is_taken_left_out_or_refused_by_name() {
     let run = DraftRun { file: "2.csv".into(), supply_pressure: "5.17 barg".into(), ..DraftRun::default() };
     let text = draft("both", &found, &recordings[1], &[run]);
     assert!(text.contains("supply_pressure = \"none\"\n"), "{text}");
-    let facts = ValveFacts {
-        ambient_pressure_pa: 101_325.0,
-        supply_pressure_pa: 618e3,
-        temperature_k: 293.15,
-        stroke_m: STROKE_M,
-    };
-    let campaign = Campaign::parse(&text, "c.toml", &facts, &|_| Ok(texts[1].clone().into_bytes())).unwrap();
+    let campaign = Campaign::parse(&text, "c.toml", &FACTS, &|_| Ok(texts[1].clone().into_bytes())).unwrap();
     assert!(campaign.runs[0].trace.supply_pressure_pa.is_none());
     let needed = text.replace("[columns]\n", "[columns]\nposition = \"none\"\n");
-    let refused = Campaign::parse(&needed, "c.toml", &facts, &|_| Ok(Vec::new())).unwrap_err().to_string();
+    let refused = Campaign::parse(&needed, "c.toml", &FACTS, &|_| Ok(Vec::new())).unwrap_err().to_string();
     assert!(refused.contains("nothing is read without the position"), "{refused}");
 }
 
@@ -466,15 +452,9 @@ fn times_of_other_names_and_timestamps_become_one_campaign() {
         assert!(found.conflicts.is_empty() && found.unknown.is_empty(), "{found:?}");
         let run = |file: &str| DraftRun { file: file.into(), supply_pressure: "75 psig".into(), ..DraftRun::default() };
         let text = draft("both", &found, &recordings[0], &["75psig.csv", "2.csv"].map(run));
-        let facts = ValveFacts {
-            ambient_pressure_pa: 101_325.0,
-            supply_pressure_pa: 618e3,
-            temperature_k: 293.15,
-            stroke_m: STROKE_M,
-        };
         let load = |file: &str| Ok(texts[usize::from(file == "2.csv")].clone().into_bytes());
         let campaign =
-            Campaign::parse(&text, "c.toml", &facts, &load).unwrap_or_else(|error| panic!("{error}\n{text}"));
+            Campaign::parse(&text, "c.toml", &FACTS, &load).unwrap_or_else(|error| panic!("{error}\n{text}"));
         for run in &campaign.runs {
             assert!((run.trace.time_s[1999] - 3.998).abs() < 1e-6, "{text}");
         }

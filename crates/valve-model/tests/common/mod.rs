@@ -2,7 +2,6 @@
 #![allow(dead_code, reason = "each test target uses a part of it")]
 
 use valve_model::simulate::DEFAULT_STEP_S;
-use valve_model::trajectory::pressures;
 use valve_model::{
     CommandEdge, Conditions, Effect, EffectKind, Orientation, Parameters, Prepared, Run, Start, Switches, Trajectory,
     Valve, simulate,
@@ -66,10 +65,9 @@ pub fn nodes_of(valve: &Valve, run: &Run) -> Trajectory {
 
 /// Position, m, chamber and pipe pressure, Pa, at a time.
 pub fn at(nodes: &Trajectory, time_s: f64) -> [f64; 3] {
-    let (mut places, mut position, mut chamber, mut pipe) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    nodes.places_at(&[time_s], &mut places);
-    nodes.positions(&places, &mut position);
-    pressures(&nodes.chamber_pressure_pa, &places, &mut chamber);
-    pressures(&nodes.pipe_pressure_pa, &places, &mut pipe);
+    let (mut position, mut chamber, mut pipe) = (Vec::new(), Vec::new(), Vec::new());
+    nodes.positions_at(&[time_s], &mut position);
+    nodes.pressures_at(&nodes.chamber_pressure_pa, &[time_s], &mut chamber);
+    nodes.pressures_at(&nodes.pipe_pressure_pa, &[time_s], &mut pipe);
     [position[0], chamber[0], pipe[0]]
 }
