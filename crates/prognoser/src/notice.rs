@@ -137,6 +137,21 @@ impl Notice {
     }
 }
 
+impl Notice {
+    /// Whether it tells what happened in this very cycle. The others say the same of many rows where they say it of one, and are
+    /// as well told once with how many they are.
+    pub fn is_event(&self) -> bool {
+        matches!(
+            self,
+            Self::Repaired
+                | Self::GrowthChanged
+                | Self::CounterRestarted
+                | Self::Glitch { .. }
+                | Self::AboveLimit { .. }
+        )
+    }
+}
+
 impl fmt::Display for Notice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {

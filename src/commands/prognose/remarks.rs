@@ -12,9 +12,6 @@ use crate::output::{self, told_in};
 const OF_A_VALVE: usize = 1;
 const OF_ALL: usize = 12;
 
-/// Kinds of remarks of which each tells something that happened, and that are told whatever their number.
-const EVENTS: [&str; 5] = ["repaired", "growth-changed", "counter-restarted", "glitch", "above-limit"];
-
 /// The share of rows from which on what is odd about them is a mistake of the whole log.
 const THROUGHOUT: f64 = 0.5;
 
@@ -23,6 +20,8 @@ const THROUGHOUT: f64 = 0.5;
 pub struct Remark {
     /// [`Notice::kind`].
     pub kind: &'static str,
+    /// [`Notice::is_event`]: told whatever the number of its kind.
+    pub is_event: bool,
     /// Where it is, and what.
     pub text: String,
 }
@@ -82,8 +81,8 @@ impl Remarks {
         self.rows += 1;
         self.supply_pa.add(reading.supply_pressure_pa);
         self.temperature_k.add(reading.temperature_k);
-        for Remark { kind, text } in remarks {
-            if !self.gathers || EVENTS.contains(kind) {
+        for Remark { kind, is_event, text } in remarks {
+            if !self.gathers || *is_event {
                 output::note(text);
                 continue;
             }
@@ -156,5 +155,6 @@ impl Remarks {
 
 /// What is said of a row, for the log's name and its line.
 pub fn remark(log: &str, line: u64, valve: &str, cycle: u64, notice: &Notice) -> Remark {
-    Remark { kind: notice.kind(), text: format!("{log}:{line}: valve {valve}, cycle {cycle}: {notice}") }
+    let text = format!("{log}:{line}: valve {valve}, cycle {cycle}: {notice}");
+    Remark { kind: notice.kind(), is_event: notice.is_event(), text }
 }

@@ -1,11 +1,12 @@
 //! What a timing log says.
 
+use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
 
 use lab::frozen::FrozenFleet;
 use leak_table::TableBundle;
-use prognoser::{Method, Prognoser, Status};
+use prognoser::{Method, Prognoser, Prognosis, Status};
 use report::html::{Block, Point, Section, Table, View};
 use serde_json::json;
 
@@ -28,20 +29,13 @@ const NAMED: usize = 12;
 pub fn part(path: &Path, columns: &LogColumnArgs, tables: &Arc<TableBundle>) -> anyhow::Result<Part> {
     let fleet = FrozenFleet::new(tables);
     let mut prognoser = Prognoser::new(Arc::clone(tables), Method::default());
-    let mut remarks: Vec<Vec<String>> = Vec::new();
-    let mut unlisted = 0_usize;
+    let mut remarks = Remarks::default();
     let mut log = LogInput::open(path, columns, false)?;
     log.announce(path);
     while let Some(row) = log.next_row()? {
         let prognosis = prognoser.push(&row);
         fleet.take(&row, &prognosis);
-        for notice in &prognosis.notices {
-            if remarks.len() < REMARKS {
-                remarks.push(vec![prognosis.valve.clone(), prognosis.cycle.to_string(), notice.to_string()]);
-            } else {
-                unlisted += 1;
-            }
-        }
+        remarks.take(&prognosis);
     }
     let ends = Ends::of(prognoser.lasts().cloned());
     let mut still = Vec::new();
@@ -55,19 +49,63 @@ pub fn part(path: &Path, columns: &LogColumnArgs, tables: &Arc<TableBundle>) -> 
     let worst: Vec<&str> = ends.iter().take(PICTURES).map(|end| end.row().valve.as_str()).collect();
     still.extend(pictures(path, columns, tables, &worst)?);
     let mut blocks = vec![Block::View(View { kind: "fleet", of: "log", still })];
-    if !remarks.is_empty() {
-        blocks.push(Block::Text("What was odd in the log:".to_owned()));
-        blocks.push(Block::Table(Table::of_texts(["valve", "cycle", "remark"], remarks)));
-    }
-    if unlisted > 0 {
-        blocks.push(Block::Text(format!("{unlisted} more remarks are not listed; `valve prognose` prints all.")));
-    }
+    blocks.extend(remarks.blocks());
     Ok(Part {
         short: short(&ends),
         sections: vec![Section { title: "Timing log".to_owned(), blocks }],
         // A page goes to others: the log's name, not where it is kept.
         data: vec![("log", json!(fleet.whole(output::short_name(&path.display().to_string()))).to_string())],
     })
+}
+
+/// What was odd in the log, what is odd in many rows of a valve as one remark.
+#[derive(Default)]
+struct Remarks {
+    /// Valve, cycle, remark, and how many more rows have it.
+    listed: Vec<([String; 3], usize)>,
+    /// Where that of a valve and kind is listed.
+    places: HashMap<(String, &'static str), usize>,
+    unlisted: usize,
+}
+
+impl Remarks {
+    fn take(&mut self, prognosis: &Prognosis) {
+        for notice in &prognosis.notices {
+            let key = (prognosis.valve.clone(), notice.kind());
+            if let Some(place) = self.places.get(&key).filter(|_| !notice.is_event()) {
+                self.listed[*place].1 += 1;
+            } else if self.listed.len() < REMARKS {
+                self.places.insert(key, self.listed.len());
+                let texts = [prognosis.valve.clone(), prognosis.cycle.to_string(), notice.to_string()];
+                self.listed.push((texts, 0));
+            } else {
+                self.unlisted += 1;
+            }
+        }
+    }
+
+    fn blocks(self) -> Vec<Block> {
+        let mut blocks = Vec::new();
+        let row = |([valve, cycle, remark], more): ([String; 3], usize)| {
+            let more = match more {
+                0 => String::new(),
+                1 => "; one more row".to_owned(),
+                more => format!("; {more} more rows"),
+            };
+            vec![valve, cycle, remark + &more]
+        };
+        if !self.listed.is_empty() {
+            blocks.push(Block::Text("What was odd in the log:".to_owned()));
+            let rows = self.listed.into_iter().map(row).collect();
+            blocks.push(Block::Table(Table::of_texts(["valve", "cycle", "remark"], rows)));
+        }
+        if self.unlisted > 0 {
+            let unlisted = self.unlisted;
+            blocks
+                .push(Block::Text(format!("{unlisted} more remarks are not listed; `valve prognose -v` prints all.")));
+        }
+        blocks
+    }
 }
 
 /// How many valves stand where.
