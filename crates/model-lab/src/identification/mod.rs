@@ -8,6 +8,7 @@ pub mod nuisance;
 pub mod problem;
 mod rows;
 mod scattered;
+mod sensor_curve;
 pub mod setup;
 pub mod start;
 

@@ -228,8 +228,7 @@ impl Entry {
 /// Standard deviation of what lies anywhere in a stretch, as a share of it.
 const UNIFORM: f64 = 0.288_675;
 
-/// Bends that the curve of a position sensor may have: linearity is stated as the largest departure from a straight line,
-/// and what bends it (a potentiometer's track, the ends of a coil, a lever's angle) is smooth over the stroke.
+/// Half waves of the highest bend that the curve of a position sensor may have.
 const BENDS: usize = 3;
 
 /// Nuisances end at this many standard deviations.

@@ -13,6 +13,7 @@ use valve_model::{
 };
 
 use super::nuisance::{Entry, Nuisance};
+use super::sensor_curve::SensorCurve;
 use super::setup::{Kind, Recording, Setup, Trace};
 use super::start::{Beginning, ON_STOP};
 use crate::data::{Channel, Dataset};
@@ -221,10 +222,10 @@ impl<'a> ValveProblem<'a> {
         let (clock, origin_s) = (self.clock_s(u, recording, valve) + shift_s, recording.origin_s);
         let mut values = Vec::new();
         let mut sampled = Vec::new();
-        let bends = self.bends(u);
+        let curve = self.curve(u);
         // A slow sensor shows late what its curve makes of the position.
-        let slow = valve.measurement().lag_s > 0.0 && !bends.is_empty();
-        let bent = slow.then(|| self.bent(nodes, &bends));
+        let slow = valve.measurement().lag_s > 0.0 && !curve.is_straight();
+        let bent = slow.then(|| curve.shown(nodes));
         for channel in &trace.channels {
             let times: Vec<f64> = channel.samples_s.iter().map(|time| time - clock - origin_s).collect();
             let nodes = bent.as_ref().filter(|_| channel.channel == Channel::Position).unwrap_or(nodes);
@@ -243,11 +244,11 @@ impl<'a> ValveProblem<'a> {
                 (zero, 0.0, self.nuisance(u, Nuisance::PressureGain(channel.channel)))
             };
             let base = if channel.channel == Channel::Position { 0.0 } else { self.setup.ambient_pa };
-            let bends_here = channel.channel == Channel::Position && !slow;
+            let bends_here = channel.channel == Channel::Position && !slow && !curve.is_straight();
             for (value, (first, end)) in values[start..].iter_mut().zip(&channel.rows) {
                 let time = 0.5 * (channel.samples_s[*first] + channel.samples_s[*end - 1]);
                 if bends_here {
-                    *value += self.bent_by(&bends, *value);
+                    *value += curve.at(*value).0;
                 }
                 *value += gain * (*value - base) + offset + slope * time;
             }
@@ -323,9 +324,9 @@ impl<'a> ValveProblem<'a> {
 
     /// Where the piston is when the sensor's curve shows a position.
     fn straight(&self, u: &[f64], bent_m: f64) -> f64 {
-        let bends = self.bends(u);
+        let curve = self.curve(u);
         // A bend changes by a few percent of itself over its own size.
-        (0..BACK).fold(bent_m, |position_m, _| bent_m - self.bent_by(&bends, position_m))
+        (0..BACK).fold(bent_m, |position_m, _| bent_m - curve.at(position_m).0)
     }
 
     /// How much less the sensor would have to show at the start of a record for the same beginning, for one more unit of a
@@ -338,52 +339,24 @@ impl<'a> ValveProblem<'a> {
             Nuisance::Zero(_) => [1.0, 0.0],
             Nuisance::Drift(_) => [recording.origin_s / recording.run.end_s.max(1e-9), 0.0],
             Nuisance::Gain => [(position_m - self.zero(u, index).0) / gain, velocity_m_per_s / (gain * gain)],
-            Nuisance::Linearity(waves) => {
+            Nuisance::Linearity(half_waves) => {
                 let Some(sensor) = self.space.valve(u).map(|valve| valve.measurement()) else { return [0.0; 2] };
                 let begins = self.begins_as(u, index, sensor);
-                let bend = begins.map_or(0.0, |(bent_m, _)| self.bend(waves, self.straight(u, bent_m)));
+                let of_one = SensorCurve::straight(self.setup.stroke_m).with(half_waves, 1.0);
+                let bend = begins.map_or(0.0, |(bent_m, _)| of_one.at(self.straight(u, bent_m)).0);
                 [gain * sensor.gain * bend, 0.0]
             }
             _ => [0.0; 2],
         }
     }
 
-    /// The bends of the position sensor's curve at a point: half waves over the stroke and height, m.
-    fn bends(&self, u: &[f64]) -> Vec<(usize, f64)> {
+    /// The position sensor's curve at a point.
+    fn curve(&self, u: &[f64]) -> SensorCurve {
         let of_nuisances = self.nuisances.iter().zip(&u[self.space.coordinates.len()..]);
-        let of = |(entry, u): (&Entry, &f64)| match entry.nuisance {
-            Nuisance::Linearity(waves) => Some((waves, entry.size * u)),
-            _ => None,
-        };
-        of_nuisances.filter_map(of).collect()
-    }
-
-    /// What bends add to a position, m.
-    fn bent_by(&self, bends: &[(usize, f64)], position_m: f64) -> f64 {
-        bends.iter().map(|(waves, size)| size * self.bend(*waves, position_m)).sum()
-    }
-
-    /// The motion as the sensor's curve shows it.
-    fn bent(&self, nodes: &Trajectory, bends: &[(usize, f64)]) -> Trajectory {
-        let slope = |position_m: f64| -> f64 {
-            let of = |(waves, size): &(usize, f64)| size * self.bend_slope(*waves, position_m);
-            bends.iter().map(of).sum()
-        };
-        let motion = nodes.position_m.iter().zip(&nodes.velocity_m_per_s);
-        let (position_m, velocity_m_per_s) =
-            motion.map(|(x, v)| (x + self.bent_by(bends, *x), v * (1.0 + slope(*x)))).unzip();
-        Trajectory { time_s: nodes.time_s.clone(), position_m, velocity_m_per_s, ..Trajectory::default() }
-    }
-
-    /// How a bend of so many half waves shows a position between the stops: nothing at its ends, one at most.
-    fn bend(&self, waves: usize, position_m: f64) -> f64 {
-        (std::f64::consts::PI * waves as f64 * (position_m / self.setup.stroke_m).clamp(0.0, 1.0)).sin()
-    }
-
-    /// How that changes with the position, 1/m.
-    fn bend_slope(&self, waves: usize, position_m: f64) -> f64 {
-        let per_m = std::f64::consts::PI * waves as f64 / self.setup.stroke_m;
-        if (0.0..=self.setup.stroke_m).contains(&position_m) { per_m * (per_m * position_m).cos() } else { 0.0 }
+        of_nuisances.fold(SensorCurve::straight(self.setup.stroke_m), |curve, (entry, u)| match entry.nuisance {
+            Nuisance::Linearity(half_waves) => curve.with(half_waves, entry.size * u),
+            _ => curve,
+        })
     }
 
     /// The stroke times of a record, row by row.
