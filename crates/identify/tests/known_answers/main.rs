@@ -12,4 +12,5 @@ mod ripples;
 mod rivals;
 mod swings;
 mod toy;
+mod unfinished;
 mod valleys;
