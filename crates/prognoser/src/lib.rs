@@ -26,6 +26,7 @@ mod output;
 mod prognoser;
 mod reading;
 mod record;
+mod repeats;
 mod status;
 pub mod study;
 
