@@ -27,10 +27,8 @@ pub fn run(args: &LearnArgs) -> anyhow::Result<Answer> {
     let mut learner = Learner::new(tables);
     for (index, path) in args.logs.iter().enumerate() {
         let mut log = LogInput::open(path, &args.columns, false)?;
-        log.announce(path);
-        while let Some(row) = log.next_row()? {
-            learner.push(index, &row);
-        }
+        log.announce();
+        log.each(|row| learner.push(index, row))?;
     }
     let line = ProgressLine::new("learning");
     let learned = learner.finish();

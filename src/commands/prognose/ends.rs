@@ -152,6 +152,8 @@ impl End {
         } else {
             let known = match (one.status, one.fault) {
                 (Status::EolReached, _) => "end of life is reached: strokes take too long",
+                // Far off the tables from the first row on.
+                (Status::Unknown, FaultCall::None) => "nothing has changed since the log began",
                 (_, FaultCall::None) => "nothing wears",
                 _ => "no fault can be named yet",
             };
