@@ -194,3 +194,39 @@ fn a_number_at_which_the_file_ends_is_doubted() {
         assert!(!told.contains("cut off"), "{told}");
     }
 }
+
+#[test]
+fn years_of_two_digits_are_of_this_century_or_asked_for() {
+    let german = |ms: f64| {
+        let mut number = format!("{ms:.1}").replace('.', ",");
+        number.insert(1, '.');
+        number
+    };
+    let exported = |date: &dyn Fn(usize) -> String| {
+        let mut log = "Ventil;Zyklus;Schliesszeit [ms];Oeffnungszeit [ms];Datum\n".to_owned();
+        for cycle in 1..=12 {
+            let [close, open] = [0, 1].map(|stroke| german(1e3 * (HEALTHY_S[stroke] + noise_s(2 * cycle + stroke))));
+            let _ = writeln!(log, "A;{cycle};{close};{open};{}", date(cycle));
+        }
+        log
+    };
+    let sandbox = Sandbox::with_tables();
+    let call = ["prognose", "log.csv", "--tables", "tables", "--format", "jsonl"];
+    let told = words(&sandbox, &exported(&|cycle| format!("{cycle:02}.01.26 06:00")), &call);
+    assert_says(&told, &["\"time\":\"2026-01-03T06:00:00Z\"", "was taken as a thousands separator"]);
+    assert!(!told.contains("other-unit"), "{told}");
+    let told = words(&sandbox, &exported(&|cycle| format!("26-01-{cycle:02}")), &call);
+    assert_says(&told, &["whose year has two digits and may be the day as well", "write the year with four digits"]);
+}
+
+#[test]
+fn what_is_learnt_stands_beside_what_it_started_from() {
+    let sandbox = Sandbox::with_tables();
+    let log = sandbox.read("log.csv");
+    let told = words(&sandbox, &log, &["learn", "log.csv", "--tables", "tables", "--out", "prior.toml"]);
+    let wanted = [
+        "1 valve, 1 of them worn.",
+        "Started from the default, which counts as 4 valves: a life of 50 cycles (6 to 391)",
+    ];
+    assert_says(&told, &wanted);
+}

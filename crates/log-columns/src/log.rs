@@ -147,6 +147,9 @@ impl ColumnLog {
         let notice = match self.dates.rfc3339(&example) {
             // What is written so says its zone.
             Some(_) if example.contains('T') && self.dates.written() == Some("a time with its zone") => return,
+            Some(moment) if full_year(moment.clone(), &example).is_none() => {
+                Notice::ShortYears { column: self.heading(column).name.clone(), example }
+            }
             Some(_) => {
                 let written = self.dates.written().unwrap_or_default();
                 let zone = if written.contains("zone") && !written.contains("without") { "" } else { ", taken as UTC" };
@@ -263,7 +266,7 @@ impl ColumnLog {
         }
         let moment = self.dates.rfc3339(&field);
         match (moment, self.dates.written()) {
-            (Some(moment), _) => Ok(Some(moment)),
+            (Some(moment), _) => Ok(Some(full_year(moment, &field).unwrap_or_else(|| shown(&field)))),
             (None, None) => Ok(Some(shown(&field))),
             (None, Some(expected)) => {
                 let (column, found) = (self.heading(column).name.clone(), shown(&field));
@@ -272,6 +275,14 @@ impl ColumnLog {
             }
         }
     }
+}
+
+/// A moment with its century: of a year with two digits this one, where the date is written as 31.12.26 and can be nothing else. None
+/// where two digits may be the year or the day.
+fn full_year(moment: String, field: &str) -> Option<String> {
+    let Some(rest) = moment.strip_prefix("00") else { return Some(moment) };
+    let date = field.split_whitespace().next().unwrap_or_default();
+    (date.matches('.').count() == 2).then(|| format!("20{rest}"))
 }
 
 /// A field as it may be shown: of bounded length, without control characters.

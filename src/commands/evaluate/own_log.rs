@@ -76,7 +76,10 @@ pub fn run(args: &EvaluateArgs, file: &ValveFile, path: &Path) -> anyhow::Result
     let scores: Vec<Score> = lives.into_iter().filter_map(|(valve, life)| score(valve, &life)).collect();
     if scores.is_empty() {
         return Err(Hinted::error(
-            format!("{}: none of {valves} valves reached its end of life", path.display()),
+            match valves {
+                1 => format!("{}: its only valve did not reach its end of life", path.display()),
+                _ => format!("{}: none of {valves} valves reached its end of life", path.display()),
+            },
             "a valve has reached it when its last readings are beyond a limit or stalled",
         ));
     }
@@ -144,8 +147,10 @@ fn render(scores: &[Score], valves: usize) -> String {
     }
     let failed = scores.iter().filter(|one| one.replaced_at.is_none()).count();
     format!(
-        "{} of {valves} valves reached their end of life; {failed} would have failed in service\n\n{}",
+        "{} of {valves} valve{} reached {} end of life; {failed} would have failed in service\n\n{}",
         scores.len(),
+        if valves == 1 { "" } else { "s" },
+        if valves == 1 { "its" } else { "their" },
         table.render()
     )
 }

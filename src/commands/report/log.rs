@@ -117,7 +117,7 @@ impl Remarks {
 /// How many valves stand where.
 fn counted(ends: &Ends) -> String {
     let counts: Vec<String> = ends.counts().into_iter().map(|cell| cell.text).collect();
-    format!("{} valves: {}", ends.len(), counts.join(", "))
+    format!("{} valve{}: {}", ends.len(), if ends.len() == 1 { "" } else { "s" }, counts.join(", "))
 }
 
 /// State, worst and what to do.
