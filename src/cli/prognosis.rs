@@ -110,7 +110,7 @@ pub struct PrognoseArgs {
     /// After a sudden stop the file is cut back to what was kept, which stdout cannot be.
     #[arg(long, value_name = "FILE", requires = "state")]
     pub out: Option<PathBuf>,
-    /// End at the first line that is no row; without it, --follow, stdin and brokers skip it with a word
+    /// End at the first line that is no row; without it, it is skipped with a word
     #[arg(long)]
     pub strict: bool,
     /// Replace outputs that exist

@@ -25,7 +25,7 @@ pub fn run(args: &AdoptArgs) -> anyhow::Result<Answer> {
     let plot = PlotFile::create(&mut outputs, args.plot.as_deref())?;
     // Whether the log can be read is known before the long work begins.
     if let Some(log) = args.log.as_deref() {
-        LogInput::open(log, &args.columns, false)?.announce(log);
+        LogInput::open(log, &args.columns, false)?.announce();
     }
     let line = ProgressLine::new("refitting everything");
     let adoption = adoption(&input, &args.effects)?;

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use anyhow::Context;
 use leak_table::TableBundle;
+use lut_builder::Request;
 use prognoser::{Method, Prognoser, Prognosis, Status};
 use serde::Serialize;
 use valve_file::ValveFile;
@@ -69,9 +70,14 @@ impl Lives {
         let name_of_valve = models.first().map_or("", |(_, file)| file.name());
         let mut lives =
             Self { log: path.display().to_string(), valve: String::new(), cycles: Vec::new(), models: Vec::new() };
+        // Over what the log says of the conditions: a stroke under another pressure is no other wear.
+        let request = |file: &ValveFile| -> anyhow::Result<Request> {
+            let of_log = tables::for_log(file, path, columns)?;
+            Ok(Request { wears: Request::default().wears, ..of_log })
+        };
         for (name, file) in models {
             let name = name.clone();
-            let built = match tables::build(file) {
+            let built = match request(file).and_then(|request| Ok(tables::build_what(file, &request)?)) {
                 Ok(built) => built,
                 // What was adopted is worth no less for it.
                 Err(error) => {
@@ -160,9 +166,9 @@ impl Model {
 fn chosen(path: &Path, columns: &LogColumnArgs, name: &str, tables: &Arc<TableBundle>) -> anyhow::Result<String> {
     let mut prognoser = Prognoser::new(Arc::clone(tables), Method::default());
     let mut log = LogInput::open(path, columns, false)?;
-    while let Some(row) = log.next_row()? {
-        prognoser.push(&row);
-    }
+    // It was announced before the long work, and is read here for the first time.
+    log.tells();
+    log.each(|row| drop(prognoser.push(row)))?;
     if prognoser.knows(name) {
         return Ok(name.to_owned());
     }
@@ -178,13 +184,12 @@ fn states(
     valve: &str,
     mut prognoser: Prognoser,
 ) -> anyhow::Result<Vec<Prognosis>> {
-    let mut log = LogInput::open(path, columns, false)?;
     let mut states: Vec<Prognosis> = Vec::new();
-    while let Some(row) = log.next_row()? {
+    LogInput::open(path, columns, false)?.each(|row| {
         if row.valve == valve {
-            states.push(prognoser.push(&row));
+            states.push(prognoser.push(row));
         }
-    }
+    })?;
     Ok(states)
 }
 

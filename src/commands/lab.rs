@@ -14,10 +14,8 @@ use crate::output::{self, Outputs};
 /// Serves the page until the process ends.
 pub fn run(args: &LabArgs) -> anyhow::Result<Answer> {
     // Whether the log can be read is known before a page is served.
-    let log = args.log.as_deref().map(|log| LogInput::open(log, &args.columns, false)).transpose()?;
-    if let (Some(log), Some(path)) = (&log, args.log.as_deref()) {
-        log.announce(path);
-    }
+    let mut log = args.log.as_deref().map(|log| LogInput::open(log, &args.columns, false)).transpose()?;
+    log.iter_mut().for_each(LogInput::announce);
     let options = LabOptions {
         valve: args.valve.clone(),
         campaign: args.campaign.clone(),

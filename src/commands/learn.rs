@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use answers::SCHEMA;
 use leak_table::TableBundle;
-use prognoser::{Learned, Learner};
+use prognoser::bayes::{BayesConfig, Noise};
+use prognoser::{Learned, Learner, PRIOR_VALVES};
 use serde::Serialize;
 
 use super::log_input::LogInput;
@@ -27,10 +28,8 @@ pub fn run(args: &LearnArgs) -> anyhow::Result<Answer> {
     let mut learner = Learner::new(tables);
     for (index, path) in args.logs.iter().enumerate() {
         let mut log = LogInput::open(path, &args.columns, false)?;
-        log.announce(path);
-        while let Some(row) = log.next_row()? {
-            learner.push(index, &row);
-        }
+        log.announce();
+        log.each(|row| learner.push(index, row))?;
     }
     let line = ProgressLine::new("learning");
     let learned = learner.finish();
@@ -53,16 +52,31 @@ pub fn run(args: &LearnArgs) -> anyhow::Result<Answer> {
 }
 
 fn sentences(learned: &Learned) -> String {
+    let default = BayesConfig::default();
+    let known = match default.noise {
+        Noise::Known { sd_s } | Noise::Estimated { prior_sd_s: sd_s, .. } => sd_s,
+    };
+    let ends = |median: f64, ln_sd: f64| [-1.645, 1.645].map(|sigmas: f64| median * (sigmas * ln_sd).exp());
+    let [shortest, longest] = ends(default.life_median_cycles, default.life_ln_sd);
+    let defaults = format!(
+        "Started from the default, which counts as {PRIOR_VALVES:.0} valves: a life of {:.0} cycles ({shortest:.0} to {longest:.0}), healthy times \
+         {:.1} % apart, noise of\n{:.1} ms; {:.0} % curved, {:.0} % varying; wear begins once in {:.0} cycles.\n",
+        default.life_median_cycles,
+        100.0 * default.unit_sd,
+        1e3 * known,
+        100.0 * default.growth_prior.curved(),
+        100.0 * default.growth_prior.rough,
+        1.0 / default.growth_prior.onset,
+    );
+    let valves = if learned.valves == 1 { "1 valve".to_owned() } else { format!("{} valves", learned.valves) };
+    let [shortest, longest] = ends(learned.life_median_cycles, learned.life_ln_sd);
     format!(
-        "{} valves, {} of them worn.\n\
-         Life from health to the limit: {:.0} cycles (90 % of valves: {:.0} to {:.0}).\n\
+        "{valves}, {} of them worn.\n\
+         Life from health to the limit: {:.0} cycles (90 % of valves: {shortest:.0} to {longest:.0}).\n\
          Healthy times differ by {:.1} % from valve to valve; noise of a time {:.1} ms.\n\
-         Growth: {:.0} % curved, {:.0} % varying, the rest steady; wear begins once in {:.0} cycles.\n",
-        learned.valves,
+         Growth: {:.0} % curved, {:.0} % varying, the rest steady; wear begins once in {:.0} cycles.\n{defaults}",
         learned.worn,
         learned.life_median_cycles,
-        learned.life_median_cycles * (-1.645 * learned.life_ln_sd).exp(),
-        learned.life_median_cycles * (1.645 * learned.life_ln_sd).exp(),
         100.0 * learned.unit_sd,
         1e3 * learned.noise_sd_s,
         100.0 * learned.curved,

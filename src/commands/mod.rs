@@ -18,6 +18,7 @@ mod manual;
 mod prognose;
 mod report;
 mod revert;
+mod same_names;
 mod simulate;
 mod steps;
 mod tables;

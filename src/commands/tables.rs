@@ -40,11 +40,10 @@ const ROOM: (f64, f64) = (0.002, 0.1);
 pub fn for_log(file: &ValveFile, path: &Path, columns: &LogColumnArgs) -> anyhow::Result<Request> {
     let parameters = file.valve().parameters();
     let (mut supply_pa, mut temperature_k) = (Vec::new(), Vec::new());
-    let mut log = LogInput::open(path, columns, false)?;
-    while let Some(row) = log.next_row()? {
+    LogInput::open(path, columns, false)?.each(|row| {
         supply_pa.extend(row.reading.supply_pressure_pa);
         temperature_k.extend(row.reading.temperature_k);
-    }
+    })?;
     let range = ConditionRange {
         supply_pressure_pa: reached(supply_pa, parameters.supply_pressure_pa, ROOM.0 * parameters.supply_pressure_pa),
         temperature_k: reached(temperature_k, parameters.temperature_k, ROOM.1),

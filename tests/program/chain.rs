@@ -134,7 +134,7 @@ fn wrong_tables_and_logs_are_refused() {
         &["prognose", "missing.csv", "--tables", "tables"],
         &["prognose", "no-column.csv", "--tables", "tables"],
         &["prognose", "text.csv", "--tables", "tables", "--format", "jsonl"],
-        &["prognose", "negative.csv", "--tables", "tables", "--format", "csv"],
+        &["prognose", "negative.csv", "--tables", "tables", "--format", "csv", "--strict"],
         &["prognose", "nan.csv", "--tables", "tables", "--format", "jsonl"],
         &["prognose", "empty.csv", "--tables", "tables"],
         &["prognose", "log.csv", "--tables", "tables", "--noise", "10 mm"],

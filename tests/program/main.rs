@@ -9,6 +9,7 @@ mod cli;
 mod compare;
 mod dice;
 mod docs;
+mod doubts;
 mod error;
 mod explain;
 mod fleet;

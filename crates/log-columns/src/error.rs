@@ -1,6 +1,6 @@
 //! What makes a file no timing log.
 
-use column_source::RecordError;
+use column_source::{RecordError, RecordProblem};
 use prognoser::LogError;
 use thiserror::Error;
 
@@ -23,6 +23,24 @@ pub enum ColumnLogError {
         /// What is wrong.
         problem: ColumnProblem,
     },
+}
+
+impl ColumnLogError {
+    /// Whether only one row is none, and the others may be.
+    #[must_use]
+    pub fn is_row(&self) -> bool {
+        match self {
+            Self::Record(error) => matches!(
+                error.problem,
+                RecordProblem::RowLength { .. }
+                    | RecordProblem::NotANumber { .. }
+                    | RecordProblem::MixedSeparators { .. }
+                    | RecordProblem::LongLine { .. }
+            ),
+            Self::Row(error) => error.kind.is_row(),
+            Self::Columns { problem, .. } => matches!(problem, ColumnProblem::OtherDate { .. }),
+        }
+    }
 }
 
 /// What is wrong with the columns, and what would be right.

@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
-use column_source::{ColumnSource, Comments, Dates, Heading, find_table};
+use column_source::{ColumnSource, Comments, Dates, Heading, RecordError, find_table};
 use prognoser::fields::{self, StrokeField};
 use prognoser::{LogError, LogErrorKind, LogRow, Reading};
 
@@ -85,8 +85,8 @@ pub struct ColumnLog {
     counted: HashMap<String, u64>,
     dates: Dates,
     time: Option<String>,
-    /// The line of a row that was looked at and not given yet.
-    looked_at: Option<usize>,
+    /// The line of a row that was looked at and not given yet, or why there is none.
+    looked_at: Option<Result<usize, RecordError>>,
     unknown: Vec<String>,
     notices: Vec<(usize, Notice)>,
 }
@@ -134,18 +134,22 @@ impl ColumnLog {
             unknown,
             notices,
         };
-        log.looked_at = log.source.next_row()?;
+        log.looked_at = log.source.next_row().transpose();
         log.look_at_dates();
         Ok(log)
     }
 
     /// How the first date is written, so that it can be told before any row.
     fn look_at_dates(&mut self) {
-        let (Some(line), Some(column)) = (self.looked_at, self.places.time) else { return };
+        let (Some(Ok(line)), Some(column)) = (&self.looked_at, self.places.time) else { return };
+        let line = *line;
         let example = shown(&self.source.field(column));
         let notice = match self.dates.rfc3339(&example) {
             // What is written so says its zone.
             Some(_) if example.contains('T') && self.dates.written() == Some("a time with its zone") => return,
+            Some(moment) if full_year(moment.clone(), &example).is_none() => {
+                Notice::ShortYears { column: self.heading(column).name.clone(), example }
+            }
             Some(_) => {
                 let written = self.dates.written().unwrap_or_default();
                 let zone = if written.contains("zone") && !written.contains("without") { "" } else { ", taken as UTC" };
@@ -177,28 +181,26 @@ impl ColumnLog {
     /// The next row, none at the end of the log.
     ///
     /// # Errors
-    /// If the row cannot be read.
+    /// If the row cannot be read. Where only this one is none ([`ColumnLogError::is_row`]) the next one may be.
     pub fn next_row(&mut self) -> Result<Option<LogRow<'_>>, ColumnLogError> {
-        let next = match self.looked_at.take() {
-            Some(line) => Some(line),
-            None => self.source.next_row()?,
-        };
+        let next = self.looked_at.take().or_else(|| self.source.next_row().transpose()).transpose()?;
         let Some(line) = next else { return Ok(None) };
         if let Some(column) = self.places.valve {
             self.valve = self.source.field(column).trim().to_owned();
         }
         fields::valve(&self.valve).map_err(|kind| self.wrong(line, kind))?;
-        let close = self.stroke(line, &self.places.strokes[0], "close_time_s")?;
-        let open = self.stroke(line, &self.places.strokes[1], "open_time_s")?;
-        let supply_pressure_pa = self.condition(line, self.places.supply_pressure.as_ref(), "supply_pressure")?;
-        let temperature_k = self.condition(line, self.places.temperature.as_ref(), "temperature")?;
         let cycle = if let Some(column) = self.places.cycle {
             self.cycle(line, column)?
         } else {
+            // A row of which the rest cannot be read was a cycle as well.
             let count = self.counted.entry(self.valve.clone()).or_default();
             *count += 1;
             *count
         };
+        let close = self.stroke(line, &self.places.strokes[0], "close_time_s")?;
+        let open = self.stroke(line, &self.places.strokes[1], "open_time_s")?;
+        let supply_pressure_pa = self.condition(line, self.places.supply_pressure.as_ref(), "supply_pressure")?;
+        let temperature_k = self.condition(line, self.places.temperature.as_ref(), "temperature")?;
         self.time = self.date(line)?;
         let reading = Reading {
             cycle,
@@ -264,7 +266,7 @@ impl ColumnLog {
         }
         let moment = self.dates.rfc3339(&field);
         match (moment, self.dates.written()) {
-            (Some(moment), _) => Ok(Some(moment)),
+            (Some(moment), _) => Ok(Some(full_year(moment, &field).unwrap_or_else(|| shown(&field)))),
             (None, None) => Ok(Some(shown(&field))),
             (None, Some(expected)) => {
                 let (column, found) = (self.heading(column).name.clone(), shown(&field));
@@ -273,6 +275,14 @@ impl ColumnLog {
             }
         }
     }
+}
+
+/// A moment with its century: of a year with two digits this one, where the date is written as 31.12.26 and can be nothing else. None
+/// where two digits may be the year or the day.
+fn full_year(moment: String, field: &str) -> Option<String> {
+    let Some(rest) = moment.strip_prefix("00") else { return Some(moment) };
+    let date = field.split_whitespace().next().unwrap_or_default();
+    (date.matches('.').count() == 2).then(|| format!("20{rest}"))
 }
 
 /// A field as it may be shown: of bounded length, without control characters.

@@ -30,6 +30,17 @@ pub enum Notice {
         /// What was assumed of the zone.
         zone: &'static str,
     },
+    /// Dates of which it cannot be told what is the year.
+    #[error(
+        "column \"{column}\" has dates such as \"{example}\", whose year has two digits and may be the day as well; no dates are told of \
+         the future; write the year with four digits, as in 2026-01-31"
+    )]
+    ShortYears {
+        /// The column.
+        column: String,
+        /// The first field.
+        example: String,
+    },
     /// A column of dates that are none.
     #[error(
         "column \"{column}\" has no dates that are understood, such as \"{example}\"; no dates are told of the future"

@@ -18,8 +18,8 @@ use crate::log::LogRow;
 
 /// Version of [`Learned`].
 pub const PRIOR_VERSION: u32 = 1;
-/// Valves that the priors are worth.
-const PRIOR_VALVES: f64 = 4.0;
+/// Valves that the default priors are worth.
+pub const PRIOR_VALVES: f64 = 4.0;
 /// Healthy cycles that the prior of the onset is worth.
 const PRIOR_CYCLES: f64 = 400.0;
 /// Severity from which on the pace of wear is known well enough to learn from.

@@ -26,11 +26,12 @@ mod output;
 mod prognoser;
 mod reading;
 mod record;
+mod repeats;
 mod status;
 pub mod study;
 
 pub use fault_call::FaultCall;
-pub use learn::{Learned, Learner, PRIOR_VERSION, PriorError};
+pub use learn::{Learned, Learner, PRIOR_VALVES, PRIOR_VERSION, PriorError};
 pub use log::{
     ConditionColumn, FollowNotice, FollowOptions, Followed, FollowedLog, LogError, LogErrorKind, LogPosition, LogRow,
     TimingLog, fields,

@@ -1,8 +1,10 @@
-//! Readings that say something, but not what their columns say: times in another unit, and two times exchanged.
+//! Readings that say something, but not what their columns say: times in another unit, two times exchanged, and conditions under which
+//! the tables know nothing of the times.
 
-use leak_table::{Stroke, TableBundle};
+use leak_table::{Condition, Stroke, TableBundle};
 use serde::{Deserialize, Serialize};
 
+use crate::bayes::healthy_times_s;
 use crate::notice::Notice;
 use crate::reading::Reading;
 
@@ -13,6 +15,12 @@ const OTHER_UNIT: f64 = 20.0;
 /// other: wear never takes a valve from its times to their mirror image at once.
 const STRANGE: f64 = 1.3;
 const OWN: f64 = 1.1;
+
+/// By which share a healthy time may have changed from the edge of the tables to a condition beyond them, going on as it does inside:
+/// farther out, times read by the edge would look as worn or as sound as no valve's share of the tables' error.
+const EXTRAPOLATED: f64 = 0.1;
+/// The share of the tables' range from whose edge it is told how the times go on.
+const EDGE: f64 = 0.1;
 
 /// A valve whose times seem to be exchanged for longer than so many rows is another one, such as after a repair.
 const ROWS: u32 = 3;
@@ -58,6 +66,11 @@ pub(crate) fn left_out(
     so_far: &mut Times,
     notices: &mut Vec<Notice>,
 ) -> (Reading, bool) {
+    if let Some(far) = far_conditions(tables, reading) {
+        notices.push(far);
+        let left = Reading { supply_pressure_pa: None, temperature_k: None, ..without(reading, [true, true]) };
+        return (left, true);
+    }
     let times = Stroke::ALL.map(|stroke| reading.time_s(stroke));
     if let [Some(close_s), Some(open_s)] = times
         && so_far.are_exchanged(tables, close_s, open_s)
@@ -90,6 +103,24 @@ pub(crate) fn left_out(
     let left = without(reading, other_unit);
     let tells = left.close_time_s.is_some() || left.open_time_s.is_some() || left.stalled.contains(&true);
     (left, !tells && other_unit.contains(&true))
+}
+
+/// A condition of a row that is so far beyond the tables that they tell nothing of its times.
+fn far_conditions(tables: &TableBundle, reading: &Reading) -> Option<Notice> {
+    let range = tables.condition_range()?;
+    let stated = [Condition::SupplyPressure, Condition::Temperature];
+    stated.into_iter().zip([reading.supply_pressure_pa, reading.temperature_k]).find_map(|(condition, value)| {
+        let (found, covered) = (value?, range.get(condition));
+        let (low, high) = covered;
+        if (low..=high).contains(&found) || low == high {
+            return None;
+        }
+        let inwards = EDGE * (high - low);
+        let (edge, inside) = if found < low { (low, low + inwards) } else { (high, high - inwards) };
+        let [at_edge, at_inside] = [edge, inside].map(|value| healthy_times_s(tables, condition, value));
+        let change = |stroke: usize| (at_edge[stroke] / at_inside[stroke]).ln().abs() * (found - edge).abs() / inwards;
+        (change(0).max(change(1)) > EXTRAPOLATED).then_some(Notice::FarConditions { condition, found, covered })
+    })
 }
 
 /// The times of a healthy valve.

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use leak_table::Stroke;
+use leak_table::{Condition, Stroke};
 use serde::Serialize;
 use serde::ser::SerializeMap;
 
@@ -49,6 +49,22 @@ pub enum Notice {
     },
     /// The two times do not fit the tables, and would if they were exchanged; they are not used.
     Exchanged,
+    /// The times are exactly those of the rows before, too often for times that are measured; they are not used.
+    RepeatedTimes {
+        /// Rows that repeat the one before, this one included.
+        rows: u64,
+        /// Cycle of the first of them.
+        since: u64,
+    },
+    /// A condition is so far from what the tables cover that nothing is known of the times; they are not used.
+    FarConditions {
+        /// Which.
+        condition: Condition,
+        /// What the row states, Pa absolute or K.
+        found: f64,
+        /// Least and most that the tables cover.
+        covered: (f64, f64),
+    },
     /// A time is above its limit.
     AboveLimit {
         /// The stroke.
@@ -95,6 +111,8 @@ pub enum Notice {
         stroke: Stroke,
         /// Found over expected, less 1.
         share: f64,
+        /// Whether the valve counts as healthy at its first row.
+        begins_healthy: bool,
     },
     /// Times drift as no table has it.
     Unexplained,
@@ -120,6 +138,8 @@ impl Notice {
             Self::NoStroke { .. } => "no-stroke",
             Self::OtherUnit { .. } => "other-unit",
             Self::Exchanged => "exchanged",
+            Self::RepeatedTimes { .. } => "repeated-times",
+            Self::FarConditions { .. } => "far-conditions",
             Self::AboveLimit { .. } => "above-limit",
             Self::OutsideTables { .. } => "outside-tables",
             Self::Glitch { .. } => "glitch",
@@ -198,6 +218,15 @@ impl fmt::Display for Notice {
                     "the closing and the opening time would fit if they were exchanged, and do not as they are; the row is not used"
                 )
             }
+            Self::RepeatedTimes { rows, since } => {
+                let rows = if rows == 1 { "this row".to_owned() } else { format!("{rows} rows") };
+                write!(
+                    f,
+                    "both times are exactly those of the row before, in {rows} from cycle {since} on, which measured times that \
+                     wander as these did are not: did the recorder lose its source and go on with the last value? They are not used"
+                )
+            }
+            Self::FarConditions { condition, found, covered } => write_far(f, condition, found, covered),
             Self::AboveLimit { stroke, limit_s } => {
                 write!(f, "the {stroke} time is above its limit of {limit_s} s")
             }
@@ -218,11 +247,7 @@ impl fmt::Display for Notice {
                 f,
                 "the noise is {found_s:.4} s, more than the stated {stated_s:.4} s; the bounds are too narrow; state it or leave it to be estimated"
             ),
-            Self::Offset { stroke, share } => write!(
-                f,
-                "the {stroke} time of this valve is {:+.1} % off the tables throughout, which is allowed for; either it is counted from or to another moment than theirs, from the command to the stop or what [switches] says, or this valve is not as its file describes it: `valve compare` and `valve explain` on a recording tell",
-                100.0 * share
-            ),
+            Self::Offset { stroke, share, begins_healthy } => write_offset(f, stroke, share, begins_healthy),
             Self::Unexplained => write!(
                 f,
                 "no table explains these times; another effect is at work: run `valve compare` and `valve explain` on a recording of this valve"
@@ -242,6 +267,33 @@ impl fmt::Display for Notice {
             }
         }
     }
+}
+
+fn write_offset(f: &mut fmt::Formatter<'_>, stroke: Stroke, share: f64, begins_healthy: bool) -> fmt::Result {
+    write!(
+        f,
+        "the {stroke} time of this valve is {:+.1} % off the tables throughout, which is allowed for; either it is counted from or to another moment than theirs, from the command to the stop or what [switches] says, or this valve is not as its file describes it: `valve compare` and `valve explain` on a recording tell",
+        100.0 * share
+    )?;
+    if begins_healthy {
+        f.write_str(
+            "; or it was worn when the log began: a valve counts as healthy at its first row, and with `--start unknown` it does not",
+        )?;
+    }
+    Ok(())
+}
+
+fn write_far(f: &mut fmt::Formatter<'_>, condition: Condition, found: f64, (low, high): (f64, f64)) -> fmt::Result {
+    let (what, unit, scale, zero) = match condition {
+        Condition::SupplyPressure => ("supply pressure", "kPa absolute", 1e-3, 0.0),
+        Condition::Temperature => ("temperature", "degC", 1.0, -273.15),
+    };
+    let [found, low, high] = [found, low, high].map(|value| scale * value + zero);
+    write!(
+        f,
+        "the {what} of {found:.1} {unit} is far outside the tables ({low:.1} to {high:.1}), where they tell nothing of the times; the \
+         row is not used: is it mistyped, or in another unit?"
+    )
 }
 
 impl Serialize for Notice {

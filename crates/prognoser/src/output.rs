@@ -2,7 +2,7 @@
 
 use leak_table::{BundleEntry, Condition, Stroke, TableBundle, mm2_from_m2};
 
-use crate::bayes::{BayesConfig, BayesEstimate, Change};
+use crate::bayes::{BayesConfig, BayesEstimate, Change, StartPrior};
 use crate::fault_call::FaultCall;
 use crate::notice::Notice;
 use crate::ols::OlsEstimate;
@@ -32,6 +32,8 @@ const SMALLEST_OFFSET: f64 = 0.01;
 const OFFSET_SIGMAS: f64 = 4.0;
 /// Readings before it is: fewer do not tell an offset from early wear.
 const OFFSET_READINGS: u64 = 10;
+/// Standard deviations of healthy times from valve to valve, of those that differ most, beyond which a valve is none of them.
+const FAR_SIGMAS: f64 = 2.0;
 /// By how much a reading must count less for it to be said that noise goes on.
 const CORRELATED_FROM: f64 = 2.0;
 
@@ -93,7 +95,9 @@ pub(crate) fn findings(
     reading: &Reading,
     estimate: &BayesEstimate,
     one: &Prognosis,
+    config: &BayesConfig,
 ) -> Vec<Notice> {
+    let begins_healthy = config.start == StartPrior::Healthy;
     let mut found = Vec::new();
     if one.fault.wears() && estimate.curved > SURELY {
         found.push(Notice::GrowthCurved);
@@ -105,8 +109,8 @@ pub(crate) fn findings(
         found.push(Notice::Unexplained);
     }
     for (stroke, (share, sd)) in Stroke::ALL.into_iter().zip(estimate.unit) {
-        if estimate.readings >= OFFSET_READINGS && off(share, sd) && one.fault != FaultCall::Other {
-            found.push(Notice::Offset { stroke, share });
+        if tells_offset(estimate, config, one.fault) && off(share, sd) {
+            found.push(Notice::Offset { stroke, share, begins_healthy });
         }
     }
     if !covered(tables, reading) {
@@ -117,6 +121,19 @@ pub(crate) fn findings(
 
 fn off(share: f64, sd: f64) -> bool {
     share.abs() > SMALLEST_OFFSET.max(OFFSET_SIGMAS * sd)
+}
+
+/// Whether a healthy time is so far from the tables' that hardly any sister of their valve has it: that nothing has changed since is no
+/// reason to call the valve healthy.
+pub(crate) fn is_far_off(estimate: &BayesEstimate, config: &BayesConfig) -> bool {
+    let believed = FAR_SIGMAS * config.unit_sd.max(config.unit_far_sd);
+    estimate.unit.iter().any(|(share, sd)| off(*share, *sd) && share.abs() > believed)
+}
+
+/// Whether an offset is told: once it is known, or where nothing seems to wear for want of a valve like this one.
+fn tells_offset(estimate: &BayesEstimate, config: &BayesConfig, fault: FaultCall) -> bool {
+    let is_known = estimate.readings >= OFFSET_READINGS && fault != FaultCall::Other;
+    is_known || fault == FaultCall::None && is_far_off(estimate, config)
 }
 
 /// Whether the tables cover the conditions that a row states.
@@ -220,7 +237,7 @@ pub(crate) fn from_bayes(
     prognosis.fault_group = fault_group;
     prognosis.fault_probability = Some(estimate.probability.map(|share| rounded(share, 9)));
     prognosis.noise_s = Some(rounded(estimate.noise_sd_s, 7));
-    prognosis.caveat = caveat(tables, reading, estimate, &prognosis);
+    prognosis.caveat = caveat(tables, reading, estimate, &prognosis, config);
     if fault == FaultCall::None {
         return prognosis;
     }
@@ -250,8 +267,17 @@ const UNDECIDED_BETWEEN: usize = 3;
 const WORTH_NAMING: f64 = 0.05;
 
 /// What to be careful about, in words; the weightiest first.
-fn caveat(tables: &TableBundle, reading: &Reading, estimate: &BayesEstimate, one: &Prognosis) -> Option<String> {
+fn caveat(
+    tables: &TableBundle,
+    reading: &Reading,
+    estimate: &BayesEstimate,
+    one: &Prognosis,
+    config: &BayesConfig,
+) -> Option<String> {
     let mut parts: Vec<String> = Vec::new();
+    if one.fault == FaultCall::None && is_far_off(estimate, config) {
+        parts.push("worn when the log began, or not the valve of the tables".to_owned());
+    }
     if let [first, others @ ..] = one.fault_group.as_slice() {
         let others = others.iter().map(|fault| fault.name()).collect::<Vec<_>>().join(" or ");
         let share = estimate.probability.ranked().first().map_or(0.0, |(_, share)| *share);
@@ -283,7 +309,7 @@ fn caveat(tables: &TableBundle, reading: &Reading, estimate: &BayesEstimate, one
         ];
         parts.extend(words.into_iter().filter(|(share, _)| *share > MOSTLY).map(|(_, words)| words.to_owned()));
     }
-    if estimate.readings >= OFFSET_READINGS && one.fault != FaultCall::Other {
+    if tells_offset(estimate, config, one.fault) {
         for (stroke, (share, sd)) in Stroke::ALL.into_iter().zip(estimate.unit) {
             if off(share, sd) {
                 parts.push(format!("{stroke} time {:+.1} % off the tables", 100.0 * share));

@@ -15,9 +15,10 @@ use crate::log::LogRow;
 use crate::mistakes::{self, Times};
 use crate::notice::Notice;
 use crate::ols::OlsEstimator;
-use crate::output::{blank, findings, from_bayes, from_ols, limits, remark};
+use crate::output::{blank, findings, from_bayes, from_ols, is_far_off, limits, remark};
 use crate::reading::Reading;
 use crate::record::{Prognosis, Status};
+use crate::repeats::{Repeated, Repeats};
 use crate::status::{ASKED, Ladder};
 
 /// Rows in rising order below the latest cycle after which the cycle counter
@@ -103,6 +104,8 @@ struct Rows {
     residuals: (f64, f64),
     /// By which exchanged times are told.
     times: Times,
+    /// By which times are told that a recorder repeats.
+    repeats: Repeats,
 }
 
 /// What all valves are looked at with.
@@ -279,7 +282,8 @@ impl Valve {
     ) -> Prognosis {
         let (reading, dead) = without_zeros(reading, &mut notices);
         let rows = &mut self.rows;
-        let (reading, mistaken) = &mistakes::left_out(tables, &reading, &mut rows.times, &mut notices);
+        let (reading, mistaken) = mistakes::left_out(tables, &reading, &mut rows.times, &mut notices);
+        let (reading, stuck) = &rows.without_repeats(reading, &mut notices);
         rows.latest = Some(reading.cycle);
         rows.seen.rotate_right(1);
         rows.seen[0] = Some(reading.cycle);
@@ -290,14 +294,15 @@ impl Valve {
         } else if told {
             rows.over = 0;
         }
-        let mut repaired = false;
+        let (mut repaired, mut is_odd) = (false, false);
         let mut prognosis = match (&mut self.estimator, method) {
             (Estimator::Bayes(estimator), Method::Bayes(config)) => {
                 let estimate = estimator.update_in(workspace, tables, reading, *wanted);
                 remark(tables, reading, &estimate, &mut notices);
                 repaired = estimate.change == Some(Change::Repaired);
                 let prognosis = from_bayes(name, tables, reading, &estimate, config);
-                let mut found = findings(tables, reading, &estimate, &prognosis);
+                is_odd |= is_far_off(&estimate, config);
+                let mut found = findings(tables, reading, &estimate, &prognosis, config);
                 found.extend(rows.noise_larger(config, &estimate));
                 rows.once(found, &mut notices);
                 prognosis
@@ -327,7 +332,11 @@ impl Valve {
             let words = "status of an earlier row, until three calmer ones";
             prognosis.caveat = Some(prognosis.caveat.map_or(words.to_owned(), |other| format!("{words}; {other}")));
         }
-        if dead || *mistaken {
+        if let Some(words) = stuck {
+            prognosis.caveat =
+                Some(prognosis.caveat.map_or_else(|| words.clone(), |other| format!("{words}; {other}")));
+        }
+        if dead || mistaken || stuck.is_some() || is_odd {
             prognosis.status = rows.ladder.untold();
         }
         prognosis.notices = notices;
@@ -364,6 +373,18 @@ impl Rows {
                 notices.push(notice);
             }
         }
+    }
+
+    /// The reading without times that a recorder repeats, and what is to be said of these.
+    fn without_repeats(&mut self, reading: Reading, notices: &mut Vec<Notice>) -> (Reading, Option<String>) {
+        let Some(repeated) = self.repeats.take(&reading) else { return (reading, None) };
+        let left = Reading { close_time_s: None, open_time_s: None, ..reading };
+        if !repeated.is_doubted {
+            return (left, None);
+        }
+        let Repeated { rows, since, .. } = repeated;
+        notices.push(Notice::RepeatedTimes { rows, since });
+        (left, Some(format!("times repeat exactly since cycle {since}: {rows} rows not used")))
     }
 
     /// Whether the noise is larger than was stated.

@@ -58,10 +58,10 @@ pub fn run(args: &EvaluateArgs, file: &ValveFile, path: &Path) -> anyhow::Result
     let bundle = Arc::new(tables::build_what(file, &request)?.bundle);
     let limits = bundle.manifest().limits;
     let mut log = LogInput::open(path, &args.columns, false)?;
-    log.announce(path);
+    log.announce();
     let mut prognoser = Prognoser::new(Arc::clone(&bundle), Method::default());
     let mut lives: BTreeMap<String, Life> = BTreeMap::new();
-    while let Some(row) = log.next_row()? {
+    log.each(|row| {
         let reading = row.reading;
         let over = reading.stalled.contains(&true)
             || reading.close_time_s.is_some_and(|time| time > limits.close_within_s)
@@ -70,13 +70,16 @@ pub fn run(args: &EvaluateArgs, file: &ValveFile, path: &Path) -> anyhow::Result
         life.end_cycle = if over { life.end_cycle.or(Some(reading.cycle)) } else { None };
         life.first_over = life.first_over.or(Some(reading.cycle).filter(|_| over));
         life.stated |= reading.supply_pressure_pa.is_some() || reading.temperature_k.is_some();
-        life.rows.push(prognoser.push(&row));
-    }
+        life.rows.push(prognoser.push(row));
+    })?;
     let valves = lives.len();
     let scores: Vec<Score> = lives.into_iter().filter_map(|(valve, life)| score(valve, &life)).collect();
     if scores.is_empty() {
         return Err(Hinted::error(
-            format!("{}: none of {valves} valves reached its end of life", path.display()),
+            match valves {
+                1 => format!("{}: its only valve did not reach its end of life", path.display()),
+                _ => format!("{}: none of {valves} valves reached its end of life", path.display()),
+            },
             "a valve has reached it when its last readings are beyond a limit or stalled",
         ));
     }
@@ -144,8 +147,10 @@ fn render(scores: &[Score], valves: usize) -> String {
     }
     let failed = scores.iter().filter(|one| one.replaced_at.is_none()).count();
     format!(
-        "{} of {valves} valves reached their end of life; {failed} would have failed in service\n\n{}",
+        "{} of {valves} valve{} reached {} end of life; {failed} would have failed in service\n\n{}",
         scores.len(),
+        if valves == 1 { "" } else { "s" },
+        if valves == 1 { "its" } else { "their" },
         table.render()
     )
 }

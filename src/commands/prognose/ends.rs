@@ -63,7 +63,14 @@ impl Ends {
             ("caveat", Align::Left),
         ];
         let told = |name: &str| is_dated || name != "end";
-        let columns: Vec<(&str, Align)> = columns.into_iter().filter(|(name, _)| told(name)).collect();
+        // Dates are told in UTC, whatever zone the log has.
+        let named = |name| match name {
+            "replace by" if is_dated => "replace by (UTC)",
+            "end" => "end (UTC)",
+            name => name,
+        };
+        let columns: Vec<(&str, Align)> =
+            columns.into_iter().filter(|(name, _)| told(name)).map(|(name, align)| (named(name), align)).collect();
         let mut table = TextTable::new(&columns);
         for End(one) in &self.0 {
             let missing = || "-".to_owned();
@@ -125,7 +132,7 @@ impl End {
         let cycle = self.0.replace_by_cycle?;
         let [replace_by, _] = dates(&self.0);
         Some(match replace_by {
-            Some(date) => format!("replace {} by {date} (cycle {cycle})", self.0.valve),
+            Some(date) => format!("replace {} by {date} UTC (cycle {cycle})", self.0.valve),
             None => format!("replace {} by cycle {cycle}", self.0.valve),
         })
     }
@@ -152,6 +159,8 @@ impl End {
         } else {
             let known = match (one.status, one.fault) {
                 (Status::EolReached, _) => "end of life is reached: strokes take too long",
+                // Far off the tables from the first row on.
+                (Status::Unknown, FaultCall::None) => "nothing has changed since the log began",
                 (_, FaultCall::None) => "nothing wears",
                 _ => "no fault can be named yet",
             };

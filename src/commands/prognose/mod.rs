@@ -67,6 +67,7 @@ pub fn run(args: &PrognoseArgs) -> anyhow::Result<Answer> {
         },
         one_by_one: rows.one_by_one() || until_end_of_life,
         strict: args.strict,
+        most_skips: if live { u64::MAX } else { log_input::most_skips() },
         until_end_of_life,
         unit: if from_broker(args) { "message" } else { "line" },
     };
@@ -88,9 +89,11 @@ pub fn run(args: &PrognoseArgs) -> anyhow::Result<Answer> {
     let ended = stream.run()?;
     let Stream { shards, writer, remarks, keeping, .. } = stream;
     remarks.finish(&name, &tables);
-    if shards.skipped() > 0 {
-        output::note(&format!("{name}: {} {}s were no rows and were skipped", shards.skipped(), way.unit));
+    if !live {
+        shards.skips().refuse_all(writer.rows())?;
     }
+    shards.skips().finish(&name, way.unit);
+    shards.names().untold().iter().for_each(|words| output::note(&format!("{name}: {words}")));
     let (lasts, history) = shards.finish();
     let ends = match &keeping {
         None => Ends::of(lasts.into_iter()),
@@ -113,6 +116,9 @@ pub fn run(args: &PrognoseArgs) -> anyhow::Result<Answer> {
         }
     }
     if args.format == StreamFormat::Text && !live {
+        if settings::begins_healthy(&method) && ends.iter().any(|end| end.row().fault.wears()) {
+            output::print_text(BEGINS_HEALTHY)?;
+        }
         output::print_text(&next(args, &ends))?;
     }
     if let (Some(plot), Some(history)) = (plot, history) {
@@ -122,6 +128,10 @@ pub fn run(args: &PrognoseArgs) -> anyhow::Result<Answer> {
     let reached = !live && ends.iter().any(|end| end.row().status == Status::EolReached);
     Ok(if args.fail_on_eol && reached { Answer::BadNews } else { Answer::Fine })
 }
+
+/// What the numbers of a named fault rest on.
+const BEGINS_HEALTHY: &str =
+    "\nEach valve counts as healthy at its first row. Of a log that begins later in life: --start unknown.\n";
 
 /// How many valves stood where when the states were kept.
 fn stood(keeping: Option<&Keeping>) -> anyhow::Result<Batch> {

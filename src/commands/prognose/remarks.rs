@@ -15,6 +15,9 @@ const OF_ALL: usize = 12;
 /// The share of rows from which on what is odd about them is a mistake of the whole log.
 const THROUGHOUT: f64 = 0.5;
 
+/// Kind of the remark on a row whose conditions are too far from the tables.
+const FAR: &str = "far-conditions";
+
 /// A remark on a row: the notice's kind, and the line that tells it.
 #[derive(Debug, Clone)]
 pub struct Remark {
@@ -67,20 +70,33 @@ pub struct Remarks {
     kinds: Vec<(&'static str, Kind)>,
     supply_pa: Stated,
     temperature_k: Stated,
+    /// The same of rows that are left out for what they state.
+    far: [Stated; 2],
 }
 
 impl Remarks {
     /// Of a log that is read as a whole, or row by row as it comes.
     pub fn new(is_live: bool) -> Self {
         let gathers = !is_live && !output::is_verbose();
-        Self { gathers, rows: 0, kinds: Vec::new(), supply_pa: Stated::NONE, temperature_k: Stated::NONE }
+        Self {
+            gathers,
+            rows: 0,
+            kinds: Vec::new(),
+            supply_pa: Stated::NONE,
+            temperature_k: Stated::NONE,
+            far: [Stated::NONE; 2],
+        }
     }
 
     /// Takes a row with its remarks, and tells those that are told one by one.
     pub fn take(&mut self, valve: &str, reading: &Reading, remarks: &[Remark]) {
         self.rows += 1;
-        self.supply_pa.add(reading.supply_pressure_pa);
-        self.temperature_k.add(reading.temperature_k);
+        let is_far = remarks.iter().any(|remark| remark.kind == FAR);
+        let [far_pa, far_k] = &mut self.far;
+        let [supply_pa, temperature_k] =
+            if is_far { [far_pa, far_k] } else { [&mut self.supply_pa, &mut self.temperature_k] };
+        supply_pa.add(reading.supply_pressure_pa);
+        temperature_k.add(reading.temperature_k);
         for Remark { kind, is_event, text } in remarks {
             if !self.gathers || *is_event {
                 output::note(text);
@@ -124,9 +140,12 @@ impl Remarks {
             ));
         }
         let range = tables.condition_range();
+        // What most rows state is no slip of somebody who wrote it down.
+        let far = count(FAR) as f64 > THROUGHOUT * self.rows as f64;
+        let [supply_pa, temperature_k] = if far { self.far } else { [self.supply_pa, self.temperature_k] };
         let conditions = [
-            (self.supply_pa, Dimension::Pressure, 0.01 * self.supply_pa.most, "supply pressure", "--supply-range"),
-            (self.temperature_k, Dimension::Temperature, 1.0, "temperature", "--temperature-range"),
+            (supply_pa, Dimension::Pressure, 0.01 * supply_pa.most, "supply pressure", "--supply-range"),
+            (temperature_k, Dimension::Temperature, 1.0, "temperature", "--temperature-range"),
         ];
         for (stated, dimension, room, what, option) in conditions {
             if stated.with > 0 && stated.without > 0 && range.is_some() {
@@ -135,7 +154,7 @@ impl Remarks {
                     stated.without, self.rows
                 ));
             }
-            if count("conditions-not-covered") > 0 && stated.with > 0 {
+            if (far || count("conditions-not-covered") > 0) && stated.with > 0 {
                 let unit = told_in(dimension);
                 let number = |value: f64| unit.number(value, 1);
                 output::note(&format!(

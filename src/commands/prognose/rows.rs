@@ -15,7 +15,7 @@ use state_store::Store;
 use super::subscribed::Subscribed;
 use super::vital::Vital;
 use crate::cli::PrognoseArgs;
-use crate::commands::log_input::LogInput;
+use crate::commands::log_input::{Line, LogInput};
 use crate::failure::Hinted;
 
 /// How often a growing log is looked at.
@@ -26,7 +26,7 @@ const WAITING: usize = 4;
 
 /// A source of rows.
 pub enum Rows {
-    /// A file that is read to its end; with what is no row, it ends at once.
+    /// A file that is read to its end.
     Whole(LogInput),
     /// What another program writes.
     Piped(Box<TimingLog<BufReader<Pipe>>>, Arc<AtomicBool>),
@@ -74,8 +74,8 @@ impl Rows {
             let log = FollowedLog::open(&args.log, from, options).map_err(only_plain)?;
             return Ok(Self::Followed(Box::new(log)));
         }
-        let log = LogInput::open(&args.log, &args.columns, empty_is_stalled)?;
-        log.announce(&args.log);
+        let mut log = LogInput::open(&args.log, &args.columns, empty_is_stalled)?;
+        log.announce();
         Ok(Self::Whole(log))
     }
 
@@ -110,7 +110,11 @@ impl Rows {
     /// What comes next.
     pub fn next(&mut self) -> anyhow::Result<Next<'_>> {
         match self {
-            Self::Whole(log) => Ok(log.next_row()?.map_or(Next::End, Next::Row)),
+            Self::Whole(log) => Ok(match log.next()? {
+                Line::Row(row) => Next::Row(row),
+                Line::Skipped(error) => Next::Skipped(error),
+                Line::End => Next::End,
+            }),
             Self::Piped(log, stop) => piped(log, stop),
             Self::Followed(log) => Ok(match log.next()? {
                 Followed::Row(row) => Next::Row(row),

@@ -100,6 +100,11 @@ pub fn method(args: &PrognoseArgs, tables: &TableBundle) -> anyhow::Result<Metho
     Ok(Method::Bayes(config))
 }
 
+/// Whether a valve counts as healthy at its first row.
+pub fn begins_healthy(method: &Method) -> bool {
+    matches!(method, Method::Bayes(config) if config.start == StartPrior::Healthy)
+}
+
 /// The supply pressures that are expected, Pa, if the tables know them.
 fn expected_supply_pa(args: &PrognoseArgs, tables: &TableBundle) -> anyhow::Result<Option<[f64; 2]>> {
     let Some(range) = &args.expect_supply else { return Ok(None) };

@@ -15,6 +15,8 @@ use super::remarks::{Remark, remark};
 use super::rows::{Next, Rows};
 use super::vital::{Batch, Vital};
 use super::writer::RowFormat;
+use crate::commands::log_input::Skips;
+use crate::commands::same_names::SameNames;
 use answers::figures::life::History;
 
 /// Valves that are in memory while the others are in a store.
@@ -50,6 +52,8 @@ pub struct Way {
     pub one_by_one: bool,
     /// What is no row ends the stream.
     pub strict: bool,
+    /// So many lines that are no rows are told one by one.
+    pub most_skips: u64,
     /// The first end of life ends the stream.
     pub until_end_of_life: bool,
     /// What a row stands in: a line, or a message.
@@ -87,6 +91,8 @@ struct Shard {
     ended: bool,
     /// Valves with rows since the last commit.
     touched: HashSet<String>,
+    /// Valves that were not there before, with the place of their row in the chunk.
+    fresh: Vec<(usize, String)>,
 }
 
 /// Where a row and its remarks stand, and whether it repeats a cycle.
@@ -122,7 +128,8 @@ pub struct Shards {
     all: Vec<Shard>,
     chunk: Chunk,
     /// Lines that were no rows.
-    skipped: u64,
+    skips: Skips,
+    names: SameNames,
 }
 
 impl Shards {
@@ -149,8 +156,18 @@ impl Shards {
             batch: Batch::default(),
             ended: false,
             touched: HashSet::new(),
+            fresh: Vec::new(),
         });
-        Self { store, log, way, vital, all: shards.collect(), chunk: Chunk::default(), skipped: 0 }
+        Self {
+            store,
+            log,
+            way,
+            vital,
+            all: shards.collect(),
+            chunk: Chunk::default(),
+            skips: Skips::default(),
+            names: SameNames::default(),
+        }
     }
 
     /// Reads and works on the next rows of a log, and gives every row with its
@@ -179,6 +196,7 @@ impl Shards {
             let (row, remarks) = (&shard.out[out.clone()], &shard.remarks[remarks.clone()]);
             each(Done { valve, reading, row, remarks, repeats: *repeats })?;
         }
+        self.meet_names(&mut note);
         for shard in &self.all {
             self.vital.add(&shard.batch);
         }
@@ -203,9 +221,11 @@ impl Shards {
                 Next::Row(row) => row,
                 Next::Skipped(error) if self.way.strict => return Err(error),
                 Next::Skipped(error) => {
-                    self.skipped += 1;
-                    self.vital.skipped(self.skipped);
-                    note(&format!("{error}; the {} is skipped{}", self.way.unit, self.counted()));
+                    let words = self.skips.take(&error, self.way.unit);
+                    self.vital.skipped(self.skips.count());
+                    if self.skips.count() <= self.way.most_skips {
+                        note(&words);
+                    }
                     continue;
                 }
                 Next::Notice(notice) => {
@@ -232,8 +252,15 @@ impl Shards {
         Ok(Step::More)
     }
 
-    fn counted(&self) -> String {
-        if self.skipped == 1 { String::new() } else { format!(" ({} so far)", self.skipped) }
+    /// Asks about names that differ in nothing but case and spaces, in the order of the rows.
+    fn meet_names(&mut self, note: &mut impl FnMut(&str)) {
+        let mut fresh: Vec<(usize, String)> = self.all.iter_mut().flat_map(|shard| shard.fresh.drain(..)).collect();
+        fresh.sort_unstable();
+        for (at, valve) in fresh {
+            if let Some(words) = self.names.meet(&valve) {
+                note(&format!("{}:{}: {words}", self.log, self.chunk.rows[at].line));
+            }
+        }
     }
 
     /// Valves with rows since the last commit.
@@ -258,8 +285,13 @@ impl Shards {
     }
 
     /// Lines that were no rows.
-    pub fn skipped(&self) -> u64 {
-        self.skipped
+    pub fn skips(&self) -> &Skips {
+        &self.skips
+    }
+
+    /// The names of the valves.
+    pub fn names(&self) -> &SameNames {
+        &self.names
     }
 
     /// The last prognosis of every valve, and the path of the one that is drawn.
@@ -313,6 +345,9 @@ impl Shard {
                 self.touched.insert(valve.to_owned());
             }
             let before = self.prognoser.last(valve).map(|last| last.status);
+            if before.is_none() {
+                self.fresh.push((*at, valve.to_owned()));
+            }
             // Of a row that is not told and whose valve goes on within the chunk only the status is looked at.
             let passes = !format.tells_rows()
                 && self.history.is_none()

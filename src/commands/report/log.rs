@@ -31,12 +31,12 @@ pub fn part(path: &Path, columns: &LogColumnArgs, tables: &Arc<TableBundle>) -> 
     let mut prognoser = Prognoser::new(Arc::clone(tables), Method::default());
     let mut remarks = Remarks::default();
     let mut log = LogInput::open(path, columns, false)?;
-    log.announce(path);
-    while let Some(row) = log.next_row()? {
-        let prognosis = prognoser.push(&row);
-        fleet.take(&row, &prognosis);
+    log.announce();
+    log.each(|row| {
+        let prognosis = prognoser.push(row);
+        fleet.take(row, &prognosis);
         remarks.take(&prognosis);
-    }
+    })?;
     let ends = Ends::of(prognoser.lasts().cloned());
     let mut still = Vec::new();
     if ends.len() <= PICTURES {
@@ -49,6 +49,12 @@ pub fn part(path: &Path, columns: &LogColumnArgs, tables: &Arc<TableBundle>) -> 
     let worst: Vec<&str> = ends.iter().take(PICTURES).map(|end| end.row().valve.as_str()).collect();
     still.extend(pictures(path, columns, tables, &worst)?);
     let mut blocks = vec![Block::View(View { kind: "fleet", of: "log", still })];
+    if ends.iter().any(|end| end.row().fault.wears()) {
+        blocks.push(Block::Text(
+            "Each valve counts as healthy at its first row; `valve prognose --start unknown` is for a log that begins later in life."
+                .to_owned(),
+        ));
+    }
     blocks.extend(remarks.blocks());
     Ok(Part {
         short: short(&ends),
@@ -111,7 +117,7 @@ impl Remarks {
 /// How many valves stand where.
 fn counted(ends: &Ends) -> String {
     let counts: Vec<String> = ends.counts().into_iter().map(|cell| cell.text).collect();
-    format!("{} valves: {}", ends.len(), counts.join(", "))
+    format!("{} valve{}: {}", ends.len(), if ends.len() == 1 { "" } else { "s" }, counts.join(", "))
 }
 
 /// State, worst and what to do.
@@ -146,12 +152,11 @@ fn pictures(
     let method = Method::default();
     let mut prognoser = Prognoser::new(Arc::clone(tables), method);
     let mut histories: Vec<History> = valves.iter().map(|name| History::of(Some((*name).to_owned()))).collect();
-    let mut log = LogInput::open(path, columns, false)?;
-    while let Some(row) = log.next_row()? {
-        let Some(place) = valves.iter().position(|name| *name == row.valve) else { continue };
-        let reading = row.reading;
-        histories[place].add(&reading, &prognoser.push(&row));
-    }
+    LogInput::open(path, columns, false)?.each(|row| {
+        if let Some(place) = valves.iter().position(|name| *name == row.valve) {
+            histories[place].add(&row.reading, &prognoser.push(row));
+        }
+    })?;
     let figures = histories.into_iter().filter_map(|history| history.figure(tables, method.name(), None));
     Ok(figures.map(|figure| Block::Figure(Box::new(figure.figure()))).collect())
 }

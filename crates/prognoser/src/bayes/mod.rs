@@ -31,5 +31,6 @@ pub use ending::{LONGEST, Quantiles};
 pub(crate) use estimate::Wanted;
 pub use estimate::{BayesEstimate, Change, FaultProbability};
 pub use estimator::BayesEstimator;
+pub(crate) use plant::healthy_times_s;
 pub use state::{STATE_VERSION, ValveRecord};
 pub(crate) use workspace::Workspace;

@@ -3,7 +3,9 @@
 
 use std::cell::OnceCell;
 
-use leak_table::{Conditions, Cut, DegradationId, Equivalent, SeverityAt, SeverityTable, Stroke, TableBundle};
+use leak_table::{
+    Condition, Conditions, Cut, DegradationId, Equivalent, SeverityAt, SeverityTable, Stroke, TableBundle,
+};
 
 /// Most kinds of wear with a table that are looked at.
 pub(crate) const MOST_WEARS: usize = 8;
@@ -179,6 +181,15 @@ impl<'t> Plant<'t> {
             })
         })
     }
+}
+
+/// Both times of the healthy valve in s where one condition is as given, the other one that of the tables' reference.
+pub(crate) fn healthy_times_s(bundle: &TableBundle, condition: Condition, value: f64) -> [f64; 2] {
+    let stated = match condition {
+        Condition::SupplyPressure => CycleConditions { supply_pressure_pa: Some(value), temperature_k: None },
+        Condition::Temperature => CycleConditions { supply_pressure_pa: None, temperature_k: Some(value) },
+    };
+    Plant::new(bundle, stated).healthy_s
 }
 
 /// The conditions of a cycle as far as the tables have them; what is not known

@@ -10,7 +10,7 @@ use super::law::Law;
 use super::noise::NoiseState;
 
 /// Version of [`ValveRecord`]. A record of another version is not understood.
-pub const STATE_VERSION: u32 = 7;
+pub const STATE_VERSION: u32 = 8;
 
 /// Numbers of a symmetric matrix.
 const HALF: usize = SIZE * (SIZE + 1) / 2;

@@ -76,6 +76,17 @@ pub enum LogErrorKind {
         /// What there is of the line.
         found: String,
     },
+    /// A file ends within a row, as it seems.
+    #[error(
+        "found \"{found}\" where the file ends without an end of line, expected {digits} decimals or more as in all rows before: the \
+         number seems to be cut off"
+    )]
+    CutOff {
+        /// The last number of the file.
+        found: String,
+        /// The fewest decimals of the rows before.
+        digits: usize,
+    },
     /// A line is not text.
     #[error("found bytes that are not UTF-8, expected text")]
     NotText,
@@ -91,6 +102,7 @@ impl LogErrorKind {
                 | Self::NotText
                 | Self::LongLine { .. }
                 | Self::Unfinished { .. }
+                | Self::CutOff { .. }
         )
     }
 

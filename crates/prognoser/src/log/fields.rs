@@ -30,6 +30,11 @@ pub const COLUMNS: [&str; 4] = ["valve", "cycle", "close_time_s", "open_time_s"]
 /// See [`COLUMNS`].
 pub const TIME_COLUMN: &str = "time";
 
+/// Whether a character has no width or only turns the direction of writing: two names that differ in such look the same.
+pub(super) fn is_unseen(letter: char) -> bool {
+    matches!(letter, '\u{ad}' | '\u{200b}'..='\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2060}'..='\u{2069}' | '\u{feff}')
+}
+
 /// Checks a valve's name.
 pub fn valve(name: &str) -> Result<(), LogErrorKind> {
     let refused = |expected| Err(error(COLUMNS[0], name, expected));
@@ -38,6 +43,11 @@ pub fn valve(name: &str) -> Result<(), LogErrorKind> {
     }
     if name.contains(char::is_control) {
         return refused("a name without control characters");
+    }
+    if !name.is_ascii() && name.contains(is_unseen) {
+        return refused(
+            "a name without characters that nobody sees; take it out, or the same valve may have two names",
+        );
     }
     if name.contains('"') {
         return refused("a name without quotation marks in it");

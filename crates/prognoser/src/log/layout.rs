@@ -95,6 +95,13 @@ impl Layout {
         Fields(Some(text)).count() == self.count && Fields(Some(text)).nth(self.columns[1]).is_some_and(is_number)
     }
 
+    /// The last field of a line, if numbers stand there that a file may end within.
+    pub(super) fn last_number<'a>(&self, text: &'a str) -> Option<&'a str> {
+        let last = self.count - 1;
+        let numbers = self.columns[1..].contains(&last) || self.conditions.iter().any(|(place, _)| *place == last);
+        numbers.then(|| unquoted(text.rsplit(',').next().unwrap_or(text)))
+    }
+
     /// A row.
     pub(super) fn row<'a>(&self, text: &'a str, line: u64, empty_is_stalled: bool) -> Result<LogRow<'a>, LogErrorKind> {
         let mut wanted = [""; 4];
@@ -124,6 +131,8 @@ impl Layout {
             return Err(LogErrorKind::FieldCount { found: count, expected: self.count });
         }
         let [valve, cycle, close, open] = wanted;
+        // No-break spaces too.
+        let valve = if valve.is_ascii() { valve } else { valve.trim() };
         fields::valve(valve)?;
         let cycle = fields::cycle_of_text(cycle)?;
         let close = fields::stroke_of_text(COLUMNS[2], close, empty_is_stalled)?;
@@ -174,7 +183,7 @@ pub(super) fn shortened(text: &str, longest: usize) -> String {
             shown.push_str("...");
             break;
         }
-        if letter.is_control() {
+        if letter.is_control() || fields::is_unseen(letter) {
             shown.extend(letter.escape_default());
         } else {
             shown.push(letter);

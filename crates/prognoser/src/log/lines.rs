@@ -12,11 +12,12 @@ pub(crate) struct Lines<R> {
     source: R,
     buffer: Vec<u8>,
     number: u64,
+    is_ended: bool,
 }
 
 impl<R: BufRead> Lines<R> {
     pub(crate) fn new(source: R) -> Self {
-        Self { source, buffer: Vec::new(), number: 0 }
+        Self { source, buffer: Vec::new(), number: 0, is_ended: true }
     }
 
     /// Number of the line read last, from 1.
@@ -37,6 +38,7 @@ impl<R: BufRead> Lines<R> {
             self.buffer.clear();
             return Err(LogErrorKind::LongLine { limit: LONGEST_LINE });
         }
+        self.is_ended = self.buffer.last() == Some(&b'\n');
         if self.number == 1 && self.buffer.starts_with(b"\xEF\xBB\xBF") {
             self.buffer.drain(..3);
         }
@@ -47,6 +49,11 @@ impl<R: BufRead> Lines<R> {
             return Err(LogErrorKind::NotText);
         }
         Ok(true)
+    }
+
+    /// Whether the line that was read has an end: the last one of a file may not.
+    pub(crate) fn is_ended(&self) -> bool {
+        self.is_ended
     }
 
     /// The line that was read, without its end.

@@ -1,6 +1,7 @@
 //! Timing logs: read from anything, line by line, also while they grow.
 
 mod conditions;
+mod decimals;
 mod error;
 pub mod fields;
 mod follow;

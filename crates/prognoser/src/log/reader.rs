@@ -2,6 +2,7 @@
 
 use std::io::BufRead;
 
+use super::decimals::Decimals;
 use super::error::{LogError, LogErrorKind};
 use super::layout::Layout;
 use super::lines::Lines;
@@ -26,6 +27,7 @@ pub struct TimingLog<R> {
     lines: Lines<R>,
     layout: Layout,
     empty_is_stalled: bool,
+    decimals: Decimals,
 }
 
 impl<R: BufRead> TimingLog<R> {
@@ -45,7 +47,7 @@ impl<R: BufRead> TimingLog<R> {
             }
         };
         match layout {
-            Ok(layout) => Ok(Self { name, lines, layout, empty_is_stalled: false }),
+            Ok(layout) => Ok(Self { name, lines, layout, empty_is_stalled: false, decimals: Decimals::default() }),
             Err(kind) => Err(LogError { log: name, line: lines.number(), kind }),
         }
     }
@@ -75,6 +77,13 @@ impl<R: BufRead> TimingLog<R> {
                 Ok(false) => return Ok(None),
                 Ok(true) if self.layout.is_nothing(self.lines.text()) => {}
                 Ok(true) => {
+                    if let Some(number) = self.layout.last_number(self.lines.text()) {
+                        let cut_off = if self.lines.is_ended() { None } else { self.decimals.cut_off(number) };
+                        if let Some(kind) = cut_off {
+                            return Err(at(line, kind));
+                        }
+                        self.decimals.add(number);
+                    }
                     let row = self.layout.row(self.lines.text(), line, self.empty_is_stalled);
                     return row.map(Some).map_err(|kind| at(line, kind));
                 }
