@@ -221,8 +221,9 @@ pub enum Doubt {
     },
     /// Long times without a reading.
     #[error(
-        "{count} gaps without a position of {least_s:.2} s or more, the longest of {longest_s:.2} s at {at_s:.3} s \
-         from the first row: did the recorder stop?"
+        "{count} gap{} without a position of {least_s:.2} s or more, the longest of {longest_s:.2} s at {at_s:.3} s \
+         from the first row: did the recorder stop?",
+        if *count == 1 { "" } else { "s" }
     )]
     TimeGap {
         /// How many.

@@ -73,7 +73,7 @@ fn the_same_recording_under_two_names_is_named() {
 #[test]
 fn gaps_and_rows_far_apart_are_named() {
     let gap = warnings(RUNS, |rows| drop(rows.drain(600..1100)));
-    let expected = "a.csv:2: 1 gaps without a position of 0.10 s or more, the longest of 0.50 s at 0.599 s";
+    let expected = "a.csv:2: 1 gap without a position of 0.10 s or more, the longest of 0.50 s at 0.599 s";
     assert!(gap.len() == 1 && gap[0].starts_with(expected), "{gap:?}");
     let unread = warnings(RUNS, |rows| {
         for row in &mut rows[300..800] {
