@@ -39,7 +39,7 @@ pub fn run(args: &ExplainArgs) -> anyhow::Result<Answer> {
             let words: Vec<&str> = words.iter().map(String::as_str).collect();
             output::print_text(&(text(&answer, &input) + &next_step(&why, &words)))?;
         }
-        Format::Json => output::print_json(&explanation::document(&answer, &input.campaign.name))?,
+        Format::Json => output::print_json(&explanation::document(&answer, &input))?,
     }
     if let Some(plot) = plot {
         plot.write(&pictures::leaderboard(&answer, &input.campaign.name, &explanation::headline(&answer)).figure())?;
@@ -227,8 +227,9 @@ pub fn next(valve: &Path, input: &CampaignInput, answer: &Explanation) -> (Strin
     };
     let again = ["explain", file.as_str(), strokes.as_str()];
     if let Some(left_out) = &answer.left_out {
+        let verb = if left_out.repair.is_some() { "correct" } else { "see to" };
         let why = format!(
-            "in {strokes}, correct {}; or take its [[run]] out; then explain again",
+            "in {strokes}, {verb} {}; or take its [[run]] out; then explain again",
             explanation::correction(left_out)
         );
         return call(&why, &again);

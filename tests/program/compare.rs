@@ -44,6 +44,27 @@ fn a_right_model_leaves_the_noise() {
 }
 
 #[test]
+fn stated_noise_that_the_record_contradicts_is_told_and_the_records_own_counts() {
+    let sandbox = Sandbox::new();
+    Recording::default().write(&sandbox, VALVE);
+    let sound = compared(&sandbox, &[]);
+    assert!(!sound["doubts"].to_string().contains("noise"), "{}", sound["doubts"]);
+    let campaign = sandbox.read("campaign.toml").replace("position_noise = \"0.03 mm\"", "position_noise = \"0.03 m\"");
+    sandbox.write("campaign.toml", &campaign);
+    let output = sandbox.valve(&["compare", "valve.toml", "campaign.toml"]);
+    let told = String::from_utf8_lossy(&output.stderr).split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(
+        told.contains(": position_noise is stated as 30 mm, 1000 times more than what the recordings show:"),
+        "{told}"
+    );
+    let answer = compared(&sandbox, &[]);
+    assert_eq!(answer["overall"]["noise_source"], "estimated");
+    let size = answer["overall"]["normalised_rms"].as_f64().unwrap();
+    assert!((size - 1.0).abs() < 0.05, "{size}");
+    assert!(answer["doubts"].to_string().contains("position_noise is stated as 30 mm"), "{}", answer["doubts"]);
+}
+
+#[test]
 fn strokes_that_only_the_model_finishes_are_told_of_once() {
     let sandbox = Sandbox::new();
     let jammed = "kind = \"dry-friction\"\ncoulomb_force = \"900 N\"\nstatic_force = \"900 N\"";

@@ -34,6 +34,7 @@ struct CalibrationDocument<'a> {
     not_fixed: Vec<NotFixed<'a>>,
     nuisances: Vec<NuisanceDocument>,
     steps: Vec<StepDocument>,
+    doubts: Vec<String>,
 }
 
 /// Which parameters the records tell apart.
@@ -74,5 +75,6 @@ pub fn document(input: &CampaignInput, calibration: &Calibration) -> Value {
         not_fixed: not_fixed.collect(),
         nuisances: moved::nuisances(&calibration.nuisances),
         steps: steps::documents(&calibration.steps),
+        doubts: input.doubts(),
     })
 }

@@ -58,6 +58,8 @@ struct ComparedDocument<'a> {
     against: Option<Box<ComparedDocument<'a>>>,
     #[serde(flatten)]
     missing: Option<MissingDocument>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    doubts: Option<Vec<String>>,
 }
 
 impl<'a> ComparedDocument<'a> {
@@ -71,6 +73,7 @@ impl<'a> ComparedDocument<'a> {
             nuisances: moved::nuisances(&compared.nuisances),
             against: None,
             missing: None,
+            doubts: None,
         }
     }
 }
@@ -92,6 +95,7 @@ pub fn document(
     value_of(&ComparedDocument {
         schema: Some(SCHEMA),
         campaign: Some(&input.campaign.name),
+        doubts: Some(input.doubts()),
         against: against.map(|(file, other)| Box::new(ComparedDocument::new(input, file, other))),
         missing: force.map(|force| MissingDocument {
             residual_force: force.into(),

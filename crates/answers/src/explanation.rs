@@ -8,7 +8,7 @@ use leak_table::mm2_from_m2;
 use model_lab::diagnosis::discrepancy::ModelDiscrepancy;
 use model_lab::diagnosis::experiment::Experiment;
 use model_lab::diagnosis::{
-    CandidateReport, Condition, Explanation, FittedParameter, Indistinguishable, LeftOut, Verdict,
+    CandidateReport, Condition, Explanation, FittedParameter, Indistinguishable, LeftOut, Repair, Verdict,
 };
 use quantity::Unit;
 use serde::Serialize;
@@ -19,7 +19,7 @@ use valve_model::custom::CustomTarget;
 use crate::error::BothErrors;
 use crate::moved::{NuisanceDocument, ParameterDocument};
 use crate::steps::StepDocument;
-use crate::{SCHEMA, moved, steps, value_of};
+use crate::{CampaignInput, SCHEMA, moved, steps, value_of};
 
 /// Effects in words.
 pub fn joined(kinds: &[EffectKind]) -> String {
@@ -76,13 +76,29 @@ pub fn inclusion_words(answer: &Explanation, kind: EffectKind) -> Option<String>
 
 /// What is to be mended of a run that was left out: "run.csv: supply_pressure 58.0 psig should be about 84.9 psig".
 pub fn correction(one: &LeftOut) -> String {
-    let [stated, right] = [one.stated, one.right].map(|value| condition_text(one, value));
-    format!("{}: {} {stated} should be about {right}", one.run, condition_id(one.condition))
+    let Some(repair) = &one.repair else { return format!("{}: what was recorded or noted wrongly in it", one.run) };
+    let right = condition_text(one, repair.condition, repair.right);
+    let condition = condition_id(repair.condition);
+    match repair.in_place_of {
+        Some((other, stated)) => format!(
+            "{}: {} {} should be {condition} of about {right}",
+            one.run,
+            condition_id(other),
+            condition_text(one, other, stated)
+        ),
+        None => {
+            format!(
+                "{}: {condition} {} should be about {right}",
+                one.run,
+                condition_text(one, repair.condition, repair.stated)
+            )
+        }
+    }
 }
 
-/// The value of the condition that was written down wrongly, in the units of people.
-fn condition_text(one: &LeftOut, value: f64) -> String {
-    match one.condition {
+/// The value of a condition, in the units of people.
+fn condition_text(one: &LeftOut, condition: Condition, value: f64) -> String {
+    match condition {
         Condition::SupplyPressure => {
             let unit = Unit::parse("psig").unwrap_or_else(|_| unreachable!("a unit of the program's own"));
             format!("{:.1} psig", unit.from_si(value - one.ambient_pa))
@@ -95,20 +111,32 @@ fn condition_text(one: &LeftOut, value: f64) -> String {
 
 /// What is wrong with a run, in the units of people and in those of programs.
 fn slip(one: &LeftOut) -> String {
-    let shown = |value: f64| match one.condition {
-        Condition::SupplyPressure => format!("{}, {:.1} kPa absolute", condition_text(one, value), 1e-3 * value),
-        _ => condition_text(one, value),
+    let (stated_mm, others_mm) = (1e3 * one.stated_rmse_m, 1e3 * one.others_rmse_m);
+    let Some(repair) = &one.repair else {
+        return format!(
+            "{}: the model that explains the other runs to {others_mm:.3} mm is off by {stated_mm:.3} mm in this one, and no other pressure, \
+             temperature or leak explains that. Did its clock or its sensor jump, is it of another valve, or are conditions of two \
+             runs exchanged? If it is in order, it alone shows what is missing",
+            one.run
+        );
     };
+    let shown = |condition: Condition, value: f64| match condition {
+        Condition::SupplyPressure => {
+            format!("{}, {:.1} kPa absolute", condition_text(one, condition, value), 1e-3 * value)
+        }
+        _ => condition_text(one, condition, value),
+    };
+    let words = |condition: Condition| condition_id(condition).replace('_', " ");
+    let (condition, written) = repair.in_place_of.unwrap_or((repair.condition, repair.stated));
+    let of_other_kind = repair.in_place_of.map_or_else(String::new, |_| format!("a {} of ", words(repair.condition)));
     format!(
-        "{}: under the {} that was written down ({}) an error of {:.3} mm is left, where the other runs leave {:.3} mm; \
-         under about {} it would be explained as well, to {:.3} mm. Is it mistyped?",
+        "{}: under the {} that was written down ({}) an error of {stated_mm:.3} mm is left, where the other runs leave {others_mm:.3} mm; \
+         under {of_other_kind}about {} it would be explained as well, to {:.3} mm. Is it mistyped?",
         one.run,
-        condition_id(one.condition).replace('_', " "),
-        shown(one.stated),
-        1e3 * one.stated_rmse_m,
-        1e3 * one.others_rmse_m,
-        shown(one.right),
-        1e3 * one.right_rmse_m,
+        words(condition),
+        shown(condition, written),
+        shown(repair.condition, repair.right),
+        1e3 * repair.right_rmse_m,
     )
 }
 
@@ -236,18 +264,20 @@ struct ExplanationDocument<'a> {
     residual: Option<DiscrepancyDocument<'a>>,
     left_out: Option<LeftOutDocument<'a>>,
     notes: Vec<String>,
+    doubts: Vec<String>,
     interrupted: bool,
 }
 
-/// A run whose condition was written down wrongly, for programs, SI.
+/// A run that contradicts all others, for programs, SI.
 #[derive(Debug, Clone, Serialize)]
 struct LeftOutDocument<'a> {
     run: &'a str,
-    condition: &'static str,
-    stated: f64,
-    right: f64,
+    condition: Option<&'static str>,
+    stated: Option<f64>,
+    right: Option<f64>,
+    in_place_of: Option<&'static str>,
     stated_rmse_m: f64,
-    right_rmse_m: f64,
+    right_rmse_m: Option<f64>,
     others_rmse_m: f64,
 }
 
@@ -352,13 +382,13 @@ struct CustomParameter<'a> {
 }
 
 /// The whole answer.
-pub fn document(answer: &Explanation, campaign: &str) -> Value {
+pub fn document(answer: &Explanation, input: &CampaignInput) -> Value {
     let models = answer.candidates.iter().filter_map(|candidate| {
         Some(ModelProbability { effects: ids_of(&candidate.kinds), probability: candidate.probability? })
     });
     value_of(&ExplanationDocument {
         schema: SCHEMA,
-        campaign,
+        campaign: &input.campaign.name,
         verdict: answer.verdict.id(),
         recommended: ids_of(&answer.recommended),
         parameters: parameters(&answer.parameters),
@@ -382,16 +412,9 @@ pub fn document(answer: &Explanation, campaign: &str) -> Value {
             noise_multiplier: answer.remainder.multiplier,
         },
         residual: answer.discrepancy.as_ref().map(discrepancy_document),
-        left_out: answer.left_out.as_ref().map(|one| LeftOutDocument {
-            run: &one.run,
-            condition: condition_id(one.condition),
-            stated: one.stated,
-            right: one.right,
-            stated_rmse_m: one.stated_rmse_m,
-            right_rmse_m: one.right_rmse_m,
-            others_rmse_m: one.others_rmse_m,
-        }),
+        left_out: answer.left_out.as_ref().map(left_out_document),
         notes: notes(answer),
+        doubts: input.doubts(),
         interrupted: answer.interrupted,
     })
 }
@@ -423,6 +446,20 @@ fn indistinguishable_document(group: &Indistinguishable) -> IndistinguishableDoc
             repeats: plan.replicates,
             separation_chi2: plan.separation,
         }),
+    }
+}
+
+fn left_out_document(one: &LeftOut) -> LeftOutDocument<'_> {
+    let repair: Option<&Repair> = one.repair.as_ref();
+    LeftOutDocument {
+        run: &one.run,
+        condition: repair.map(|repair| condition_id(repair.condition)),
+        stated: repair.map(|repair| repair.stated),
+        right: repair.map(|repair| repair.right),
+        in_place_of: repair.and_then(|repair| repair.in_place_of).map(|(other, _)| condition_id(other)),
+        stated_rmse_m: one.stated_rmse_m,
+        right_rmse_m: repair.map(|repair| repair.right_rmse_m),
+        others_rmse_m: one.others_rmse_m,
     }
 }
 
@@ -502,4 +539,43 @@ pub fn effect_toml(found: &ModelDiscrepancy) -> String {
         );
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_run_at_odds_with_all_others_is_told_with_what_repairs_it() {
+        let odd = LeftOut {
+            run: "third.csv".to_owned(),
+            repair: None,
+            ambient_pa: 101_325.0,
+            stated_rmse_m: 1.9e-3,
+            others_rmse_m: 5e-5,
+        };
+        let words = slip(&odd);
+        let expected = "third.csv: the model that explains the other runs to 0.050 mm is off by 1.900 mm in this one, and no other pressure";
+        assert!(words.starts_with(expected), "{words}");
+        assert_eq!(correction(&odd), "third.csv: what was recorded or noted wrongly in it");
+        let repair = Repair {
+            condition: Condition::LeakToAtmosphere,
+            stated: 0.0,
+            right: 0.15e-6,
+            in_place_of: Some((Condition::LeakFromSupply, 0.2e-6)),
+            right_rmse_m: 6e-5,
+        };
+        let of_other_kind = LeftOut { repair: Some(repair), ..odd.clone() };
+        assert_eq!(
+            correction(&of_other_kind),
+            "third.csv: leak_from_supply 0.200 mm2 should be leak_to_atmosphere of about 0.150 mm2"
+        );
+        let words = slip(&of_other_kind);
+        let expected = "third.csv: under the leak from supply that was written down (0.200 mm2) an error of 1.900 mm is left, where the \
+                        other runs leave 0.050 mm; under a leak to atmosphere of about 0.150 mm2 it would be explained as well, to 0.060 mm";
+        assert!(words.starts_with(expected), "{words}");
+        let forgotten = Repair { in_place_of: None, ..repair };
+        let forgotten = LeftOut { repair: Some(forgotten), ..odd };
+        assert_eq!(correction(&forgotten), "third.csv: leak_to_atmosphere none should be about 0.150 mm2");
+    }
 }

@@ -17,8 +17,10 @@ mod noise;
 mod outliers;
 mod plausibility;
 mod reader;
+mod stated_noise;
 mod time_column;
 mod timing_doubts;
+mod timing_noise;
 mod timings;
 mod trace;
 mod types;
@@ -27,7 +29,8 @@ mod warning;
 mod words;
 
 pub use error::{CampaignError, DataError, DataProblem};
-pub use noise::{estimate_noise, estimate_position_noise_m, estimate_resolution};
+pub use noise::{estimate_noise, estimate_position_noise_m, estimate_resolution, pooled_noise};
+pub use timing_noise::TimingScatter;
 pub use types::{
     Campaign, CommandEdge, Inputs, Outlier, PlannedRun, Run, RunConditions, Sensors, TimingRow, Trace, ValveFacts,
 };

@@ -50,6 +50,32 @@ pub fn estimate_noise(samples: &[f64]) -> Option<f64> {
     Some(seen.max(LEAST_SHARE * (highest - lowest)))
 }
 
+/// One standard deviation of the noise of several recordings of one kind of channel together; `None` where none of them tells.
+#[must_use]
+pub fn pooled_noise<'a>(recordings: impl IntoIterator<Item = &'a [f64]>) -> Option<f64> {
+    let variances: Vec<f64> = recordings.into_iter().filter_map(estimate_noise).map(|noise| noise * noise).collect();
+    (!variances.is_empty()).then(|| (variances.iter().sum::<f64>() / variances.len() as f64).sqrt())
+}
+
+/// What a channel's noise is at least and at most, as one standard deviation; `None` where nothing tells.
+///
+/// At least: the least of what differences at rest and third differences show, for motion adds to either. At most: what
+/// readings near an end scatter by about their median, drift and what a filter leaves of slow noise included.
+pub(crate) fn noise_bounds(samples: &[f64]) -> Option<(f64, f64)> {
+    let usual = estimate_noise(samples)?;
+    let (lowest, highest) = range(samples)?;
+    let least = [at_rest(samples, lowest, highest), from_third_differences(samples)];
+    let least = least.into_iter().flatten().fold(usual, f64::min);
+    let band = END * (highest - lowest);
+    let scatter = |end: f64| {
+        let near: Vec<f64> = samples.iter().copied().filter(|value| (value - end).abs() <= band).collect();
+        let middle = quantile(&near, 0.5);
+        let sizes: Vec<f64> = near.iter().map(|value| (value - middle).abs()).collect();
+        if sizes.len() < FEWEST_PAIRS { 0.0 } else { quantile(&sizes, 0.5) / MEDIAN_SIZE }
+    };
+    Some((least, usual.max(scatter(lowest)).max(scatter(highest))))
+}
+
 /// Readings within this share of the span from an end may be at rest there.
 const END: f64 = 0.05;
 /// Differences beyond so many standard deviations are none of noise; so often they are taken out.

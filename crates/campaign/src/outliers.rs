@@ -38,12 +38,14 @@ const LARGEST_SHARE: f64 = 0.05;
 
 /// Chance, over all of a record, that a sensor in order shows the same reading so often in a row.
 const CHANCE: f64 = 1e-6;
-/// How much slower or faster than before a sensor got stuck the motion may have been meanwhile.
-const PACES: f64 = 4.0;
+/// How much slower than before a sensor got stuck the motion may have been meanwhile: it may have come to its end.
+const SLOWER: f64 = 10.0;
+/// What so many times the fastest motion from row to row is no motion: none quickens as much within one row.
+const LEAPS: f64 = 4.0;
 
-/// Rows in a row in which a sensor was stuck: they repeat the reading before them, as noise lets it do nowhere else in the record,
-/// and end in a jump to where motion at about the pace of before has come to. A valve that rests jumps nowhere, and one that
-/// sticks has stopped before.
+/// Rows in a row in which a sensor was stuck in the midst of a motion: they repeat the reading before them, as noise lets it do
+/// nowhere else in the record, and end in a leap to where the motion has come to. A valve that rests jumps nowhere, and one that
+/// sticks slips over several rows. How much farther than its pace let expect a motion has come says nothing: it may have quickened.
 pub(crate) fn stuck(time_s: &[f64], values: &[f64]) -> Vec<std::ops::Range<usize>> {
     let runs: Vec<_> = equal_runs(values).collect();
     let pairs = values.len().saturating_sub(1) as f64;
@@ -51,23 +53,39 @@ pub(crate) fn stuck(time_s: &[f64], values: &[f64]) -> Vec<std::ops::Range<usize
     let Some((lowest, highest)) = range(values) else { return Vec::new() };
     let step = estimate_resolution(values).unwrap_or(0.0);
     let least = (SIGMAS * quiet_sigma(values)).max(STEPS * step).max(SHARE_OF_SPAN * (highest - lowest));
+    let fastest = fastest(values);
     let is_stuck = |run: &std::ops::Range<usize>| {
         // Whether a reading repeats the one before it, in all the rest of the record.
         let again = (run.len() - 1) as f64;
         let share = (equal - again + 1.0) / (pairs - again + 2.0);
         let chance = pairs * share.powf(again);
-        let span = run.len().max(NEIGHBOURS);
-        if chance > CHANCE || run.start < span || run.end >= values.len() {
+        if chance > CHANCE || run.start < NEIGHBOURS || run.end >= values.len() {
             return false;
         }
-        let (before, value) = (run.start - span, values[run.start]);
-        let pace = (value - values[before]) / (time_s[run.start] - time_s[before]);
+        let value = values[run.start];
         let jump = values[run.end] - value;
+        let since = run.start.saturating_sub(run.len().max(NEIGHBOURS));
+        let moved = |before: &usize| (value - values[*before]).abs() > least;
+        let Some(before) = (since..=run.start - NEIGHBOURS).rev().find(moved) else { return false };
+        let pace = (value - values[before]) / (time_s[run.start] - time_s[before]);
         let expected = pace * (time_s[run.end] - time_s[run.start]);
-        jump.abs() > least && (1.0 / PACES..PACES).contains(&(jump / expected))
+        jump.abs() > least.max(LEAPS * fastest) && jump / expected > 1.0 / SLOWER
     };
     // The first reading of each is the last one that was true.
     runs.iter().filter(|run| is_stuck(run)).map(|run| run.start + 1..run.end).collect()
+}
+
+/// The fastest motion from row to row. Motion goes on for more than one row; what jumps there and back does not count, nor a
+/// jump in two leaps.
+fn fastest(values: &[f64]) -> f64 {
+    let changes: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let mut sustained: Vec<f64> = changes
+        .windows(2)
+        .filter(|pair| pair[0] * pair[1] > 0.0)
+        .map(|pair| pair[0].abs().min(pair[1].abs()))
+        .collect();
+    sustained.sort_by(|a, b| b.total_cmp(a));
+    sustained.get(2).or(sustained.last()).copied().unwrap_or(0.0)
 }
 
 /// Ranges of two and more equal readings.
@@ -133,21 +151,17 @@ impl<'a> Record<'a> {
         let value: Vec<f64> = good.iter().map(|row| values[*row]).collect();
         let time_s = good.iter().map(|row| time_s[*row]).collect();
         let span = quantile(&value, 1.0 - TAIL) - quantile(&value, TAIL);
-        let changes: Vec<f64> = value.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        let sizes: Vec<f64> = changes.iter().map(|change| change.abs()).collect();
         let sigma = quiet_sigma(&value);
         let step = estimate_resolution(&value).unwrap_or(0.0);
         let least = (SIGMAS * sigma).max(STEPS * step).max(SHARE_OF_SPAN * span);
-        // Motion goes on for more than one row; what jumps there and back does not count.
-        let mut sustained: Vec<f64> = changes
-            .windows(2)
-            .filter(|pair| pair[0] * pair[1] > 0.0)
-            .map(|pair| pair[0].abs().min(pair[1].abs()))
-            .collect();
-        sustained.sort_by(|a, b| b.total_cmp(a));
-        // A jump in two leaps is no motion either.
-        let fastest = sustained.get(2).or(sustained.last()).copied().unwrap_or(0.0);
-        (least > 0.0 || sizes.iter().any(|size| *size > 0.0)).then_some(Self { time_s, value, edges_s, least, fastest })
+        let fastest = fastest(&value);
+        (least > 0.0 || value.windows(2).any(|pair| pair[0] != pair[1])).then_some(Self {
+            time_s,
+            value,
+            edges_s,
+            least,
+            fastest,
+        })
     }
 
     /// Indices of the outliers.

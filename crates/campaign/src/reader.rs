@@ -11,7 +11,7 @@ use crate::error::{CampaignError, DataError, DataProblem};
 use crate::trace::{self, CommandFrom, TraceFormat};
 use crate::types::{Campaign, CommandEdge, Inputs, PlannedRun, Run, Sensors, Trace, ValveFacts};
 use crate::warning::{Doubt, Warning};
-use crate::{plausibility, timing_doubts, timings, uncertainty};
+use crate::{plausibility, stated_noise, timing_doubts, timings, uncertainty};
 
 /// Gives the bytes of a file that the campaign names.
 type Load<'a> = &'a dyn Fn(&str) -> std::io::Result<Vec<u8>>;
@@ -87,6 +87,10 @@ impl Campaign {
         }
         if campaign.runs.is_empty() && campaign.planned.is_empty() && campaign.timings.is_empty() {
             return Err(root.missing("run", "at least one [[run]] with a file, or [timings] with a file").into());
+        }
+        if let Some(section) = root.section("sensors")? {
+            let doubted = stated_noise::doubted(&mut campaign, file_name, &|key| section.line_of(key));
+            campaign.warnings.extend(doubted);
         }
         Ok(campaign)
     }

@@ -82,7 +82,7 @@ pub(crate) fn leave_out(rows: &mut [TimingRow], file: &str) -> Vec<Warning> {
 }
 
 /// Rows under the same conditions, by index.
-fn groups(rows: &[TimingRow]) -> Vec<Vec<usize>> {
+pub(crate) fn groups(rows: &[TimingRow]) -> Vec<Vec<usize>> {
     let mut groups: Vec<(RunConditions, Vec<usize>)> = Vec::new();
     for (index, row) in rows.iter().enumerate() {
         match groups.iter_mut().find(|(conditions, _)| *conditions == row.conditions) {

@@ -221,8 +221,9 @@ pub enum Doubt {
     },
     /// Long times without a reading.
     #[error(
-        "{count} gaps without a position of {least_s:.2} s or more, the longest of {longest_s:.2} s at {at_s:.3} s \
-         from the first row: did the recorder stop?"
+        "{count} gap{} without a position of {least_s:.2} s or more, the longest of {longest_s:.2} s at {at_s:.3} s \
+         from the first row: did the recorder stop?",
+        if *count == 1 { "" } else { "s" }
     )]
     TimeGap {
         /// How many.
@@ -243,6 +244,53 @@ pub enum Doubt {
     /// How a file had to be read.
     #[error(transparent)]
     Read(#[from] NoticeKind),
+    /// A noise that is stated far from what the recordings show.
+    #[error(
+        "{key} is stated as {} {unit}, {} times {} than what the recordings show: from reading to reading they scatter by \
+         {} {unit}. Is its unit right? What they show is used in its place",
+        short(*stated), about(*times), if *is_too_large { "more" } else { "less" }, short(*found)
+    )]
+    StatedNoise {
+        /// Its key in `[sensors]`.
+        key: &'static str,
+        /// The unit of both numbers.
+        unit: &'static str,
+        /// What is stated, one standard deviation.
+        stated: f64,
+        /// What the recordings show.
+        found: f64,
+        /// How many times more or less that is.
+        times: f64,
+        /// Whether more is stated than recorded.
+        is_too_large: bool,
+    },
+    /// A noise of stroke times that is stated far from how repeats scatter.
+    #[error(
+        "timing_noise is stated as {} ms, {} times {} than what the stroke times show: repeated under one condition they \
+         scatter by {} ms. Is its unit right? What they show is used in its place",
+        short(*stated_ms), about(*times), if *is_too_large { "more" } else { "less" }, short(*found_ms)
+    )]
+    StatedTimingNoise {
+        /// What is stated, ms.
+        stated_ms: f64,
+        /// What repeats show, ms.
+        found_ms: f64,
+        /// How many times more or less that is.
+        times: f64,
+        /// Whether more is stated than recorded.
+        is_too_large: bool,
+    },
+    /// A noise of stroke times of which nothing would be left.
+    #[error(
+        "timing_noise is stated as {} s, where the longest stroke takes {} s: is its unit right? It is taken as not stated",
+        short(*stated_s), short(*longest_s)
+    )]
+    TimingNoiseLikeTimes {
+        /// What is stated, s.
+        stated_s: f64,
+        /// The longest stroke time, s.
+        longest_s: f64,
+    },
     /// Stroke times that look like milliseconds.
     #[error("{stroke} times of {time_s} s: are they milliseconds? Then call the column ..._ms")]
     LooksLikeMilliseconds {
@@ -368,6 +416,21 @@ fn sentences(warnings: &[Warning]) -> Vec<String> {
         }
     }
     sentences
+}
+
+/// A large number to two digits.
+fn about(value: f64) -> String {
+    let last = 10f64.powf((value.log10().floor() - 1.0).max(0.0));
+    format!("{:.0}", (value / last).round() * last)
+}
+
+/// A number with three digits, without zeros behind them.
+fn short(value: f64) -> String {
+    // The decades of what sensors show are few.
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small whole number")]
+    let places = (2.0 - value.abs().max(f64::MIN_POSITIVE).log10().floor()).clamp(0.0, 12.0) as usize;
+    let text = format!("{value:.places$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 
 /// What a doubt adds where a reading was taken out.

@@ -73,7 +73,7 @@ fn the_same_recording_under_two_names_is_named() {
 #[test]
 fn gaps_and_rows_far_apart_are_named() {
     let gap = warnings(RUNS, |rows| drop(rows.drain(600..1100)));
-    let expected = "a.csv:2: 1 gaps without a position of 0.10 s or more, the longest of 0.50 s at 0.599 s";
+    let expected = "a.csv:2: 1 gap without a position of 0.10 s or more, the longest of 0.50 s at 0.599 s";
     assert!(gap.len() == 1 && gap[0].starts_with(expected), "{gap:?}");
     let unread = warnings(RUNS, |rows| {
         for row in &mut rows[300..800] {
@@ -87,6 +87,74 @@ fn gaps_and_rows_far_apart_are_named() {
         }
     });
     assert!(milliseconds[0].starts_with("a.csv:2: the rows are 1 s apart: are the times in ms?"), "{milliseconds:?}");
+}
+
+#[test]
+fn a_sensor_that_was_stuck_while_the_valve_moved_is_named_with_its_rows() {
+    let found = warnings(RUNS, |rows| {
+        let held = rows[300].rsplit_once(',').unwrap().1.to_owned();
+        for row in &mut rows[301..751] {
+            *row = format!("{},{held}", row.rsplit_once(',').unwrap().0);
+        }
+    });
+    let expected = "a.csv:303: the position stays at 15.0031 mm for 450 rows, from 0.3010 s on, and then jumps to where the motion has \
+                    come: was the sensor or the recorder stuck? They were left out";
+    assert_eq!(found.iter().filter(|text| text.contains("stuck")).collect::<Vec<_>>(), [expected], "{found:?}");
+}
+
+/// Doubts about the noise that `[sensors]` states.
+fn noise_doubts(sensors: &str, change: &dyn Fn(f64) -> f64) -> (Vec<String>, Campaign) {
+    let campaign = RUNS.replacen("[[run]]", &format!("[sensors]\n{sensors}\n[[run]]"), 1);
+    let changed = |rows: Vec<String>| {
+        let row = |row: &String| {
+            let (before, position) = row.rsplit_once(',').unwrap();
+            format!("{before},{:.6}", change(position.parse().unwrap()))
+        };
+        text(&rows.iter().map(row).collect::<Vec<_>>())
+    };
+    let read = read(&campaign, &[("a.csv", changed(rows(0.0, 0.4))), ("b.csv", changed(rows(5.0, 0.5)))]).unwrap();
+    (read.warnings.iter().map(ToString::to_string).collect(), read)
+}
+
+#[test]
+fn stated_noise_that_the_record_contradicts_is_doubted_with_both_numbers() {
+    for (stated, expected) in [
+        (
+            "0.03 m",
+            "c.toml:3: position_noise is stated as 30 mm, 4200 times more than what the recordings show: from reading to",
+        ),
+        (
+            "0.00003 um",
+            "c.toml:3: position_noise is stated as 0.00000003 mm, 240000 times less than what the recordings show",
+        ),
+    ] {
+        let (found, read) = noise_doubts(&format!("position_noise = \"{stated}\""), &|mm| mm);
+        assert!(found.len() == 1 && found[0].starts_with(expected), "{stated}: {found:?}");
+        assert_eq!(read.sensors.position_noise_m, None, "what the record shows counts");
+    }
+}
+
+#[test]
+fn stated_noise_that_may_be_is_believed() {
+    let none: [&str; 0] = [];
+    for stated in ["0.005 mm", "0.05 mm", "0.002 mm"] {
+        let (found, read) = noise_doubts(&format!("position_noise = \"{stated}\""), &|mm| mm);
+        assert!(found == none && read.sensors.position_noise_m.is_some(), "{stated}: {found:?}");
+    }
+    // Of a converter with steps of 0.2 mm, whose sensor is quiet.
+    let coarse = |mm: f64| (mm / 0.2).round() * 0.2;
+    assert_eq!(noise_doubts("position_noise = \"0.001 mm\"", &coarse).0, none);
+    assert_eq!(noise_doubts("position_noise = \"0.1 mm\"", &coarse).0, none);
+    // Of a sensor whose noise a filter makes slow: from reading to reading there is a twentieth of it.
+    let state = std::cell::Cell::new((1u64, 0.0));
+    let filtered = |mm: f64| {
+        let (seed, slow) = state.get();
+        let seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        let white = (seed >> 11) as f64 / (1u64 << 53) as f64 - 0.5;
+        state.set((seed, 0.999 * slow + 0.03 * white));
+        mm + state.get().1
+    };
+    assert_eq!(noise_doubts("position_noise = \"0.2 mm\"", &filtered).0, none);
 }
 
 #[test]
@@ -167,6 +235,44 @@ fn sound_stroke_times_are_not_doubted() {
         });
         assert_eq!(found, [""; 0], "{step_s}");
     }
+}
+
+#[test]
+fn stated_noise_of_stroke_times_is_held_against_their_repeats() {
+    let doubt = |stated: &str, change: &dyn Fn(&mut Vec<[f64; 6]>)| {
+        let mut rows = timings();
+        change(&mut rows);
+        let rows: Vec<String> = rows.iter().map(|row| row.map(|number| number.to_string()).join(",")).collect();
+        let header =
+            "supply_pressure_psig,leak_to_atmosphere_mm2,leak_from_supply_mm2,temperature_k,close_time_s,open_time_s";
+        let campaign = format!("name = \"log\"\n[sensors]\ntiming_noise = \"{stated}\"\n[timings]\nfile = \"t.csv\"\n");
+        let read =
+            read(&campaign, &[("t.csv", format!("{header}\n{}\n", rows.join("\n"))), ("", String::new())]).unwrap();
+        let texts: Vec<String> = read.warnings.iter().map(ToString::to_string).collect();
+        assert_eq!(read.sensors.timing_noise_s.is_none(), !texts.is_empty());
+        texts
+    };
+    let single = |rows: &mut Vec<[f64; 6]>| *rows = rows.iter().copied().step_by(4).collect();
+    let found = doubt("3 s", &|_| ());
+    let expected = "c.toml:3: timing_noise is stated as 3000 ms, 440 times more than what the stroke times show: repeated under one \
+                    condition they scatter by 6.83 ms.";
+    assert!(found.len() == 1 && found[0].starts_with(expected), "{found:?}");
+    assert!(doubt("3 us", &|_| ())[0].contains("times less than what the stroke times show"));
+    let found = doubt("3 s", &single);
+    let expected = "c.toml:3: timing_noise is stated as 3 s, where the longest stroke takes 2.5 s: is its unit right?";
+    assert!(found.len() == 1 && found[0].starts_with(expected), "{found:?}");
+    // What a clock or a hand may do, however often the strokes were repeated.
+    for stated in ["1 ms", "3 ms", "20 ms", "50 ms"] {
+        assert_eq!(doubt(stated, &|_| ()), [""; 0], "{stated}");
+        assert_eq!(doubt(stated, &single), [""; 0], "{stated}");
+    }
+    // Times to a tenth of a second hide how they scatter.
+    let rounded = |rows: &mut Vec<[f64; 6]>| {
+        for time in rows.iter_mut().flat_map(|row| &mut row[4..]) {
+            *time = (*time / 0.1).round() * 0.1;
+        }
+    };
+    assert_eq!(doubt("0.1 s", &rounded), [""; 0]);
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use campaign::{Campaign, Run as RecordedRun, TimingRow, ValveFacts, estimate_position_noise_m};
+use campaign::{Campaign, Run as RecordedRun, TimingRow, TimingScatter, ValveFacts, pooled_noise};
 use valve_model::prescribed::Prescribed;
 use valve_model::{CommandEdge, Conditions, Run, Schedule, Start, Valve};
 
@@ -127,8 +127,7 @@ impl Dataset {
                 }),
             }
         }
-        let (timing_noise_s, timings_are_repeated) =
-            timing_noise_s(campaign.sensors.timing_noise_s, &timing_groups, &campaign.timings);
+        let (timing_noise_s, timings_are_repeated) = timing_noise_s(campaign.sensors.timing_noise_s, &campaign.timings);
         Self {
             name: campaign.name.clone(),
             runs,
@@ -260,9 +259,6 @@ const USUAL_TIMING_NOISE_S: f64 = 5e-3;
 const FEWEST_REPLICATES: usize = 3;
 const ENOUGH_REPLICATES: usize = 12;
 
-/// Strokes of a sound valve scatter by no more than this share of the longest one.
-const MOST_SCATTER: f64 = 0.03;
-
 /// Median size of a normal deviate, in standard deviations.
 pub(crate) const MEDIAN_SIZE: f64 = 0.6745;
 
@@ -280,13 +276,8 @@ fn resolution(samples: &[f64]) -> f64 {
 }
 
 fn pooled_position_noise(campaign: &Campaign) -> f64 {
-    let variances: Vec<f64> = campaign
-        .runs
-        .iter()
-        .filter_map(|run| estimate_position_noise_m(&run.trace))
-        .map(|noise| noise * noise)
-        .collect();
-    (variances.iter().sum::<f64>() / variances.len().max(1) as f64).sqrt().max(LEAST_POSITION_NOISE_M)
+    let positions = campaign.runs.iter().map(|run| run.trace.position_m.as_slice());
+    pooled_noise(positions).unwrap_or(0.0).max(LEAST_POSITION_NOISE_M)
 }
 
 /// Noise from the median size of row-to-row differences, for white noise on a slow signal.
@@ -302,29 +293,11 @@ fn difference_noise(samples: &[f64]) -> f64 {
 }
 
 /// Noise of stroke times: as it is stated, or what replicates differ by where a valve scatters more than the clock that times
-/// it, and whether these are enough to tell. The median of their deviations, so that a slip among them changes nothing; a sound valve's strokes scatter by no more than a
-/// few hundredths.
-fn timing_noise_s(stated_s: Option<f64>, groups: &[TimingGroup], rows: &[TimingRow]) -> (f64, bool) {
-    let (mut sizes, mut freedom, mut longest_s) = (Vec::new(), 0, 0.0f64);
-    for group in groups {
-        for time in [|row: &TimingRow| row.close_time_s, |row: &TimingRow| row.open_time_s] {
-            let times: Vec<f64> = group.rows.iter().filter_map(|row| time(&rows[*row])).collect();
-            longest_s = times.iter().copied().fold(longest_s, f64::max);
-            if times.len() > 1 {
-                let count = times.len() as f64;
-                let mean = times.iter().sum::<f64>() / count;
-                // Deviations from a mean that they themselves make are too small.
-                sizes.extend(times.iter().map(|time| (time - mean).abs() / (1.0 - 1.0 / count).sqrt()));
-                freedom += times.len() - 1;
-            }
-        }
-    }
+/// it, and whether these are enough to tell.
+fn timing_noise_s(stated_s: Option<f64>, rows: &[TimingRow]) -> (f64, bool) {
+    let TimingScatter { sigma_s, freedom, .. } = TimingScatter::of(rows);
     let enough = if stated_s.is_some() { ENOUGH_REPLICATES } else { FEWEST_REPLICATES };
-    let scatter_s = (freedom >= enough).then(|| {
-        sizes.sort_by(f64::total_cmp);
-        (sizes[sizes.len() / 2] / MEDIAN_SIZE).min(MOST_SCATTER * longest_s)
-    });
-    let noise_s = match (stated_s, scatter_s) {
+    let noise_s = match (stated_s, sigma_s.filter(|_| freedom >= enough)) {
         (Some(stated_s), Some(scatter_s)) => stated_s.max(scatter_s),
         (one, other) => one.or(other).unwrap_or(USUAL_TIMING_NOISE_S),
     };

@@ -46,8 +46,9 @@ fn a_run_under_a_mistyped_pressure_is_named_with_the_right_one() {
     let found = explained(&testbed(), &mistyped);
     assert_eq!((found.verdict, found.recommended), (Verdict::EffectFound, vec![EffectKind::DRY_FRICTION]));
     let left_out = found.left_out.expect("it is told");
-    assert_eq!((left_out.run.as_str(), left_out.condition), ("second.csv", Condition::SupplyPressure));
-    assert!((left_out.right / (AMBIENT_PA + 85.0 * PSI_PA) - 1.0).abs() < 0.03, "{left_out:?}");
+    let repair = left_out.repair.expect("a pressure explains it");
+    assert_eq!((left_out.run.as_str(), repair.condition), ("second.csv", Condition::SupplyPressure));
+    assert!((repair.right / (AMBIENT_PA + 85.0 * PSI_PA) - 1.0).abs() < 0.03, "{repair:?}");
 }
 
 #[test]
@@ -58,8 +59,9 @@ fn a_leak_that_nobody_wrote_down_is_named() {
     let found = explained(&testbed(), &forgotten);
     assert_eq!((found.verdict, found.recommended), (Verdict::EffectFound, vec![EffectKind::DRY_FRICTION]));
     let left_out = found.left_out.expect("it is told");
-    assert_eq!((left_out.condition, left_out.stated), (Condition::LeakToAtmosphere, 0.0));
-    assert!((left_out.right / 0.15e-6 - 1.0).abs() < 0.1, "{left_out:?}");
+    let repair = left_out.repair.expect("a leak explains it");
+    assert_eq!((repair.condition, repair.stated), (Condition::LeakToAtmosphere, 0.0));
+    assert!((repair.right / 0.15e-6 - 1.0).abs() < 0.1, "{repair:?}");
 }
 
 #[test]
@@ -79,10 +81,46 @@ fn of_three_runs_under_one_condition_the_mistyped_one_is_named() {
     };
     let alike = campaign(vec![of(75.0), of(75.0), of(75.0)]);
     let left_out = mistyped(&alike).expect("the two others say what it is");
-    assert_eq!((left_out.run.as_str(), left_out.condition), ("second.csv", Condition::SupplyPressure));
-    assert!((left_out.right / (AMBIENT_PA + 75.0 * PSI_PA) - 1.0).abs() < 0.03, "{left_out:?}");
+    let repair = left_out.repair.expect("a pressure explains it");
+    assert_eq!((left_out.run.as_str(), repair.condition), ("second.csv", Condition::SupplyPressure));
+    assert!((repair.right / (AMBIENT_PA + 75.0 * PSI_PA) - 1.0).abs() < 0.03, "{repair:?}");
     // Of three that differ nobody can say which one is wrong.
     assert_eq!(mistyped(&campaign(vec![of(65.0), of(75.0), of(90.0)])), None);
+}
+
+#[test]
+#[cfg_attr(debug_assertions, ignore = "slow: runs with --release")]
+fn a_run_whose_clock_jumps_is_named_though_no_condition_repairs_it() {
+    let mut jumped = sticking();
+    let trace = &mut jumped.runs[1].trace;
+    let half = trace.position_m[0] / 2.0;
+    let in_motion = trace.position_m.iter().position(|position| *position < half).expect("it closes");
+    for time_s in &mut trace.time_s[in_motion..] {
+        *time_s += 0.2;
+    }
+    for edge in &mut jumped.runs[1].commands[1..] {
+        edge.time_s += 0.2;
+    }
+    jumped.runs[1].file = "second.csv".into();
+    let found = explained(&testbed(), &jumped);
+    assert_eq!((found.verdict, found.recommended), (Verdict::EffectFound, vec![EffectKind::DRY_FRICTION]));
+    let left_out = found.left_out.expect("it is told");
+    assert_eq!((left_out.run.as_str(), left_out.repair), ("second.csv", None));
+    assert!(left_out.stated_rmse_m > 20.0 * left_out.others_rmse_m, "{left_out:?}");
+}
+
+#[test]
+#[cfg_attr(debug_assertions, ignore = "slow: runs with --release")]
+fn a_leak_that_was_noted_as_the_other_kind_is_named_with_the_right_one() {
+    let mut mistaken = sticking();
+    let conditions = &mut mistaken.runs[2].conditions;
+    (conditions.leak_from_supply_m2, conditions.leak_to_atmosphere_m2) = (conditions.leak_to_atmosphere_m2, 0.0);
+    let found = explained(&testbed(), &mistaken);
+    assert_eq!((found.verdict, found.recommended), (Verdict::EffectFound, vec![EffectKind::DRY_FRICTION]));
+    let repair = found.left_out.and_then(|one| one.repair).expect("it is told");
+    assert_eq!(repair.condition, Condition::LeakToAtmosphere);
+    assert_eq!(repair.in_place_of.map(|(other, _)| other), Some(Condition::LeakFromSupply));
+    assert!((repair.right / 0.15e-6 - 1.0).abs() < 0.1, "{repair:?}");
 }
 
 #[test]

@@ -137,6 +137,7 @@ fn compared(input: &CampaignInput, is_missing: bool) -> anyhow::Result<Section> 
     let compared = compare::compared(input, &input.file)?;
     let comparison = &compared.comparison;
     let mut blocks: Vec<Block> = comparison.words().into_iter().map(Block::Callout).collect();
+    blocks.extend(input.doubts().into_iter().map(|doubt| Block::Text(format!("Looks wrong: {doubt}"))));
     blocks.extend(compare::error_lines(&compared).map(Block::Text));
     let mut still = vec![Block::Table(compare::run_table(comparison, None).into())];
     let mut beside = Vec::new();

@@ -179,6 +179,57 @@ fn a_sensor_that_is_stuck_on_the_way_is_found_and_one_that_is_in_order_is_not() 
 }
 
 #[test]
+fn a_sensor_that_is_stuck_for_long_is_found_however_far_the_valve_has_come_meanwhile() {
+    let (mut looked_at, mut missed) = (0, Vec::new());
+    for (step_s, noise_mm, step_mm) in
+        [(1e-3, 0.03, 0.005), (1e-3, 0.004, 0.005), (2e-3, 0.01, 0.005), (5e-3, 0.03, 0.005), (1e-3, 0.1, 1e-9)]
+    {
+        for stroke_s in [0.3, 0.6, 1.0] {
+            let recorder = Recorder { step_s, noise_mm, step_mm, stroke_s, ..Recorder::USUAL };
+            let (time_s, values) = recorder.record(11);
+            // Soon after the piston began to move, or late: then it rests at a stop before the sensor is back.
+            for (part, held_s) in [(0.2, 0.25), (0.2, 0.45), (0.4, 0.45), (0.4, 0.8), (0.7, 0.45), (0.7, 0.6)] {
+                let from_s = 0.7 + part * stroke_s;
+                let from = time_s.partition_point(|t| *t < from_s);
+                let to = time_s.partition_point(|t| *t < from_s + held_s);
+                let mut held = values.clone();
+                held[from..to].fill(values[from]);
+                looked_at += 1;
+                if !stuck(&time_s, &held).iter().eq([&(from + 1..to)]) {
+                    missed.push((step_s, noise_mm, stroke_s, part, held_s, stuck(&time_s, &held)));
+                }
+            }
+        }
+    }
+    assert!(missed.is_empty(), "{} of {looked_at}: {missed:?}", missed.len());
+}
+
+#[test]
+fn a_valve_that_sticks_and_slips_is_not_called_a_stuck_sensor() {
+    for step_s in [1e-3, 1e-2, 0.1] {
+        for (noise_mm, step_mm) in [(0.0, 1e-6), (0.01, 0.1), (0.03, 0.005), (0.01, 0.5)] {
+            // It creeps on for half a second, sticks, and slips by 4 mm within 20 ms.
+            for stick_s in [0.5, 2.0] {
+                let period_s = 0.5 + stick_s;
+                let clean = |time_s: f64| {
+                    let since_s = (time_s - 1.0).max(0.0);
+                    let (slips, within_s) = ((since_s / period_s).floor(), since_s % period_s);
+                    let slip = 4.0 * (1.0 - (1.0 - within_s / 0.02).clamp(0.0, 1.0).powi(2));
+                    26.0 - (5.0 * slips + (slip + 2.0 * within_s.min(0.5)).min(5.0)).min(25.0) * f64::from(time_s > 1.0)
+                };
+                let mut seed = 9;
+                let rows = std::iter::successors(Some(0.0), |row| Some(row + 1.0));
+                let time_s: Vec<f64> = rows.map(|row| row * step_s).take_while(|time| *time < 14.0).collect();
+                let reading =
+                    |time_s: &f64| ((clean(*time_s) + noise_mm * normal(&mut seed)) / step_mm).round() * step_mm;
+                let values: Vec<f64> = time_s.iter().map(reading).collect();
+                assert_eq!(stuck(&time_s, &values), [], "{step_s} s, {noise_mm} mm in steps of {step_mm}, {stick_s} s");
+            }
+        }
+    }
+}
+
+#[test]
 fn two_outliers_close_to_an_end_do_not_hide_each_other() {
     let mut seed = 5;
     let time_s: Vec<f64> = (0..400).map(|row| f64::from(row) * 0.01).collect();

@@ -84,7 +84,7 @@ pub fn campaign(input: &CampaignInput, models: &[NamedModel], found: Option<&Exp
         comparisons: compared.iter().map(|one| scores(&ComparisonDocument::new(input, one))).collect(),
         channels: shown,
         missing: models.iter().map(missing).collect(),
-        answer: found.map(|found| answer(found, &input.campaign.name)),
+        answer: found.map(|found| answer(found, input)),
     })
 }
 

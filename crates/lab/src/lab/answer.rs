@@ -1,5 +1,6 @@
 //! What a search has found, as the page shows it.
 
+use answers::CampaignInput;
 use answers::explanation;
 use model_lab::diagnosis::experiment::{DECISIVE, Experiment};
 use model_lab::diagnosis::{Explanation, Indistinguishable};
@@ -75,10 +76,10 @@ struct PlannedCommand {
 }
 
 /// The answer of a search: in words, as `valve explain` tells it to programs, and every model of it as sliders.
-pub fn answer(found: &Explanation, campaign: &str) -> Found {
+pub fn answer(found: &Explanation, input: &CampaignInput) -> Found {
     Found {
         headline: explanation::headline(found),
-        document: explanation::document(found, campaign),
+        document: explanation::document(found, input),
         model: explained_model(found),
         spread: found.spread.iter().map(|valve| of_valve(found, valve)).collect(),
         twins: found.indistinguishable.iter().map(|twins| twins_of(found, twins)).collect(),

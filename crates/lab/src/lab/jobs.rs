@@ -205,7 +205,7 @@ impl Jobs {
         let input = &subject.input;
         let found = explain(&input.file, &input.campaign, &DiagnoseOptions::default(), &tell, stop)
             .ok_or_else(|| cannot_be_simulated(input))?;
-        Ok(JobResult::Explained(Box::new(answer(&found, &input.campaign.name))))
+        Ok(JobResult::Explained(Box::new(answer(&found, input))))
     }
 }
 

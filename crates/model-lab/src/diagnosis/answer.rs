@@ -49,25 +49,34 @@ pub enum Condition {
     LeakFromSupply,
 }
 
-/// A run one of whose conditions was written down wrongly.
+/// A run that contradicts all others.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LeftOut {
     /// Its file.
     pub run: String,
+    /// What would have to be another for the run to be explained; nothing where no one condition does.
+    pub repair: Option<Repair>,
+    /// Atmospheric pressure, from which gauge pressures count, Pa.
+    pub ambient_pa: f64,
+    /// The error that the model of the other runs leaves of this one under what was written down, m.
+    pub stated_rmse_m: f64,
+    /// The error of the others, held out, m.
+    pub others_rmse_m: f64,
+}
+
+/// A condition that was written down wrongly.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Repair {
     /// The condition.
     pub condition: Condition,
     /// Its value as it was written down, SI.
     pub stated: f64,
     /// The value with which the run is explained as well as the others, about, SI.
     pub right: f64,
-    /// Atmospheric pressure, from which gauge pressures count, Pa.
-    pub ambient_pa: f64,
-    /// The error that the model of the other runs leaves of this one under the value that was written down, m.
-    pub stated_rmse_m: f64,
-    /// The same under the right value, m.
+    /// The leak that was written down in its place, where it is one; it would be none.
+    pub in_place_of: Option<(Condition, f64)>,
+    /// The error of the run with the right value, m.
     pub right_rmse_m: f64,
-    /// The error of the others, held out, m.
-    pub others_rmse_m: f64,
 }
 
 /// A fitted parameter of an effect.

@@ -1,9 +1,10 @@
 //! One run that contradicts all others: a condition of it that was written down wrongly.
 //!
 //! Where something is left that nothing explains, the search is made once more without the run that pulls the fit farthest away
-//! from what the others say (Cook, Technometrics 19(1), 1977). If the others are explained then, and the run
-//! as well as soon as one of its conditions is another, that condition is what is wrong: a pressure with its digits exchanged, a
-//! leak that was not noted.
+//! from what the others say (Cook, Technometrics 19(1), 1977), and without the one that is by far the farthest off. If the others
+//! are explained then, and the run as well as soon as one of its conditions is another, that condition is what is wrong: a
+//! pressure with its digits exchanged, a leak that was not noted, or noted as the other kind. If no condition explains it, the run
+//! is named all the same where it is far off: its clock jumped, or it is of another valve.
 
 use campaign::Campaign;
 use identify::normal::Posterior;
@@ -13,7 +14,7 @@ use identify::{FitOptions, Problem, Stop, fit};
 use rayon::prelude::*;
 use valve_model::Conditions;
 
-use super::answer::{Condition, Explanation, LeftOut, Verdict};
+use super::answer::{Condition, Explanation, LeftOut, Repair, Verdict};
 use crate::data::conditions;
 use crate::errors::Errors;
 use crate::identification::setup::Setup;
@@ -35,6 +36,13 @@ const AS_OTHERS: f64 = 0.25;
 
 /// With the right condition a run is explained to no more than this many times the error that is held out of the others.
 const ALIKE: f64 = 2.0;
+
+/// A run that is so many times farther off than the one in the midst of all contradicts these, though it may pull nothing: where
+/// a valve does not stroke by what was written down, no parameter moves its error.
+const FAR_OFF: f64 = 4.0;
+
+/// A run that no condition explains is named where the model of the others leaves so many times their error of it.
+const AT_ODDS: f64 = 5.0;
 
 /// Values of a condition that are tried, and how often the best of them is refined.
 const TRIED: usize = 41;
@@ -81,6 +89,29 @@ pub(super) fn contradicting(base: &Model<ValveProblem<'_>>) -> Option<usize> {
     freed.first().filter(|(_, most)| *most > STANDS_OUT * in_their_midst).map(|(run, _)| *run)
 }
 
+/// The run that the datasheet's values are by far the farthest off from, by its index.
+pub(super) fn farthest(base: &Model<ValveProblem<'_>>) -> Option<usize> {
+    let problem = &base.problem;
+    let recordings = &problem.setup().recordings;
+    let runs = recordings.iter().filter(|one| one.is_trace()).map(|one| one.source + 1).max()?;
+    if runs <= FEWEST_OTHERS {
+        return None;
+    }
+    let predicted = predict_all(problem, &[problem.at_their_word()]).pop().flatten()?;
+    let mut sums = vec![(0.0, 0usize); runs];
+    for ((record, predicted), one) in problem.records().iter().zip(&predicted).zip(recordings) {
+        if let Some((sum, rows)) = sums.get_mut(one.source) {
+            *sum += record.error_in_activity(predicted);
+            *rows += record.row_count();
+        }
+    }
+    let mut errors: Vec<(usize, f64)> =
+        sums.iter().enumerate().map(|(run, (sum, rows))| (run, (sum / (*rows).max(1) as f64).sqrt())).collect();
+    errors.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let (_, in_their_midst) = errors[errors.len() / 2];
+    errors.first().filter(|(_, most)| *most > FAR_OFF * in_their_midst).map(|(run, _)| *run)
+}
+
 /// A campaign without one of its runs.
 pub(super) fn without(campaign: &Campaign, run: usize) -> Campaign {
     let mut rest = campaign.clone();
@@ -91,7 +122,24 @@ pub(super) fn without(campaign: &Campaign, run: usize) -> Campaign {
 /// A condition of a run with values that it may have in place of the one written down.
 struct Tried {
     condition: Condition,
+    /// The leak that is none then.
+    in_place_of: Option<Condition>,
     values: Vec<f64>,
+}
+
+impl Tried {
+    /// Recordings as they would be under another value.
+    fn under(&self, setup: &Setup, value: f64) -> Setup {
+        let mut setup = setup.clone();
+        for recording in &mut setup.recordings {
+            let conditions = &mut recording.run.conditions;
+            if let Some(other) = self.in_place_of {
+                other.set(conditions, 0.0);
+            }
+            self.condition.set(conditions, value);
+        }
+        setup
+    }
 }
 
 impl Condition {
@@ -114,9 +162,9 @@ impl Condition {
     }
 }
 
-/// What one of a run's conditions would have to be for the model that explains all other runs to explain it too; nothing where no
-/// one condition does.
-pub(super) fn mistyped(
+/// A run beside the model that explains all others: what one of its conditions would have to be for that model to explain it too, or
+/// only how far off it is where that is far; nothing where the others are not explained without it.
+pub(super) fn left_out(
     subject: &Subject,
     campaign: &Campaign,
     run: usize,
@@ -140,43 +188,50 @@ pub(super) fn mistyped(
     }
     let space = Space::new(&others.valve, &[]);
     let stated_rmse_m = fitted(&setup, &space, &entries, stop)?;
-    let best = |tried: &Tried| -> Option<LeftOut> {
-        let under = |value: f64| under(&setup, tried.condition, value);
+    let best = |tried: &Tried| -> Option<Repair> {
         let mut entries = entries.clone();
         if tried.condition == Condition::SupplyPressure {
             // What the run's pressure may be off by is what is looked for.
             entries.retain(|entry| !matches!(entry.nuisance, Nuisance::Supply(_)));
         }
-        let at_means = |value: f64| errors_at(&ValveProblem::new(&under(value), space.clone(), &entries, stop));
-        let fitted = |value: f64| fitted(&under(value), &space, &entries, stop).unwrap_or(f64::INFINITY);
+        let at_means =
+            |value: f64| errors_at(&ValveProblem::new(&tried.under(&setup, value), space.clone(), &entries, stop));
+        let fitted = |value: f64| fitted(&tried.under(&setup, value), &space, &entries, stop).unwrap_or(f64::INFINITY);
         // What the run's instruments are off by moves the least by a little.
         let best = least(&tried.values, at_means)?;
         let near = &tried.values[best.saturating_sub(NEAR)..(best + NEAR + 1).min(tried.values.len())];
         let best = least(near, fitted)?;
         let about = [best.saturating_sub(1), best, (best + 1).min(near.len() - 1)].map(|index| near[index]);
         let (right, right_rmse_m) = refined(about, fitted);
-        Some(LeftOut {
-            run: campaign.runs[run].file.clone(),
+        let stated_of = |condition: Condition| condition.of(&stated);
+        Some(Repair {
             condition: tried.condition,
-            stated: tried.condition.of(&stated),
+            stated: stated_of(tried.condition),
             right,
-            ambient_pa: setup.ambient_pa,
-            stated_rmse_m,
+            in_place_of: tried.in_place_of.map(|other| (other, stated_of(other))),
             right_rmse_m,
-            others_rmse_m,
         })
     };
-    let found: Vec<LeftOut> = tried(&stated, subject, campaign, run).par_iter().filter_map(best).collect();
-    let explains = |one: &LeftOut| {
+    let found: Vec<Repair> = tried(&stated, subject, campaign, run).par_iter().filter_map(best).collect();
+    let others_count = campaign.runs.len() - 1;
+    let explains = |one: &Repair| {
         one.right_rmse_m < ALIKE * others_rmse_m
             && one.right_rmse_m < stated_rmse_m / ALIKE
-            && (campaign.runs.len() > FEW_OTHERS + 1 || is_as_others(one, campaign, run))
+            && (others_count > FEW_OTHERS || is_as_others(one, campaign, run))
     };
-    found.into_iter().min_by(|a, b| a.right_rmse_m.total_cmp(&b.right_rmse_m)).filter(explains)
+    let repair = found.into_iter().min_by(|a, b| a.right_rmse_m.total_cmp(&b.right_rmse_m)).filter(explains);
+    let is_at_odds = others_count > FEW_OTHERS && stated_rmse_m > AT_ODDS * others_rmse_m;
+    (repair.is_some() || is_at_odds).then(|| LeftOut {
+        run: campaign.runs[run].file.clone(),
+        repair,
+        ambient_pa: setup.ambient_pa,
+        stated_rmse_m,
+        others_rmse_m,
+    })
 }
 
 /// Whether the right value is the one that all other runs have.
-fn is_as_others(one: &LeftOut, campaign: &Campaign, run: usize) -> bool {
+fn is_as_others(one: &Repair, campaign: &Campaign, run: usize) -> bool {
     let others = campaign.runs.iter().enumerate().filter(|(index, _)| *index != run);
     others
         .map(|(_, other)| one.condition.of(&conditions(&other.conditions)))
@@ -188,31 +243,26 @@ fn tried(stated: &Conditions, subject: &Subject, campaign: &Campaign, run: usize
     let setup = subject.setup(Level::High);
     let steps = || (0..TRIED).map(|step| step as f64 / (TRIED - 1) as f64);
     let temperatures = steps().map(|step| TEMPERATURES_K.0 + step * (TEMPERATURES_K.1 - TEMPERATURES_K.0));
-    let mut all = vec![Tried { condition: Condition::Temperature, values: temperatures.collect() }];
+    let mut all = vec![Tried { condition: Condition::Temperature, in_place_of: None, values: temperatures.collect() }];
     if setup.is_prescribed {
         return all;
     }
     let orifice_m2 = subject.space.parameters().solenoid_orifice_area_m2;
     let areas = || steps().map(|step| orifice_m2 * LEAKS.0 * (LEAKS.1 / LEAKS.0).powf(step));
-    all.extend(
-        [Condition::LeakToAtmosphere, Condition::LeakFromSupply]
-            .map(|condition| Tried { condition, values: std::iter::once(0.0).chain(areas()).collect() }),
-    );
+    let leaks = [Condition::LeakToAtmosphere, Condition::LeakFromSupply];
+    for (condition, other) in [(leaks[0], leaks[1]), (leaks[1], leaks[0])] {
+        let values: Vec<f64> = std::iter::once(0.0).chain(areas()).collect();
+        // One that was noted as the other kind is none of that.
+        let of_other_kind = (other.of(stated) > 0.0).then_some(Some(other));
+        let of_kind = |in_place_of| Tried { condition, in_place_of, values: values.clone() };
+        all.extend(std::iter::once(None).chain(of_other_kind).map(of_kind));
+    }
     if campaign.runs[run].trace.supply_pressure_pa.is_none() {
         let gauge_pa = stated.supply_pressure_pa - setup.ambient_pa;
         let pressures = steps().map(|step| setup.ambient_pa + PRESSURES.powf(2.0 * step - 1.0) * gauge_pa);
-        all.push(Tried { condition: Condition::SupplyPressure, values: pressures.collect() });
+        all.push(Tried { condition: Condition::SupplyPressure, in_place_of: None, values: pressures.collect() });
     }
     all
-}
-
-/// Recordings as they would be under another value of a condition.
-fn under(setup: &Setup, condition: Condition, value: f64) -> Setup {
-    let mut setup = setup.clone();
-    for recording in &mut setup.recordings {
-        condition.set(&mut recording.run.conditions, value);
-    }
-    setup
 }
 
 /// Sum of the squared errors at the prior means, in units of the rows' activity; infinite where the valve does not stroke.

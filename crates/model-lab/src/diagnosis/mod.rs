@@ -21,7 +21,7 @@ pub use report::nuisance_reports;
 
 pub use answer::{
     Alternative, CandidateReport, Condition, Explanation, FittedParameter, Indistinguishable, LeftOut, MovedParameter,
-    NuisanceReport, Remainder, Verdict,
+    NuisanceReport, Remainder, Repair, Verdict,
 };
 
 /// What a search tells while it runs.
@@ -93,6 +93,7 @@ pub fn explain(
     let subject = Subject::new(file, campaign, &options.nuisances);
     let (found, contradicting) = searched(&subject, options, tell, stop, Formula::WhereSomethingIsLeft)?;
     let is_left = matches!(found.verdict, Verdict::OutsideCatalogue | Verdict::PartlyExplained);
+    let mut without_repair = None;
     for run in contradicting.into_iter().filter(|_| is_left) {
         if stop.is_asked() {
             break;
@@ -102,12 +103,17 @@ pub fn explain(
         let others =
             searched(&rest, options, tell, stop, Formula::Never).map(|(others, _)| others).filter(|_| !stop.is_asked());
         let Some(others) = others else { break };
-        let left_out = apart::mistyped(&subject, campaign, run, &others, stop);
-        if left_out.is_some() {
-            return Some(Explanation { left_out, ..others });
+        let left_out = apart::left_out(&subject, campaign, run, &others, stop);
+        let is_repaired = left_out.as_ref().is_some_and(|one| one.repair.is_some());
+        if let Some(left_out) = left_out {
+            let of_others = Explanation { left_out: Some(left_out), ..others };
+            if is_repaired {
+                return Some(of_others);
+            }
+            without_repair = without_repair.or(Some(of_others));
         }
     }
-    Some(found)
+    Some(without_repair.unwrap_or(found))
 }
 
 /// What a search finds, and the runs that contradict all others: by the calibrated model, and by what was found, since physics
@@ -137,6 +143,13 @@ fn searched(
     let found = select(&catalogue, &options.select)?;
     let models = [found.model(&[]), found.model(found.accepted())];
     let mut contradicting: Vec<usize> = models.into_iter().flatten().filter_map(apart::contradicting).collect();
-    contradicting.dedup();
+    contradicting.extend(found.model(&[]).and_then(apart::farthest));
+    let mut seen = Vec::new();
+    contradicting.retain(|run| {
+        !seen.contains(run) && {
+            seen.push(*run);
+            true
+        }
+    });
     Some((report::assemble(&catalogue, &found, options, tell, formula), contradicting))
 }
