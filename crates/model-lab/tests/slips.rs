@@ -125,6 +125,21 @@ fn a_leak_that_was_noted_as_the_other_kind_is_named_with_the_right_one() {
 
 #[test]
 #[cfg_attr(debug_assertions, ignore = "slow: runs with --release")]
+fn two_runs_whose_pressures_were_exchanged_are_named() {
+    let mut exchanged = sticking();
+    let [of_one, of_other] = [1, 2].map(|run| exchanged.runs[run].conditions.supply_pressure_pa);
+    exchanged.runs[1].conditions.supply_pressure_pa = of_other;
+    exchanged.runs[2].conditions.supply_pressure_pa = of_one;
+    exchanged.runs[1].file = "second.csv".into();
+    exchanged.runs[2].file = "third.csv".into();
+    let found = explained(&testbed(), &exchanged);
+    assert_eq!((found.verdict, found.recommended), (Verdict::EffectFound, vec![EffectKind::DRY_FRICTION]));
+    let named = "the supply pressures of second.csv and third.csv seem to have been written down for one another";
+    assert!(found.notes.first().is_some_and(|note| note.starts_with(named)), "{:?}", found.notes);
+}
+
+#[test]
+#[cfg_attr(debug_assertions, ignore = "slow: runs with --release")]
 fn a_sound_campaign_loses_no_run() {
     let found = explained(&testbed(), &sticking());
     assert_eq!((found.verdict, found.recommended), (Verdict::EffectFound, vec![EffectKind::DRY_FRICTION]));

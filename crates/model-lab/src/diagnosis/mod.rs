@@ -4,6 +4,7 @@ pub mod adopt;
 mod answer;
 mod apart;
 pub mod discrepancy;
+mod exchanged;
 pub mod experiment;
 mod report;
 pub mod uncertainty;
@@ -92,7 +93,18 @@ pub fn explain(
 ) -> Option<Explanation> {
     let subject = Subject::new(file, campaign, &options.nuisances);
     let (found, contradicting) = searched(&subject, options, tell, stop, Formula::WhereSomethingIsLeft)?;
-    let is_left = matches!(found.verdict, Verdict::OutsideCatalogue | Verdict::PartlyExplained);
+    let leaves = |found: &Explanation| matches!(found.verdict, Verdict::OutsideCatalogue | Verdict::PartlyExplained);
+    let is_left = leaves(&found);
+    if let Some(exchange) = is_left.then(|| exchanged::exchanged(&subject, campaign, stop)).flatten() {
+        tell(Progress::Doing("all runs, with the conditions of two exchanged"));
+        let right = exchanged::the_other_way_round(campaign, exchange);
+        let right = Subject::new(file, &right, &options.nuisances);
+        let explained = searched(&right, options, tell, stop, Formula::Never).map(|(explained, _)| explained);
+        if let Some(mut explained) = explained.filter(|explained| !leaves(explained) && !stop.is_asked()) {
+            explained.notes.insert(0, exchanged::told(campaign, exchange));
+            return Some(explained);
+        }
+    }
     let mut without_repair = None;
     for run in contradicting.into_iter().filter(|_| is_left) {
         if stop.is_asked() {
