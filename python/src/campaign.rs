@@ -177,7 +177,7 @@ impl Campaign {
             drawn.push(("missing", figures::explanation::unexplained(discrepancy, name).figure()));
         }
         drawn.extend(figures::explanation::next_experiment(&answer).map(|figure| ("experiment", figure.figure())));
-        Answer::new(py, headline, explanation::document(&answer, name), drawn, None)
+        Answer::new(py, headline, explanation::document(&answer, &self.0), drawn, None)
     }
 
     /// Add effects and refit everything.
