@@ -36,7 +36,7 @@ fn model_lab(criterion: &mut Criterion) {
         group.sample_size(10).measurement_time(Duration::from_secs(5));
         group.bench_function("compare", |b| {
             b.iter(|| {
-                let subject = Subject::new(black_box(file), campaign, &NuisanceSizes::default());
+                let subject = Subject::new(black_box(file), campaign, &NuisanceSizes::default(), Stop::never());
                 Comparison::new(&subject, file.valve(), data)
             });
         });

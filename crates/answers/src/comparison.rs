@@ -34,7 +34,7 @@ pub struct Compared {
 impl Compared {
     /// A valve file beside a campaign; nothing where its strokes cannot be simulated.
     pub fn new(input: &CampaignInput, file: &ValveFile) -> Option<Self> {
-        let subject = Subject::new(file, &input.campaign, &NuisanceSizes::default());
+        let subject = Subject::new(file, &input.campaign, &NuisanceSizes::default(), Stop::never());
         let comparison = Comparison::new(&subject, file.valve(), &input.data)?;
         let stated = subject.stated(Stop::never())?;
         let nuisances = nuisance_reports(&stated, &Certainty::new(&stated.problem, &stated.fit), &[]);

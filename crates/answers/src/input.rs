@@ -101,6 +101,6 @@ impl CampaignInput {
 /// be simulated, or where no positions were recorded.
 pub fn position_error_m(file: &ValveFile, campaign: &Campaign) -> Option<f64> {
     let data = Dataset::new(campaign, file.schedule());
-    let subject = Subject::new(file, campaign, &NuisanceSizes::default());
+    let subject = Subject::new(file, campaign, &NuisanceSizes::default(), Stop::never());
     Comparison::new(&subject, file.valve(), &data)?.overall.errors.rmse_m
 }

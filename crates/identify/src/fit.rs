@@ -4,6 +4,7 @@
 //! and only shrinks: an annealed fit, which does not stop where a few rows shout loudest. Then its size and
 //! correlation time come from the restricted likelihood, anew at every step, until nothing more is to be gained.
 
+use crate::horizon::stages;
 use crate::noise::{GroupNoise, Noise, Smoothness, Whitener};
 use crate::normal::{Linearised, Normal, Posterior, Step, Whitened, prior_cost};
 use crate::problem::{Coordinate, Difference, Problem, predict_all, residuals};
@@ -17,8 +18,11 @@ pub struct FitOptions {
     pub annealed: usize,
     /// Most derivatives of the second phase.
     pub settled: usize,
-    /// The error without memory, as a share of the error at hand.
+    /// The error without memory, in errors at hand. These last for a whole motion: told as if every one of its rows had an error of
+    /// its own, they would outweigh what is known of instruments and conditions, and a fit would begin by bending these.
     pub share: f64,
+    /// Whether what comes before the first turn is fitted first, then what comes after it.
+    pub by_turns: bool,
     /// It goes over to the second phase where a step promises to take less than this share of chi-squared away.
     pub annealed_tolerance: f64,
     /// Steps for which derivatives are used again, kept up to date by what the steps show (Broyden 1965).
@@ -40,6 +44,9 @@ pub struct FitOptions {
     pub followed: usize,
 }
 
+/// About how many rows a motion has, one after the other.
+const ROWS_OF_A_MOTION: f64 = 30.0;
+
 /// Steps along soft directions of a fit that is told: most that were looked at end after one to four, and where a model is
 /// rough they wander.
 pub const FOLLOWED: usize = 8;
@@ -50,7 +57,8 @@ impl FitOptions {
         Self {
             annealed: 12,
             settled: 8,
-            share: 0.3,
+            share: ROWS_OF_A_MOTION.sqrt(),
+            by_turns: false,
             annealed_tolerance: 0.005,
             steps_a_derivative: 4,
             dampings: [vec![0.1, 1.0], vec![0.003, 30.0]],
@@ -61,6 +69,12 @@ impl FitOptions {
             known: None,
             followed: 0,
         }
+    }
+
+    /// For a fit from where none has been before.
+    #[must_use]
+    pub fn from_nowhere(self) -> Self {
+        Self { by_turns: true, ..self }
     }
 
     /// For a fit whose values are told, or that decides.
@@ -193,10 +207,18 @@ struct Fitting<'a> {
 
 /// Fits a problem from a starting point; nothing where that is impossible, or was stopped on the way.
 pub fn fit(problem: &dyn Problem, start: &[f64], options: &FitOptions) -> Option<Fit> {
-    let mut fitting = Fitting::new(problem, options);
     let start =
         problem.coordinates().iter().zip(start).map(|(coordinate, u)| u.clamp(coordinate.lower, coordinate.upper));
-    let at = fitting.linearised(start.collect())?;
+    let mut start: Vec<f64> = start.collect();
+    if options.by_turns {
+        for until in stages(problem) {
+            let mut fitting = Fitting::new(&until, options);
+            let at = fitting.linearised(start)?;
+            start = fitting.anneal(at)?.u;
+        }
+    }
+    let mut fitting = Fitting::new(problem, options);
+    let at = fitting.linearised(start)?;
     fitting.ended(at)
 }
 

@@ -8,6 +8,7 @@
 mod envelope;
 pub mod fit;
 pub mod held_out;
+mod horizon;
 pub mod left;
 pub mod noise;
 pub mod normal;

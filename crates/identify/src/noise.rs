@@ -390,7 +390,13 @@ mod tests {
     fn series() -> Series {
         let row = |i: i32| {
             let time_s = 0.01 * f64::from(i) + 0.002 * f64::from(i % 3);
-            Row { time_s, observed: 0.0, sigma: 0.1 + 0.02 * f64::from(i % 4), activity: 0.3 + 0.1 * f64::from(i % 5) }
+            Row {
+                time_s,
+                observed: 0.0,
+                sigma: 0.1 + 0.02 * f64::from(i % 4),
+                activity: 0.3 + 0.1 * f64::from(i % 5),
+                turns: 0,
+            }
         };
         Series { rows: (0..40).map(row).collect(), group: 0, is_process: true }
     }

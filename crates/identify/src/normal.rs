@@ -495,7 +495,7 @@ mod tests {
 
     impl Recorded {
         fn new() -> Self {
-            let row = |i: i32| Row { time_s: 0.1 * f64::from(i), observed: 0.0, sigma: 0.5, activity: 1.0 };
+            let row = |i: i32| Row { time_s: 0.1 * f64::from(i), observed: 0.0, sigma: 0.5, activity: 1.0, turns: 0 };
             let series =
                 |group: usize, count: i32| Series { rows: (0..count).map(row).collect(), group, is_process: true };
             let record = |counts: [i32; 3]| Record {

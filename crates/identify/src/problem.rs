@@ -108,6 +108,9 @@ pub struct Row {
     /// Standard deviation of the model error in this row per unit of the group's discrepancy; it grows with the
     /// speed of what is observed, since an error of timing shows where something moves.
     pub activity: f64,
+    /// How often what is observed turned back since it was last driven from outside: what a prediction has a little wrong adds up
+    /// with each, until it lies between two of them.
+    pub turns: usize,
 }
 
 /// Rows of one channel of one record.

@@ -81,7 +81,7 @@ fn strangest(file: &ValveFile, campaign: &Campaign, stop: &Stop) -> Option<Readi
 fn fitted(file: &ValveFile, campaign: &Campaign, stop: &Stop) -> Option<Vec<Reading>> {
     let times = Campaign { runs: Vec::new(), planned: Vec::new(), ..campaign.clone() };
     let data = Dataset::new(&times, file.schedule());
-    let subject = Subject::new(file, &times, &NuisanceSizes::default());
+    let subject = Subject::new(file, &times, &NuisanceSizes::default(), stop);
     let problem = subject.problem(subject.space.clone(), Level::Low, stop);
     let options = FitOptions::new(subject.setup(Level::Low).groups.clone());
     let fit = fit(&problem, &problem.start(), &options)?;

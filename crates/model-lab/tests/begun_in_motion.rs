@@ -43,7 +43,7 @@ fn so_it_does_where_the_sensor_is_slow() {
 /// The derivatives of what a record shows with respect to what the sensor of a valve is off by.
 fn of_the_sensor(file: &ValveFile) {
     let campaign = campaign_of(file.valve(), &Off { gain: 0.01, ..Off::default() });
-    let subject = Subject::new(file, &campaign, &NuisanceSizes::default());
+    let subject = Subject::new(file, &campaign, &NuisanceSizes::default(), Stop::never());
     let model = subject.stated(Stop::never()).expect("it strokes");
     let problem = &model.problem;
     let mut u: Vec<f64> = problem.coordinates().iter().map(|coordinate| coordinate.mean).collect();
@@ -122,7 +122,7 @@ fn where_some_records_begin_after_their_command_none_is_taken_for_one_that_it_st
         run
     });
     let campaign = campaign(runs.collect());
-    let subject = Subject::new(&file, &campaign, &NuisanceSizes::default());
+    let subject = Subject::new(&file, &campaign, &NuisanceSizes::default(), Stop::never());
     let model = subject.stated(Stop::never()).expect("it strokes");
     // Each run holds two cycles.
     for run in 0..after_s.len() {
@@ -146,7 +146,7 @@ fn a_leap_at_the_seat_does_not_make_the_whole_stroke_a_quick_one() {
         run
     });
     let campaign = campaign(runs.collect());
-    let subject = Subject::new(&file, &campaign, &NuisanceSizes::default());
+    let subject = Subject::new(&file, &campaign, &NuisanceSizes::default(), Stop::never());
     let setup = subject.setup(identify::select::Level::High);
     assert!(setup.whole_travel_s > 5.0 * setup.travel_s, "{} and {} s", setup.whole_travel_s, setup.travel_s);
     let model = subject.stated(Stop::never()).expect("it strokes");
@@ -161,7 +161,7 @@ fn a_leap_at_the_seat_does_not_make_the_whole_stroke_a_quick_one() {
 fn a_comparison_shows_a_model_that_begins_where_its_record_does() {
     let file = testbed();
     let campaign = campaign_of(file.valve(), &Off::default());
-    let subject = Subject::new(&file, &campaign, &NuisanceSizes::default());
+    let subject = Subject::new(&file, &campaign, &NuisanceSizes::default(), Stop::never());
     let data = Dataset::new(&campaign, file.schedule());
     let comparison = Comparison::new(&subject, file.valve(), &data).expect("it strokes");
     for (run, compared) in data.runs.iter().zip(&comparison.runs) {

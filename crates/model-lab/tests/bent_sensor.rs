@@ -54,7 +54,7 @@ fn what_is_slow_about_a_bent_sensor_comes_after_its_curve() {
     let file = testbed().with_effect(&slow).expect("possible");
     let campaign = campaign_of(file.valve(), &Off { bend, ..Off::default() });
     let sizes = NuisanceSizes::default();
-    let subject = Subject::new(&file, &campaign, &sizes);
+    let subject = Subject::new(&file, &campaign, &sizes, Stop::never());
     let problem = subject.problem(subject.space.clone(), Level::High, Stop::never());
     let mut right = problem.at_their_word();
     right[problem.place_of(Nuisance::Linearity(1)).expect("is a nuisance")] = bend / sizes.linearity;

@@ -46,7 +46,7 @@ fn the_damping_of_stops_is_found_and_kept() {
     assert!(calibration.nuisances.iter().all(|other| other.what != "damping of the stops"));
     let adopted = calibration.adopted(&file, "bench").expect("a valid file");
     let error = |file: &ValveFile| {
-        let subject = Subject::new(file, &campaign, &NuisanceSizes::default());
+        let subject = Subject::new(file, &campaign, &NuisanceSizes::default(), Stop::never());
         let data = Dataset::new(&campaign, file.schedule());
         Comparison::new(&subject, file.valve(), &data).expect("it strokes").overall.errors.normalised_rms
     };
@@ -60,7 +60,7 @@ fn a_damping_that_is_stated_may_be_less_down_to_none() {
     let campaign = campaign(runs);
     for stated_n_s_per_m in [0.0, 500.0] {
         let file = testbed().with_parameter(ParameterId::StopDamping, stated_n_s_per_m).expect("a possible valve");
-        let subject = Subject::new(&file, &campaign, &NuisanceSizes::default());
+        let subject = Subject::new(&file, &campaign, &NuisanceSizes::default(), Stop::never());
         let model = subject.stated(Stop::never()).expect("it strokes");
         let place = model.problem.place_of(Nuisance::StopDamping).expect("is a nuisance");
         let mut least = vec![0.0; model.problem.coordinates().len()];

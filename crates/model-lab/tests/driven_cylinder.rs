@@ -147,7 +147,7 @@ fn subject_with(drives: bool) -> Subject {
     let runs = [0.05, 0.06].map(|position_m| recorded_run(&valve, position_m, 0.0, &mut noise));
     let mut campaign = campaign(runs.into());
     campaign.inputs.pipe_pressure = drives;
-    Subject::new(&file, &campaign, &NuisanceSizes::default())
+    Subject::new(&file, &campaign, &NuisanceSizes::default(), Stop::never())
 }
 
 #[test]
@@ -197,7 +197,7 @@ fn a_cycle_begins_before_the_pressure_that_tells_of_its_command_rises() {
         edge.time_s += 0.3 * rise_s;
     }
     campaign.inputs.pipe_pressure = true;
-    let subject = Subject::new(&file, &campaign, &NuisanceSizes::default());
+    let subject = Subject::new(&file, &campaign, &NuisanceSizes::default(), Stop::never());
     for (unit, pulse_s) in subject.setup(Level::High).recordings.iter().zip(PULSES_S) {
         assert!(unit.origin_s < pulse_s, "{}: begins {} s after the rise", unit.name, unit.origin_s - pulse_s);
     }
@@ -213,7 +213,7 @@ fn a_cycle_begins_where_the_piston_rests_though_its_command_comes_in_mid_fall() 
         edge.time_s += 0.6 * PULSE_S;
     }
     campaign.inputs.pipe_pressure = true;
-    let subject = Subject::new(&file, &campaign, &NuisanceSizes::default());
+    let subject = Subject::new(&file, &campaign, &NuisanceSizes::default(), Stop::never());
     // By the third pulse the piston has reached its open stop.
     let last = subject.setup(Level::High).recordings.last().expect("three cycles").clone();
     assert!(last.origin_s < PULSES_S[2], "begins {} s after the rise", last.origin_s - PULSES_S[2]);
@@ -250,7 +250,7 @@ fn one_far_from_its_file_is_found_through_a_sensor_that_reads_too_much() {
     let runs = [0.05, 0.06, 0.07].map(|position_m| recorded_run(&valve, position_m, 0.016, &mut noise));
     let mut campaign = campaign(runs.into());
     campaign.inputs.pipe_pressure = true;
-    let subject = Subject::new(&file, &campaign, &NuisanceSizes::default());
+    let subject = Subject::new(&file, &campaign, &NuisanceSizes::default(), Stop::never());
     let found = subject.calibrated(Stop::never()).expect("it moves");
     let calibrated = found.problem.space.valve(&found.fit.u).expect("a possible valve");
     for (parameter, factor) in factors {

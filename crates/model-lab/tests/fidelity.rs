@@ -16,7 +16,7 @@ fn subject(noise_m: f64) -> Subject {
     let runs = [4.8e5, 6.4e5].map(|supply_pa| stroke(file.valve(), supply_pa, &Off::default(), &mut noise));
     let mut campaign = campaign(runs.into());
     campaign.sensors.position_noise_m = Some(noise_m);
-    Subject::new(&file, &campaign, &NuisanceSizes::default())
+    Subject::new(&file, &campaign, &NuisanceSizes::default(), Stop::never())
 }
 
 /// The longest step of any record, s.

@@ -30,7 +30,7 @@ fn strokes(file: &ValveFile) -> Campaign {
 #[test]
 fn nothing_is_simulated_once_somebody_asked_to_stop() {
     let file = testbed();
-    let subject = Subject::new(&file, &strokes(&file), &NuisanceSizes::default());
+    let subject = Subject::new(&file, &strokes(&file), &NuisanceSizes::default(), Stop::never());
     let stop = Stop::new();
     let problem = subject.problem(subject.space.clone(), Level::Low, &stop);
     let requests: Vec<Request> = (0..problem.records().len()).map(|record| Request { point: 0, record }).collect();

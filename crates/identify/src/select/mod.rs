@@ -74,7 +74,7 @@ fn base_at<F: Family>(family: &F, level: Level, from: Option<&Model<F::Member>>)
         Some(from) => vec![family.carried(&from.problem, &from.fit.u, &problem)],
         None => promising(family, &problem)?,
     };
-    let mut options = family.options();
+    let mut options = if from.is_none() { family.options().from_nowhere() } else { family.options() };
     if level == Level::High {
         options = FitOptions { tolerance: options.tolerance.min(TOLD_TOLERANCE), ..options.exact() };
     }
@@ -101,11 +101,16 @@ fn promising<F: Family>(family: &F, problem: &F::Member) -> Option<Vec<Vec<f64>>
         return Some(starts);
     }
     let screen = family.member(&[], Level::Screen)?;
-    let options = FitOptions { annealed: LOOKED_AT[0], settled: LOOKED_AT[1], ..family.options() };
-    let fits = family.cold(&screen).into_par_iter().filter_map(|start| fit(&screen, &start, &options));
-    let best = fits.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))?;
-    let best = freed(&screen, best, &options);
+    let best = look(family, &screen)?;
     Some(vec![family.carried(&screen, &best.u, problem)])
+}
+
+/// A first look at the empty set: a short fit from each start that knows nothing, the best of which is freed.
+pub fn look<F: Family>(family: &F, screen: &F::Member) -> Option<Fit> {
+    let options = FitOptions { annealed: LOOKED_AT[0], settled: LOOKED_AT[1], ..family.options().from_nowhere() };
+    let fits = family.cold(screen).into_par_iter().filter_map(|start| fit(screen, &start, &options));
+    let best = fits.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))?;
+    Some(freed(screen, best, &options))
 }
 
 /// So often a fit is begun again whose records hold their own coordinates at bounds.
@@ -142,9 +147,10 @@ fn begun_afresh<F: Family>(family: &F, set: &[usize], base: &Model<F::Member>) -
     let problem = family.member(&set, level)?;
     let warm = best_start(&problem, family.warm(&problem, &base.problem, &base.fit.u));
     let cold = best_start(&problem, family.cold(&problem));
-    let starts: Vec<Vec<f64>> = warm.into_iter().chain(cold).collect();
-    let options = family.options();
-    let fits = starts.par_iter().filter_map(|start| fit(&problem, start, &options));
+    let warm = warm.map(|start| (start, family.options()));
+    let cold = cold.map(|start| (start, family.options().from_nowhere()));
+    let starts: Vec<(Vec<f64>, FitOptions)> = warm.into_iter().chain(cold).collect();
+    let fits = starts.par_iter().filter_map(|(start, options)| fit(&problem, start, options));
     let fit = fits.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))?;
     Some(Model { set, level, problem, fit, held_out: None })
 }

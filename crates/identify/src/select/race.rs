@@ -146,7 +146,7 @@ impl<F: Family> Search<'_, F> {
                     let options = FitOptions { known: Some(noise), ..settling(self.options.rounds[0], little.clone()) };
                     fit(&problem, &start, &options)?
                 } else {
-                    fit(&problem, &best_start(&problem, family.cold(&problem))?, &little)?
+                    fit(&problem, &best_start(&problem, family.cold(&problem))?, &little.clone().from_nowhere())?
                 };
                 family.tell(fitted_news(set, &problem, &fit, of));
                 Some(Runner { set: (*set).clone(), problem, fit, is_warm: *is_warm })

@@ -53,6 +53,7 @@ pub fn record(observed: &[f64], sigma: f64, is_process: bool, condition: usize) 
         observed: *observed,
         sigma,
         activity: 1.0,
+        turns: 0,
     });
     Record { series: vec![Series { rows: rows.collect(), group: 0, is_process }], condition }
 }

@@ -73,7 +73,7 @@ fn variance_components_of_a_mixed_model_are_those_it_was_drawn_with() {
     let found = fit(&problem, &vec![0.0; records + 1], &FitOptions::new(vec![prior])).expect("linear");
     let group = found.noise.groups[0];
     // The rows state half of the white noise.
-    assert!((group.multiplier / 2.0 - 1.0).abs() < 0.15, "{group:?}");
+    assert!((group.multiplier / 2.0 - 1.0).abs() < 0.2, "{group:?}");
     assert!((group.discrepancy / size - 1.0).abs() < 0.15, "{group:?}");
     assert!((group.time_s / time - 1.0).abs() < 0.3, "{group:?}");
     // Without a process it is nothing.

@@ -1,5 +1,6 @@
 //! Evidence, variance components and selection where the answer is known.
 
+mod bounces;
 #[path = "../common/mod.rs"]
 mod common;
 mod densities;

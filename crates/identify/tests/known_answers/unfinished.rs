@@ -10,7 +10,7 @@ use crate::toy::{Member, Toy, searched};
 const ROWS: usize = 300;
 
 /// Sizes of two regressors; the second is so small that it is not worth its place.
-const SIZES: [f64; 2] = [3.0, 0.037];
+const SIZES: [f64; 2] = [3.0, 0.032];
 
 /// What a member that decides is off by unless it is more exact than usual, in the noise of a row, and how much of that comes and goes
 /// with the first size, so quickly that derivatives promise to take all of it away.
@@ -72,7 +72,7 @@ impl Toy for Rough {
 
 #[test]
 fn a_companion_is_not_needed_because_only_the_pair_went_on_more_exactly() {
-    for seed in 1..=24 {
+    for seed in 1..=60 {
         let family = Rough::drawn(seed);
         let found = searched(&family, &SelectOptions::default());
         assert_eq!(found.accepted(), [0], "seed {seed}");

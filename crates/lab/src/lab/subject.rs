@@ -6,6 +6,7 @@ use std::thread;
 use std::time::{Duration, SystemTime};
 
 use answers::{CampaignInput, InputError};
+use identify::Stop;
 use model_lab::identification::{NuisanceSizes, Subject as Identified};
 
 use super::Lab;
@@ -37,7 +38,7 @@ impl Subject {
     }
 
     fn new(version: u64, input: CampaignInput) -> Self {
-        let identified = Identified::new(&input.file, &input.campaign, &NuisanceSizes::default());
+        let identified = Identified::new(&input.file, &input.campaign, &NuisanceSizes::default(), Stop::never());
         Self { version, input, identified }
     }
 }

@@ -90,7 +90,7 @@ impl Calibration {
             return Err(CalibrateError::NoTolerances { file: file.file_name().to_owned() });
         }
         let cannot = || CalibrateError::CannotBeSimulated { file: file.file_name().to_owned() };
-        let subject = Subject::new(file, campaign, &NuisanceSizes::default());
+        let subject = Subject::new(file, campaign, &NuisanceSizes::default(), stop);
         let model = subject.calibrated(stop).ok_or_else(cannot)?;
         let valve = model.problem.space.valve(&model.fit.u).ok_or_else(cannot)?;
         let certainty = Certainty::of_model(&model);

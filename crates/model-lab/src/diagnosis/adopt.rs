@@ -66,7 +66,7 @@ pub struct Sequence {
 /// Refits a valve file's model on a campaign with effects added one after the other; nothing where its strokes cannot
 /// be simulated, or where somebody asked to stop.
 pub fn sequence(file: &ValveFile, campaign: &Campaign, additions: &[Addition], stop: &Stop) -> Option<Sequence> {
-    let subject = Subject::new(file, campaign, &NuisanceSizes::default());
+    let subject = Subject::new(file, campaign, &NuisanceSizes::default(), stop);
     let quiet = |_: identify::select::News<'_>| ();
     let catalogue = Catalogue::new(&subject, EffectKind::ALL, &quiet, stop);
     let options = FitOptions::new(subject.setup(Level::High).groups.clone());

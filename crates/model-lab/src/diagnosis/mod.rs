@@ -91,14 +91,14 @@ pub fn explain(
     tell: &(dyn Fn(Progress) + Sync),
     stop: &Stop,
 ) -> Option<Explanation> {
-    let subject = Subject::new(file, campaign, &options.nuisances);
+    let subject = Subject::new(file, campaign, &options.nuisances, stop);
     let (found, contradicting) = searched(&subject, options, tell, stop, Formula::WhereSomethingIsLeft)?;
     let leaves = |found: &Explanation| matches!(found.verdict, Verdict::OutsideCatalogue | Verdict::PartlyExplained);
     let is_left = leaves(&found);
     if let Some(exchange) = is_left.then(|| exchanged::exchanged(&subject, campaign, stop)).flatten() {
         tell(Progress::Doing("all runs, with the conditions of two exchanged"));
         let right = exchanged::the_other_way_round(campaign, exchange);
-        let right = Subject::new(file, &right, &options.nuisances);
+        let right = Subject::new(file, &right, &options.nuisances, stop);
         let explained = searched(&right, options, tell, stop, Formula::Never).map(|(explained, _)| explained);
         if let Some(mut explained) = explained.filter(|explained| !leaves(explained) && !stop.is_asked()) {
             explained.notes.insert(0, exchanged::told(campaign, exchange));
@@ -111,7 +111,7 @@ pub fn explain(
             break;
         }
         tell(Progress::Doing("all runs but one that contradicts them"));
-        let rest = Subject::new(file, &apart::without(campaign, run), &options.nuisances);
+        let rest = Subject::new(file, &apart::without(campaign, run), &options.nuisances, stop);
         let others =
             searched(&rest, options, tell, stop, Formula::Never).map(|(others, _)| others).filter(|_| !stop.is_asked());
         let Some(others) = others else { break };

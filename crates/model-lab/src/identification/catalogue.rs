@@ -4,8 +4,8 @@ use std::cmp::Ordering;
 
 use campaign::{Campaign, Uncertainty};
 use identify::problem::predict_all;
-use identify::select::{Family, Level, Model, News, base};
-use identify::{Coordinate, FitOptions, Problem, Scope, Stop};
+use identify::select::{Family, Level, Model, News, base, look};
+use identify::{Coordinate, FitOptions, Problem, Record, Scope, Stop};
 use rayon::prelude::*;
 use valve_file::{Tolerance, ValveFile};
 use valve_model::effects::{EffectParameter, Search};
@@ -66,8 +66,8 @@ const CARRIED_OVER: f64 = 0.3;
 const UNSEEN_SIGMA: f64 = 0.3;
 
 impl Subject {
-    /// Makes a campaign ready for a valve file.
-    pub fn new(file: &ValveFile, campaign: &Campaign, sizes: &NuisanceSizes) -> Self {
+    /// Makes a campaign ready for a valve file. Where somebody asks to stop on the way it is ready all the same, less closely looked at.
+    pub fn new(file: &ValveFile, campaign: &Campaign, sizes: &NuisanceSizes, stop: &Stop) -> Self {
         let data = Dataset::new(campaign, file.schedule());
         let parameters = file.valve().parameters();
         let assumed = DEFAULT_TOLERANCES.map(|(parameter, relative_sigma)| Tolerance { parameter, relative_sigma });
@@ -92,12 +92,39 @@ impl Subject {
         };
         subject.low = fidelity::roughly(&subject.low);
         subject.find_unseen_edges(&campaign.uncertainty, sizes);
-        subject.choose_fidelity();
+        subject.choose_screen();
+        subject.look_for_starts(&data);
+        let at = subject.roughly_fitted(stop);
+        subject.choose_fidelity(&at);
         subject.find_carried_over();
         subject.choose_screen();
-        subject.balance = ForceBalance::new(&subject.screen, &data);
-        subject.scattered = Scattered::find(&subject.problem(subject.space.clone(), Level::Screen, Stop::never()));
         subject
+    }
+
+    /// Where fits may start beside the values of the valve file.
+    fn look_for_starts(&mut self, data: &Dataset) {
+        self.balance = ForceBalance::new(&self.screen, data);
+        self.scattered = Scattered::find(&self.problem(self.space.clone(), Level::Screen, Stop::never()));
+    }
+
+    /// About where the coordinates are where something is thrown back: what a step cuts short of that depends on when and where it
+    /// happens, and a datasheet's values may lead elsewhere. All else is looked at where the valve file states it.
+    fn roughly_fitted(&self, stop: &Stop) -> Vec<f64> {
+        let mut at = self.problem(self.space.clone(), Level::Low, stop).start();
+        let turns = |record: &Record| record.rows().any(|row| row.turns > 0);
+        if !self.low.records.iter().any(turns) {
+            return at;
+        }
+        let catalogue = Catalogue::new(self, &[], &|_| (), stop);
+        let screen = self.problem(self.space.clone(), Level::Screen, stop);
+        if let Some(fit) = look(&catalogue, &screen) {
+            let own = self.space.coordinates.len();
+            at[..own].copy_from_slice(&fit.u[..own]);
+            for (place, value) in self.places.iter().zip(&fit.u[own..]) {
+                at[own + place] = *value;
+            }
+        }
+        at
     }
 
     /// The campaign as finely as results are computed.
@@ -159,11 +186,11 @@ impl Subject {
 
     /// How closely to simulate each record on the way, and for what decides. The valve as its file has it may be none that can
     /// be simulated; then it stays as it is.
-    fn choose_fidelity(&mut self) {
+    fn choose_fidelity(&mut self, at: &[f64]) {
         let usual: Vec<Fidelity> = self.high[0].recordings.iter().map(|recording| recording.fidelity).collect();
         let predict = |setup: &Setup| {
             let problem = ValveProblem::new(setup, self.space.clone(), &self.nuisances, Stop::never());
-            predict_all(&problem, &[problem.start()]).remove(0)
+            predict_all(&problem, &[at.to_vec()]).remove(0)
         };
         if let Some(chosen) = fidelity::chosen(&self.low, &usual, &predict) {
             (self.low, self.high) = (chosen.low, chosen.high);

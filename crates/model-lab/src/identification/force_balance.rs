@@ -104,6 +104,7 @@ impl<'a> Balance<'a> {
                     observed: 0.0,
                     sigma: one.force_error_n.max(1e-6 * largest_n),
                     activity: largest_n,
+                    turns: 0,
                 };
                 let series = Series { rows: missing.iter().map(row).collect(), group: 0, is_process: true };
                 Some(Record { series: vec![series], condition: 0 })

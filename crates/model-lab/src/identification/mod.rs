@@ -11,6 +11,7 @@ mod scattered;
 mod sensor_curve;
 pub mod setup;
 pub mod start;
+mod turns;
 
 pub use catalogue::{Catalogue, Subject};
 pub use nuisance::{Entry, Nuisance, NuisanceSizes, nuisances};

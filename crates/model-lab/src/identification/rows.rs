@@ -57,6 +57,7 @@ pub(super) fn rows(
             observed: *observed,
             sigma: noise / count.sqrt(),
             activity: scale * (ACTIVITY_AT_REST + rate / fastest),
+            turns: 0,
         })
         .collect();
     (rows, ranges)

@@ -14,6 +14,7 @@ use valve_model::{Fidelity, Parameters, Run, Schedule, Start};
 use super::cycles::{LEAD_S, Part, driven_parts, lead_s, looked_at, parts};
 use super::rows::{cut, mean, rows, sample};
 use super::start::{Beginning, beginning};
+use super::turns::count_turns;
 use crate::data::{Channel, Dataset, RunData, TimingGroup, same_conditions};
 
 /// Rows over the travel of one stroke.
@@ -405,10 +406,13 @@ fn trace_recording(
         series.push(Series { rows, group: usize::from(!is_position), is_process: true });
         channels.push(ChannelRows { channel: channel.channel, samples_s, rows: ranges });
     }
+    let run = part.run(data);
+    let edges_s: Vec<f64> = run.commands.iter().map(|edge| edge.time_s + part.origin_s).collect();
+    count_turns(&mut series, &edges_s, stroke_m);
     let name = number.map_or_else(|| data.name.clone(), |number| format!("{}, cycle {number}", data.name));
     let recording = Recording {
         name,
-        run: part.run(data),
+        run,
         redrawn: data.driving.as_ref().map(|driving| part.driving(data, &driving.redrawn)),
         origin_s: part.origin_s,
         unseen_s: part.unseen_s(data),
@@ -427,7 +431,13 @@ fn times_recording(data: &Dataset, group: &TimingGroup) -> (Recording, Record) {
         let row = &data.timing_rows[*row];
         for (time, closes) in [(row.close_time_s, true), (row.open_time_s, false)] {
             if let Some(observed) = time {
-                rows.push(Row { time_s: rows.len() as f64, observed, sigma: data.timing_noise_s, activity: observed });
+                rows.push(Row {
+                    time_s: rows.len() as f64,
+                    observed,
+                    sigma: data.timing_noise_s,
+                    activity: observed,
+                    turns: 0,
+                });
                 closing.push(closes);
             }
         }
