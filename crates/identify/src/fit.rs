@@ -1,6 +1,6 @@
 //! Least squares in a problem with priors, bounds and errors of unknown size.
 //!
-//! A fit goes through two phases. First the model error is taken for a share of the error at hand, without memory,
+//! A fit goes through two phases. First the model error is taken for a few times the error at hand, without memory,
 //! and only shrinks: an annealed fit, which does not stop where a few rows shout loudest. Then its size and
 //! correlation time come from the restricted likelihood, anew at every step, until nothing more is to be gained.
 
