@@ -72,7 +72,7 @@ fn base_at<F: Family>(family: &F, level: Level, from: Option<&Model<F::Member>>)
     let problem = family.member(&[], level)?;
     let starts = match from {
         Some(from) => vec![family.carried(&from.problem, &from.fit.u, &problem)],
-        None => promising(family, &problem)?,
+        None => promising(family, &[], &problem)?,
     };
     let mut options = if from.is_none() { family.options().from_nowhere() } else { family.options() };
     if level == Level::High {
@@ -88,24 +88,24 @@ fn base_at<F: Family>(family: &F, level: Level, from: Option<&Model<F::Member>>)
     Some(Model { set: Vec::new(), level, problem, fit, held_out })
 }
 
-/// From more starts than these the empty set is looked at on a few of the records, and fitted to all from the best.
+/// From more starts than these a set is looked at on a few of the records, and fitted to all from the best.
 const FEW_STARTS: usize = 3;
 
 /// Derivatives of such a look, before and after the errors' sizes are free.
 const LOOKED_AT: [usize; 2] = [6, 4];
 
-/// Where fits of the empty set start that know nothing.
-fn promising<F: Family>(family: &F, problem: &F::Member) -> Option<Vec<Vec<f64>>> {
+/// Where fits of a set start that know nothing.
+fn promising<F: Family>(family: &F, set: &[usize], problem: &F::Member) -> Option<Vec<Vec<f64>>> {
     let starts = family.cold(problem);
     if starts.len() <= FEW_STARTS {
         return Some(starts);
     }
-    let screen = family.member(&[], Level::Screen)?;
+    let screen = family.member(set, Level::Screen)?;
     let best = look(family, &screen)?;
     Some(vec![family.carried(&screen, &best.u, problem)])
 }
 
-/// A first look at the empty set: a short fit from each start that knows nothing, the best of which is freed.
+/// A first look at a set: a short fit from each start that knows nothing, the best of which is freed.
 pub fn look<F: Family>(family: &F, screen: &F::Member) -> Option<Fit> {
     let options = FitOptions { annealed: LOOKED_AT[0], settled: LOOKED_AT[1], ..family.options().from_nowhere() };
     let fits = family.cold(screen).into_par_iter().filter_map(|start| fit(screen, &start, &options));
@@ -138,17 +138,27 @@ fn freed(problem: &dyn Problem, mut best: Fit, options: &FitOptions) -> Fit {
 /// Fits a set from the empty set's optimum, and knowing nothing; the better one. The way of a search may end in a valley beside the
 /// best one, and what is told must not depend on it.
 pub fn afresh<F: Family>(family: &F, set: &[usize], base: &Model<F::Member>) -> Option<(F::Member, Fit)> {
-    ended_afresh(family, &begun_afresh(family, set, base)?)
+    ended_afresh(family, &begun_afresh(family, set, base, true)?)
 }
 
-/// The better one of both starts, cheaply.
-fn begun_afresh<F: Family>(family: &F, set: &[usize], base: &Model<F::Member>) -> Option<Model<F::Member>> {
+/// The better one of both starts, cheaply. What knows nothing starts where a first look from everywhere ends, or from the likeliest
+/// of its starts.
+fn begun_afresh<F: Family>(
+    family: &F,
+    set: &[usize],
+    base: &Model<F::Member>,
+    from_everywhere: bool,
+) -> Option<Model<F::Member>> {
     let (set, level) = (set.to_vec(), Level::Low);
     let problem = family.member(&set, level)?;
     let warm = best_start(&problem, family.warm(&problem, &base.problem, &base.fit.u));
-    let cold = best_start(&problem, family.cold(&problem));
+    let cold = if from_everywhere {
+        promising(family, &set, &problem)?
+    } else {
+        best_start(&problem, family.cold(&problem)).into_iter().collect()
+    };
     let warm = warm.map(|start| (start, family.options()));
-    let cold = cold.map(|start| (start, family.options().from_nowhere()));
+    let cold = cold.into_iter().map(|start| (start, family.options().from_nowhere()));
     let starts: Vec<(Vec<f64>, FitOptions)> = warm.into_iter().chain(cold).collect();
     let fits = starts.par_iter().filter_map(|(start, options)| fit(&problem, start, options));
     let fit = fits.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))?;
@@ -446,7 +456,8 @@ impl<F: Family> Search<'_, F> {
         if self.afresh.iter().any(|other| other == set) || self.family.stop().is_asked() {
             return;
         }
-        let begun = begun_afresh(self.family, set, base);
+        // What leaves nothing is in no wrong valley.
+        let begun = begun_afresh(self.family, set, base, !self.is_explained(set));
         // Where the search led is known as cheaply: what is no likelier is no other valley.
         let known = self.evidence(set, Level::Low).unwrap_or(f64::NEG_INFINITY);
         let better = begun.filter(|begun| begun.fit.log_evidence > known + self.options.nothing_left);

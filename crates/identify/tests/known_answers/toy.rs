@@ -25,6 +25,11 @@ pub trait Toy: Sync {
     /// Where fits start that know nothing.
     fn cold(&self, member: &Member<'_>) -> Vec<f64>;
 
+    /// Where else they may.
+    fn elsewhere(&self, _: &Member<'_>) -> Vec<Vec<f64>> {
+        Vec::new()
+    }
+
     /// Where fits start from the optimum of another member.
     fn warm(&self, member: &Member<'_>, from: &Member<'_>, u: &[f64]) -> Vec<Vec<f64>>;
 
@@ -124,7 +129,7 @@ impl<'a> Family for &'a dyn Toy {
     }
 
     fn cold(&self, member: &Member<'a>) -> Vec<Vec<f64>> {
-        vec![Toy::cold(*self, member)]
+        std::iter::once(Toy::cold(*self, member)).chain(self.elsewhere(member)).collect()
     }
 
     fn warm(&self, member: &Member<'a>, from: &Member<'a>, u: &[f64]) -> Vec<Vec<f64>> {
