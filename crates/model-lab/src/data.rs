@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
-use campaign::{Campaign, Run as RecordedRun, TimingRow, TimingScatter, ValveFacts, pooled_noise};
+use campaign::{Campaign, Run as RecordedRun, TimingRow, TimingScatter, ValveFacts, estimate_resolution, pooled_noise};
 use valve_model::prescribed::Prescribed;
 use valve_model::{CommandEdge, Conditions, Run, Schedule, Start, Valve};
 
 use crate::driving::{Driving, smoothed};
+use crate::rounding;
 
 /// Relative noise of a stroke time whose noise is not stated, at least, s.
 const LEAST_TIMING_NOISE_S: f64 = 1e-4;
@@ -29,8 +30,12 @@ pub struct ChannelData {
     pub channel: Channel,
     /// The samples; gaps are NaN.
     pub samples: Vec<f64>,
-    /// One standard deviation of a sample, SI.
+    /// One standard deviation of a sample, rounding included, SI.
     pub noise: f64,
+    /// The step of its recorder, 0 where it shows none, SI.
+    pub step: f64,
+    /// The mean square of what samples at one place are rounded alike by, in SI units squared.
+    pub common_variance: f64,
 }
 
 /// One recorded run.
@@ -174,7 +179,8 @@ fn run_data(recorded: &RecordedRun, campaign: &Campaign, position_noise: f64) ->
         prescribed: driving.as_ref().map(|driving| Arc::clone(&driving.smooth)),
         start: Start::Rest,
     };
-    let mut channels = vec![channel(Channel::Position, &trace.position_m, position_noise)];
+    let is_stated = campaign.sensors.position_noise_m.is_some();
+    let mut channels = vec![channel(Channel::Position, &trace.position_m, position_noise, is_stated)];
     let pressures = [
         (Channel::ChamberPressure, &trace.chamber_pressure_pa, campaign.inputs.chamber_pressure),
         (Channel::PipePressure, &trace.pipe_pressure_pa, campaign.inputs.pipe_pressure),
@@ -182,8 +188,9 @@ fn run_data(recorded: &RecordedRun, campaign: &Campaign, position_noise: f64) ->
     for (kind, samples, drives) in pressures {
         // A channel that drives the model cannot judge it.
         if let (Some(samples), false) = (samples, drives) {
-            let noise = campaign.sensors.pressure_noise_pa.unwrap_or_else(|| difference_noise(samples));
-            channels.push(channel(kind, samples, noise));
+            let stated = campaign.sensors.pressure_noise_pa;
+            let noise = stated.unwrap_or_else(|| difference_noise(samples));
+            channels.push(channel(kind, samples, noise, stated.is_some()));
         }
     }
     RunData { name: recorded.file.clone(), run, driving, times_s: trace.time_s.clone(), channels }
@@ -231,22 +238,23 @@ fn bridge(times: &[f64], samples: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-fn channel(kind: Channel, samples: &[f64], noise: f64) -> ChannelData {
-    ChannelData { channel: kind, samples: samples.to_vec(), noise: with_rounding(noise, samples) }
+/// A channel with its noise: what is stated is without rounding, what its samples show has it already.
+fn channel(kind: Channel, samples: &[f64], noise: f64, is_stated: bool) -> ChannelData {
+    let step = estimate_resolution(samples).unwrap_or(0.0);
+    let white = if is_stated { noise } else { (noise * noise - rounding::variance(step)).max(0.0).sqrt() };
+    ChannelData {
+        channel: kind,
+        samples: samples.to_vec(),
+        noise: noise.hypot(rounding::variance(step).sqrt()),
+        step,
+        common_variance: rounding::common_variance(step, white),
+    }
 }
 
 /// A channel's noise with what its recorder's resolution adds: the variance of rounding.
 fn with_rounding(noise: f64, samples: &[f64]) -> f64 {
-    let resolution = resolution(samples);
-    (noise * noise + resolution * resolution / 12.0).sqrt()
+    noise.hypot(rounding::variance(estimate_resolution(samples).unwrap_or(0.0)).sqrt())
 }
-
-/// Samples that are looked at for the resolution of a channel, and fewest that tell it.
-const RESOLUTION_SAMPLES: usize = 2000;
-const FEWEST_SAMPLES: usize = 10;
-
-/// Share of a channel's span below which two samples are the same.
-const SAME_SAMPLE: f64 = 1e-9;
 
 /// Noise that a position sensor has at least, m, where none is stated.
 const LEAST_POSITION_NOISE_M: f64 = 1e-7;
@@ -261,19 +269,6 @@ const ENOUGH_REPLICATES: usize = 12;
 
 /// Median size of a normal deviate, in standard deviations.
 pub(crate) const MEDIAN_SIZE: f64 = 0.6745;
-
-/// The smallest difference between two samples of a channel that is rounded, 0 if it is not.
-fn resolution(samples: &[f64]) -> f64 {
-    let mut values: Vec<f64> =
-        samples.iter().copied().filter(|value| value.is_finite()).take(RESOLUTION_SAMPLES).collect();
-    values.sort_by(f64::total_cmp);
-    let span = values.last().copied().unwrap_or(0.0) - values.first().copied().unwrap_or(0.0);
-    let gaps = || values.windows(2).map(|pair| pair[1] - pair[0]).filter(|gap| *gap > SAME_SAMPLE * span);
-    let smallest = gaps().fold(f64::INFINITY, f64::min);
-    // Rounded values repeat; of unrounded ones, hardly two are equal.
-    let repeated = values.len() > FEWEST_SAMPLES && gaps().count() < values.len() / 2;
-    if repeated && smallest.is_finite() { smallest } else { 0.0 }
-}
 
 fn pooled_position_noise(campaign: &Campaign) -> f64 {
     let positions = campaign.runs.iter().map(|run| run.trace.position_m.as_slice());

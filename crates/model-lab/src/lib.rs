@@ -13,6 +13,7 @@ pub mod errors;
 pub mod forward;
 pub mod identification;
 pub mod residual_force;
+mod rounding;
 pub mod space;
 pub mod strange_times;
 

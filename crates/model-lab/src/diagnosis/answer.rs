@@ -6,7 +6,7 @@ use valve_model::{EffectKind, ParameterId, Valve};
 use super::discrepancy::ModelDiscrepancy;
 use super::experiment::Experiment;
 use crate::errors::{Errors, StepReport};
-use crate::identification::Nuisance;
+use crate::identification::Known;
 
 /// The verdict.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -252,8 +252,8 @@ pub struct Explanation {
     pub noise_m: Option<f64>,
     /// A run that contradicts all others under the conditions that were written down for it; the answer is that of the others.
     pub left_out: Option<LeftOut>,
-    /// What instruments and conditions that all records share were found to be off by, in prior deviations.
-    pub(super) shared: Vec<(Nuisance, f64)>,
+    /// Where the search ended.
+    pub(super) known: Known,
     /// What else the reader should know.
     pub notes: Vec<String>,
     /// Whether the search was cut short.

@@ -4,7 +4,8 @@
 //! from what the others say (Cook, Technometrics 19(1), 1977), and without the one that is by far the farthest off. If the others
 //! are explained then, and the run as well as soon as one of its conditions is another, that condition is what is wrong: a
 //! pressure with its digits exchanged, a leak that was not noted, or noted as the other kind. If no condition explains it, the run
-//! is named all the same where it is far off: its clock jumped, or it is of another valve.
+//! is named all the same where it is far off: its clock jumped, or it is of another valve. Not so where all runs are explained after
+//! all, once they are fitted from where the search of the others ended: the first search was in a valley beside it.
 
 use campaign::Campaign;
 use identify::normal::Posterior;
@@ -181,9 +182,9 @@ pub(super) fn left_out(
     let (setup, mut entries, _) = subject.part(all, &of_run);
     // What the other runs say of instruments and conditions that all share stays as they say it.
     for entry in &mut entries {
-        if let Some((_, u)) = others.shared.iter().find(|(nuisance, _)| *nuisance == entry.nuisance) {
+        if let Some(u) = others.known.shared(entry.nuisance) {
             let coordinate = &mut entry.coordinate;
-            (coordinate.mean, coordinate.lower, coordinate.upper) = (*u, *u, *u);
+            (coordinate.mean, coordinate.lower, coordinate.upper) = (u, u, u);
         }
     }
     let space = Space::new(&others.valve, &[]);
@@ -228,6 +229,16 @@ pub(super) fn left_out(
         stated_rmse_m,
         others_rmse_m,
     })
+}
+
+/// Whether all runs are explained as well as the others without one of them, once fitted from where the search of these ended.
+pub(super) fn is_explained_with_all(subject: &Subject, others: &Explanation, stop: &Stop) -> bool {
+    let problem = subject.problem(others.known.space.clone(), Level::High, stop);
+    let Some(start) = others.known.start(&problem) else { return false };
+    let fitted = fit(&problem, &start, &FitOptions::new(problem.setup().groups.clone()).exact());
+    let rmse_m = fitted.and_then(|fitted| Errors::of(&problem, &fitted.linear.residual).rmse_m);
+    let of_others_m = others.steps.last().and_then(|last| last.held_out.as_ref().unwrap_or(&last.errors).rmse_m);
+    rmse_m.zip(of_others_m).is_some_and(|(rmse_m, of_others_m)| rmse_m < ALIKE * of_others_m)
 }
 
 /// Whether the right value is the one that all other runs have.

@@ -16,7 +16,7 @@ use valve_file::ValveFile;
 use valve_model::EffectKind;
 
 use crate::errors;
-use crate::identification::{Catalogue, NuisanceSizes, Subject, ValveProblem};
+use crate::identification::{Catalogue, Known, NuisanceSizes, Subject, ValveProblem};
 
 pub use report::nuisance_reports;
 
@@ -92,14 +92,14 @@ pub fn explain(
     stop: &Stop,
 ) -> Option<Explanation> {
     let subject = Subject::new(file, campaign, &options.nuisances, stop);
-    let (found, contradicting) = searched(&subject, options, tell, stop, Formula::WhereSomethingIsLeft)?;
+    let (found, contradicting) = searched(&subject, options, tell, stop, Formula::WhereSomethingIsLeft, None)?;
     let leaves = |found: &Explanation| matches!(found.verdict, Verdict::OutsideCatalogue | Verdict::PartlyExplained);
     let is_left = leaves(&found);
     if let Some(exchange) = is_left.then(|| exchanged::exchanged(&subject, campaign, stop)).flatten() {
         tell(Progress::Doing("all runs, with the conditions of two exchanged"));
         let right = exchanged::the_other_way_round(campaign, exchange);
         let right = Subject::new(file, &right, &options.nuisances, stop);
-        let explained = searched(&right, options, tell, stop, Formula::Never).map(|(explained, _)| explained);
+        let explained = searched(&right, options, tell, stop, Formula::Never, None).map(|(explained, _)| explained);
         if let Some(mut explained) = explained.filter(|explained| !leaves(explained) && !stop.is_asked()) {
             explained.notes.insert(0, exchanged::told(campaign, exchange));
             return Some(explained);
@@ -112,18 +112,23 @@ pub fn explain(
         }
         tell(Progress::Doing("all runs but one that contradicts them"));
         let rest = Subject::new(file, &apart::without(campaign, run), &options.nuisances, stop);
-        let others =
-            searched(&rest, options, tell, stop, Formula::Never).map(|(others, _)| others).filter(|_| !stop.is_asked());
+        let others = searched(&rest, options, tell, stop, Formula::Never, None)
+            .map(|(others, _)| others)
+            .filter(|_| !stop.is_asked());
         let Some(others) = others else { break };
-        let left_out = apart::left_out(&subject, campaign, run, &others, stop);
-        let is_repaired = left_out.as_ref().is_some_and(|one| one.repair.is_some());
-        if let Some(left_out) = left_out {
-            let of_others = Explanation { left_out: Some(left_out), ..others };
-            if is_repaired {
-                return Some(of_others);
+        let Some(left_out) = apart::left_out(&subject, campaign, run, &others, stop) else { continue };
+        let is_repaired = left_out.repair.is_some();
+        if !is_repaired && apart::is_explained_with_all(&subject, &others, stop) {
+            let all = searched(&subject, options, tell, stop, Formula::Never, Some(&others.known));
+            if let Some((all, _)) = all.filter(|(all, _)| !leaves(all) && !stop.is_asked()) {
+                return Some(all);
             }
-            without_repair = without_repair.or(Some(of_others));
         }
+        let of_others = Explanation { left_out: Some(left_out), ..others };
+        if is_repaired {
+            return Some(of_others);
+        }
+        without_repair = without_repair.or(Some(of_others));
     }
     Some(without_repair.unwrap_or(found))
 }
@@ -136,6 +141,7 @@ fn searched(
     tell: &(dyn Fn(Progress) + Sync),
     stop: &Stop,
     formula: Formula,
+    known: Option<&Known>,
 ) -> Option<(Explanation, Vec<usize>)> {
     let kinds = Catalogue::new(subject, &options.effects, &|_| (), stop).without_inert().kinds;
     let of = |set: &[usize]| -> Vec<EffectKind> { set.iter().map(|one| kinds[*one]).collect() };
@@ -146,6 +152,7 @@ fn searched(
         News::Reached { set, gain } => tell(Progress::Reached { kinds: of(set), gain }),
     };
     let mut catalogue = Catalogue::new(subject, &kinds, &news, stop);
+    catalogue.known = known;
     let enough = |model: &Model<ValveProblem<'_>>| {
         let left = || errors::held_out(model).unwrap_or_else(|| errors::fitted(model)).rmse_m;
         options.good_enough_m.is_some_and(|enough| left().is_some_and(|rmse| rmse < enough))

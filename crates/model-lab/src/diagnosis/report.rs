@@ -17,7 +17,7 @@ use super::uncertainty::{Certainty, effect_parameters, is_of_datasheet, is_told,
 use super::{DiagnoseOptions, Formula, Progress};
 use crate::errors::{self, StepReport};
 use crate::identification::setup::{Kind, Recording};
-use crate::identification::{Catalogue, Nuisance, ValveProblem};
+use crate::identification::{Catalogue, Known, ValveProblem};
 
 /// A group of indistinguishable alternatives larger than this names nothing.
 const LARGEST_GROUP: usize = 4;
@@ -122,7 +122,7 @@ pub(super) fn assemble<'a>(
         noise_m: noise_m(best),
         recommended,
         left_out: None,
-        shared: shared(best),
+        known: Known::new(&best.problem, &best.fit.u),
         notes,
         interrupted,
     }
@@ -446,13 +446,6 @@ pub fn nuisance_reports(
             })
         })
         .collect()
-}
-
-/// What all records share of instruments and conditions, in prior deviations.
-fn shared(best: &Fitted<'_>) -> Vec<(Nuisance, f64)> {
-    let own = &best.fit.u[best.problem.space.coordinates.len()..];
-    let all = best.problem.nuisances.iter().zip(own).map(|(entry, u)| (entry.nuisance, *u));
-    all.filter(|(nuisance, _)| nuisance.scope() == Scope::Shared).collect()
 }
 
 /// The models that were fitted to the end, with their probabilities among each other.

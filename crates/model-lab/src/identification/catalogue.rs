@@ -13,6 +13,7 @@ use valve_model::{EffectKind, Fidelity, ParameterId};
 
 use super::fidelity;
 use super::force_balance::ForceBalance;
+use super::known::Known;
 use super::nuisance::{Entry, Nuisance, NuisanceSizes, nuisances};
 use super::problem::{DEFAULT_TOLERANCES, ValveProblem};
 use super::scattered::Scattered;
@@ -376,6 +377,8 @@ pub struct Catalogue<'a> {
     pub enough: &'a (dyn Fn(&Model<ValveProblem<'_>>) -> bool + Sync),
     /// Where news go.
     pub tell: &'a (dyn Fn(News<'_>) + Sync),
+    /// Where a search of other records ended.
+    pub known: Option<&'a Known>,
     /// A wish to stop.
     pub stop: &'a Stop,
 }
@@ -390,7 +393,7 @@ impl<'a> Catalogue<'a> {
     ) -> Self {
         let has = |kind: EffectKind| subject.space.effects().iter().any(|effect| effect.kind() == kind);
         let kinds = effects.iter().copied().filter(|kind| !has(*kind)).collect();
-        Self { subject, base: subject.space.clone(), kinds, enough: &|_| false, tell, stop }
+        Self { subject, base: subject.space.clone(), kinds, enough: &|_| false, tell, known: None, stop }
     }
 
     /// Without effects that move no row, such as any upstream of a pressure that drives the model.
@@ -508,6 +511,7 @@ impl<'a> Family for Catalogue<'a> {
             starts.push(start);
         }
         starts.extend(self.subject.scattered.starts(member, &start));
+        starts.extend(self.known.and_then(|known| known.start(member)));
         starts
     }
 

@@ -2,6 +2,9 @@
 
 use identify::Row;
 
+use super::rounded::Rounded;
+use crate::data::ChannelData;
+
 /// Rows at rest are this many times longer.
 const LONGER_AT_REST: f64 = 10.0;
 
@@ -14,14 +17,16 @@ const MOVING: (f64, f64) = (5.0, 2e-3);
 /// Rows about a moving one that stay short.
 const ABOUT: usize = 3;
 
-/// The rows of a channel and the samples of each.
-pub(super) fn rows(
-    times: &[f64],
-    samples: &[f64],
-    noise: f64,
-    scale: f64,
-    fast_s: f64,
-) -> (Vec<Row>, Vec<(usize, usize)>) {
+/// Rows of a channel, the samples of each, and what these were rounded alike by.
+pub(super) struct Cut {
+    pub rows: Vec<Row>,
+    pub ranges: Vec<(usize, usize)>,
+    pub rounded: Vec<Rounded>,
+}
+
+/// The rows of some samples of a channel.
+pub(super) fn rows(times: &[f64], samples: &[f64], channel: &ChannelData, scale: f64, fast_s: f64) -> Cut {
+    let noise = channel.noise;
     let short = cut(times, samples, fast_s);
     let means: Vec<(f64, f64, f64)> = short.iter().map(|range| mean(times, samples, *range)).collect();
     let moving: Vec<bool> = (0..means.len())
@@ -49,18 +54,20 @@ pub(super) fn rows(
     let means: Vec<(f64, f64, f64)> = ranges.iter().map(|range| mean(times, samples, *range)).collect();
     let rates = rates(&means, noise);
     let fastest = rates.iter().fold(0.0, |a: f64, b| a.max(*b)).max(1e-9 * scale);
-    let rows = means
-        .iter()
-        .zip(rates)
-        .map(|((time_s, observed, count), rate)| Row {
+    let white = (noise * noise - channel.common_variance).max(0.0).sqrt();
+    let (mut rows, mut rounded) = (Vec::with_capacity(means.len()), Vec::with_capacity(means.len()));
+    for (((time_s, observed, count), rate), (first, end)) in means.iter().zip(rates).zip(&ranges) {
+        let row = Row {
             time_s: *time_s,
             observed: *observed,
-            sigma: noise / count.sqrt(),
+            sigma: white / count.sqrt(),
             activity: scale * (ACTIVITY_AT_REST + rate / fastest),
             turns: 0,
-        })
-        .collect();
-    (rows, ranges)
+        };
+        rounded.push(Rounded::new(channel, &row, rate * (times[end - 1] - times[*first]), *count));
+        rows.push(row);
+    }
+    Cut { rows, ranges, rounded }
 }
 
 /// Stretches of samples of about a duration, each with at least one that counts.

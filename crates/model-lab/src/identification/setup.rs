@@ -12,6 +12,7 @@ use valve_model::prescribed::Prescribed;
 use valve_model::{Fidelity, Parameters, Run, Schedule, Start};
 
 use super::cycles::{LEAD_S, Part, driven_parts, lead_s, looked_at, parts};
+use super::rounded::{Rounded, add_what_is_common};
 use super::rows::{cut, mean, rows, sample};
 use super::start::{Beginning, beginning};
 use super::turns::count_turns;
@@ -144,6 +145,7 @@ impl Setup {
         };
         let mut recordings = Vec::new();
         let mut records: Vec<Record> = Vec::new();
+        let mut rounded: Vec<Vec<Vec<Rounded>>> = Vec::new();
         let cycles_of = |(recorded, run)| cycles(recorded, run, travel_s, (stroke_m, ambient_pa), is_prescribed);
         let cycles: Vec<Vec<Part>> = campaign.runs.iter().zip(&data.runs).map(cycles_of).collect();
         let counts: Vec<usize> = cycles.iter().map(Vec::len).collect();
@@ -151,12 +153,14 @@ impl Setup {
         for (source, (run, (cycles, chosen))) in data.runs.iter().zip(cycles.iter().zip(&chosen)).enumerate() {
             for cycle in chosen {
                 let of_many = (cycles.len() > 1).then_some(cycle + 1);
-                let (recording, record) =
+                let (recording, record, of_channels) =
                     trace_recording(run, &cycles[*cycle], of_many, travel_s, (stroke_m, ambient_pa));
                 recordings.push(Recording { fidelity, source, ..recording });
                 records.push(record);
+                rounded.push(of_channels);
             }
         }
+        add_what_is_common(&mut records, &rounded);
         for (index, group) in data.timing_groups.iter().enumerate() {
             let (recording, record) = times_recording(data, group);
             recordings.push(Recording { fidelity, source: data.runs.len() + index, ..recording });
@@ -383,10 +387,11 @@ fn trace_recording(
     number: Option<usize>,
     travel_s: f64,
     (stroke_m, ambient_pa): (f64, f64),
-) -> (Recording, Record) {
+) -> (Recording, Record, Vec<Vec<Rounded>>) {
     let span_pa = (data.run.conditions.supply_pressure_pa - ambient_pa).abs().max(0.1 * ambient_pa);
     let mut series = Vec::new();
     let mut channels = Vec::new();
+    let mut of_channels = Vec::new();
     let inside = |time: &f64| *time >= part.from_s && *time < part.until_s;
     let first = data.times_s.iter().position(inside).unwrap_or(0);
     let end = data.times_s.iter().rposition(inside).map_or(0, |last| last + 1);
@@ -395,15 +400,16 @@ fn trace_recording(
         let is_position = channel.channel == Channel::Position;
         let scale = if is_position { stroke_m } else { span_pa };
         let samples = &channel.samples[first..end];
-        let (rows, cut) = rows(times, samples, channel.noise, scale, travel_s / ROWS_A_TRAVEL);
+        let cut = rows(times, samples, channel, scale, travel_s / ROWS_A_TRAVEL);
         let mut samples_s = Vec::new();
-        let mut ranges = Vec::with_capacity(cut.len());
-        for range in cut {
+        let mut ranges = Vec::with_capacity(cut.ranges.len());
+        for range in cut.ranges {
             let first = samples_s.len();
             sample(times, samples, range, MOST_SAMPLES, &mut samples_s);
             ranges.push((first, samples_s.len()));
         }
-        series.push(Series { rows, group: usize::from(!is_position), is_process: true });
+        series.push(Series { rows: cut.rows, group: usize::from(!is_position), is_process: true });
+        of_channels.push(cut.rounded);
         channels.push(ChannelRows { channel: channel.channel, samples_s, rows: ranges });
     }
     let run = part.run(data);
@@ -421,7 +427,7 @@ fn trace_recording(
         source: 0,
         kind: Kind::Trace(Trace { channels, samples: first..end }),
     };
-    (recording, Record { series, condition: 0 })
+    (recording, Record { series, condition: 0 }, of_channels)
 }
 
 fn times_recording(data: &Dataset, group: &TimingGroup) -> (Recording, Record) {
