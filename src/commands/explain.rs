@@ -10,7 +10,7 @@ use identify::select::BY_CHANCE;
 use model_lab::diagnosis::discrepancy::ModelDiscrepancy;
 use model_lab::diagnosis::experiment::DECISIVE;
 use model_lab::diagnosis::{
-    DiagnoseOptions, Explanation, Indistinguishable, NuisanceReport, Progress, Verdict, explain,
+    DiagnoseOptions, Exchanged, Explanation, Indistinguishable, NuisanceReport, Progress, Verdict, explain,
 };
 use model_lab::errors::Errors;
 use quantity::Dimension;
@@ -226,6 +226,11 @@ pub fn next(valve: &Path, input: &CampaignInput, answer: &Explanation) -> (Strin
         call(why, &words)
     };
     let again = ["explain", file.as_str(), strokes.as_str()];
+    if let Some(Exchanged { runs: [one, other], what }) = &answer.exchanged {
+        let why =
+            format!("in {strokes}, write the {what} of {one} and {other} the other way round; then explain again");
+        return call(&why, &again);
+    }
     if let Some(left_out) = &answer.left_out {
         let verb = if left_out.repair.is_some() { "correct" } else { "see to" };
         let why = format!(

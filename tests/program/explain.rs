@@ -237,3 +237,26 @@ fn a_pressure_with_its_digits_exchanged_is_what_is_told_to_be_mended() {
     assert_eq!(answer["left_out"]["condition"], "supply_pressure");
     assert_documented("explain", &answer);
 }
+
+#[test]
+#[ignore = "takes a minute: two whole searches"]
+fn two_pressures_that_were_exchanged_are_what_is_told_to_be_mended() {
+    let sandbox = Sandbox::new();
+    sandbox.copy(&Path::new(env!("CARGO_MANIFEST_DIR")).join("data/sticking-valve"), "");
+    let stated = sandbox.read("campaign.toml");
+    let slipped = stated.replacen("\"60 psig\"", "\"x\"", 1).replacen("\"90 psig\"", "\"60 psig\"", 1);
+    sandbox.write("campaign.toml", &slipped.replacen("\"x\"", "\"90 psig\"", 1));
+    let told = shown(&sandbox.valve(&["explain", "valve.toml", "campaign.toml"]));
+    let told = told.split_whitespace().collect::<Vec<_>>().join(" ");
+    for part in [
+        "exchanged: missing: dry-friction",
+        "seem to have been written down for one another",
+        "next: in campaign.toml, write the supply pressures of traces/run-1.csv and traces/run-4.csv the other way round;",
+    ] {
+        assert!(told.contains(part), "{part}: {told}");
+    }
+    let output = sandbox.valve(&["explain", "valve.toml", "campaign.toml", "--format", "json"]);
+    let answer: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(answer["exchanged"]["what"], "supply pressures");
+    assert_documented("explain", &answer);
+}

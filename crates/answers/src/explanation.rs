@@ -8,7 +8,7 @@ use leak_table::mm2_from_m2;
 use model_lab::diagnosis::discrepancy::ModelDiscrepancy;
 use model_lab::diagnosis::experiment::Experiment;
 use model_lab::diagnosis::{
-    CandidateReport, Condition, Explanation, FittedParameter, Indistinguishable, LeftOut, Repair, Verdict,
+    CandidateReport, Condition, Exchanged, Explanation, FittedParameter, Indistinguishable, LeftOut, Repair, Verdict,
 };
 use quantity::Unit;
 use serde::Serialize;
@@ -48,6 +48,9 @@ pub fn headline(answer: &Explanation) -> String {
 /// The same with an error of a length, m, told in other words.
 pub fn headline_in(answer: &Explanation, length: &dyn Fn(f64) -> String) -> String {
     let verdict = verdict_in(answer, length);
+    if let Some(Exchanged { runs: [one, other], what }) = &answer.exchanged {
+        return format!("with the {what} of {one} and {other} exchanged: {verdict}");
+    }
     match &answer.left_out {
         Some(LeftOut { run, .. }) => format!("{run} contradicts all other runs and was left out; of these: {verdict}"),
         None => verdict,
@@ -56,7 +59,7 @@ pub fn headline_in(answer: &Explanation, length: &dyn Fn(f64) -> String) -> Stri
 
 /// What else the reader should know; what is wrong with a run that was left out comes first.
 pub fn notes(answer: &Explanation) -> Vec<String> {
-    let slips = answer.left_out.iter().map(slip);
+    let slips = answer.left_out.iter().map(slip).chain(answer.exchanged.iter().map(exchange));
     let of_instruments = answer.recommended.iter().filter(|kind| kind.info().acts_on.is_measurement()).map(|kind| {
         format!(
             "{} is of what records the valve: the valve itself moves as before, and its stroke times stay",
@@ -64,6 +67,14 @@ pub fn notes(answer: &Explanation) -> Vec<String> {
         )
     });
     slips.chain(of_instruments).chain(moved::far_off(&answer.moved)).chain(answer.notes.iter().cloned()).collect()
+}
+
+/// Two runs with something of each other's, and what is told of them all the same.
+fn exchange(Exchanged { runs: [one, other], what }: &Exchanged) -> String {
+    format!(
+        "the {what} of {one} and {other} seem to have been written down for one another: as they stand something is left that \
+         nothing explains, and exchanged nothing is; all of this is told with them exchanged, correct the campaign file"
+    )
 }
 
 /// How surely an effect is needed, among all sets of effects that were compared; nothing where that is not known.
@@ -263,9 +274,17 @@ struct ExplanationDocument<'a> {
     remainder: RemainderDocument,
     residual: Option<DiscrepancyDocument<'a>>,
     left_out: Option<LeftOutDocument<'a>>,
+    exchanged: Option<ExchangedDocument<'a>>,
     notes: Vec<String>,
     doubts: Vec<String>,
     interrupted: bool,
+}
+
+/// Two runs with something of each other's, for programs.
+#[derive(Debug, Clone, Serialize)]
+struct ExchangedDocument<'a> {
+    runs: &'a [String; 2],
+    what: &'static str,
 }
 
 /// A run that contradicts all others, for programs, SI.
@@ -413,6 +432,7 @@ pub fn document(answer: &Explanation, input: &CampaignInput) -> Value {
         },
         residual: answer.discrepancy.as_ref().map(discrepancy_document),
         left_out: answer.left_out.as_ref().map(left_out_document),
+        exchanged: answer.exchanged.as_ref().map(|Exchanged { runs, what }| ExchangedDocument { runs, what }),
         notes: notes(answer),
         doubts: input.doubts(),
         interrupted: answer.interrupted,

@@ -2,8 +2,8 @@
 
 mod recorded;
 
-use identify::select::{Family, Level};
 use identify::Stop;
+use identify::select::{Family, Level};
 use model_lab::identification::{Catalogue, Known, NuisanceSizes, Subject};
 use recorded::{Noise, Off, campaign, stroke};
 use valve_file::ValveFile;

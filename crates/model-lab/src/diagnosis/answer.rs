@@ -219,6 +219,15 @@ pub struct Remainder {
     pub multiplier: f64,
 }
 
+/// Two runs whose conditions seem to have been written down for one another.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Exchanged {
+    /// Their files.
+    pub runs: [String; 2],
+    /// What of theirs stands with the other one, in words.
+    pub what: &'static str,
+}
+
 /// The whole answer.
 #[derive(Debug, Clone)]
 pub struct Explanation {
@@ -252,6 +261,8 @@ pub struct Explanation {
     pub noise_m: Option<f64>,
     /// A run that contradicts all others under the conditions that were written down for it; the answer is that of the others.
     pub left_out: Option<LeftOut>,
+    /// Two runs whose conditions seem to have been written down for one another; the answer is that with them exchanged.
+    pub exchanged: Option<Exchanged>,
     /// Where the search ended.
     pub(super) known: Known,
     /// What else the reader should know.

@@ -9,6 +9,7 @@ use identify::problem::predict_all;
 use identify::select::Level;
 use identify::{Problem, Stop};
 
+use super::answer::Exchanged;
 use crate::data::conditions;
 use crate::identification::{Subject, ValveProblem};
 
@@ -125,12 +126,6 @@ pub(super) fn the_other_way_round(campaign: &Campaign, (one, other, part): Excha
 }
 
 /// What is told of a pair with which everything is explained as soon as it is exchanged.
-pub(super) fn told(campaign: &Campaign, (one, other, part): Exchange) -> String {
-    format!(
-        "the {} of {} and {} seem to have been written down for one another: as they stand something is left that nothing \
-         explains, and exchanged nothing is; all of this is told with them exchanged, correct the campaign file",
-        part.words(),
-        campaign.runs[one].file,
-        campaign.runs[other].file
-    )
+pub(super) fn told(campaign: &Campaign, (one, other, part): Exchange) -> Exchanged {
+    Exchanged { runs: [one, other].map(|run| campaign.runs[run].file.clone()), what: part.words() }
 }

@@ -21,8 +21,8 @@ use crate::identification::{Catalogue, Known, NuisanceSizes, Subject, ValveProbl
 pub use report::nuisance_reports;
 
 pub use answer::{
-    Alternative, CandidateReport, Condition, Explanation, FittedParameter, Indistinguishable, LeftOut, MovedParameter,
-    NuisanceReport, Remainder, Repair, Verdict,
+    Alternative, CandidateReport, Condition, Exchanged, Explanation, FittedParameter, Indistinguishable, LeftOut,
+    MovedParameter, NuisanceReport, Remainder, Repair, Verdict,
 };
 
 /// What a search tells while it runs.
@@ -100,9 +100,8 @@ pub fn explain(
         let right = exchanged::the_other_way_round(campaign, exchange);
         let right = Subject::new(file, &right, &options.nuisances, stop);
         let explained = searched(&right, options, tell, stop, Formula::Never, None).map(|(explained, _)| explained);
-        if let Some(mut explained) = explained.filter(|explained| !leaves(explained) && !stop.is_asked()) {
-            explained.notes.insert(0, exchanged::told(campaign, exchange));
-            return Some(explained);
+        if let Some(explained) = explained.filter(|explained| !leaves(explained) && !stop.is_asked()) {
+            return Some(Explanation { exchanged: Some(exchanged::told(campaign, exchange)), ..explained });
         }
     }
     let mut without_repair = None;

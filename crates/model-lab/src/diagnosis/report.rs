@@ -122,6 +122,7 @@ pub(super) fn assemble<'a>(
         noise_m: noise_m(best),
         recommended,
         left_out: None,
+        exchanged: None,
         known: Known::new(&best.problem, &best.fit.u),
         notes,
         interrupted,
