@@ -11,14 +11,17 @@ pub enum Answer {
     Fine,
     /// Done, and the answer is the bad news that the user asked to be told of.
     BadNews,
+    /// Somebody asked to stop; what was known by then was told.
+    Interrupted,
 }
 
 impl Answer {
-    /// 0 or 1.
+    /// 0, 1, or what shells give to whoever ends by Ctrl-C.
     pub fn exit_code(self) -> ExitCode {
         match self {
             Self::Fine => ExitCode::SUCCESS,
             Self::BadNews => ExitCode::from(1),
+            Self::Interrupted => ExitCode::from(130),
         }
     }
 }

@@ -65,7 +65,7 @@ pub struct InitValveArgs {
     /// Stiffness of the spring, such as "16 N/mm"; "0 N/m" without a spring
     #[arg(long, value_name = "STIFFNESS")]
     pub spring_stiffness: Option<String>,
-    /// Compression of the spring with the valve open, such as "36 mm"
+    /// Compression of the spring with the valve open, such as "36 mm", or its force then, such as "130 lbf"
     #[arg(long, value_name = "LENGTH", hide_short_help = true)]
     pub spring_preload: Option<String>,
     /// Mass of piston, stem and plug, such as "1.5 kg"

@@ -61,7 +61,7 @@ pub fn run(args: &ExplainArgs) -> anyhow::Result<Answer> {
             None => output::note("no effects are left to be told apart: no picture of an experiment was drawn"),
         }
     }
-    Ok(Answer::Fine)
+    Ok(if answer.interrupted { Answer::Interrupted } else { Answer::Fine })
 }
 
 /// Searches for what is missing, with a line of progress; Ctrl-C ends it with what is known by then.

@@ -172,6 +172,21 @@ fn pictures_are_drawn_of_what_there_is_to_show() {
 }
 
 #[test]
+fn files_in_each_others_place_are_told_as_such_and_nothing_else() {
+    let sandbox = Sandbox::new();
+    sandbox.copy(&Path::new(env!("CARGO_MANIFEST_DIR")).join("data/sticking-valve"), "");
+    for (files, told) in [
+        (["campaign.toml", "valve.toml"], "belongs to a campaign file; expected a valve file, which is named before"),
+        (["valve.toml", "valve.toml"], "belongs to a valve file; expected a campaign file, which is named after"),
+    ] {
+        let output = sandbox.valve(&["compare", files[0], files[1]]);
+        let error = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{error}");
+        assert!(error.contains(told) && error.trim_end().lines().count() == 1, "{error}");
+    }
+}
+
+#[test]
 fn an_unknown_effect_is_refused_with_the_nearest_name() {
     let sandbox = Sandbox::new();
     hide_vent_restriction(&sandbox);

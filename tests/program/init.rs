@@ -167,6 +167,25 @@ fn nothing_is_guessed_or_replaced_unasked() {
 }
 
 #[test]
+fn a_springs_force_is_a_compression_by_its_stiffness() {
+    let sandbox = Sandbox::new();
+    let with = |out: &str, preload: &str, stiffness: &str| {
+        let options = ["--stroke", "1 in", "--bore", "63 mm", "--supply", "75 psig", "--spring-preload", preload];
+        sandbox.valve(&[&["init", "--typical", "--out", out, "--spring-stiffness", stiffness][..], &options].concat())
+    };
+    let written = with("new.toml", "130 lbf", "16 N/mm");
+    assert_eq!(written.status.code(), Some(0), "{}", shown(&written));
+    // 130 lbf are 578.27 N.
+    let line = "preload_compression = \"36.14 mm\"";
+    let text = sandbox.read("new.toml");
+    assert!(text.contains(line) && text.contains("from 130 lbf"), "{text}");
+    let refused = with("none.toml", "130 lbf", "0 N/m");
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(shown(&refused).contains("\"130 lbf\" is a force, which is a compression only with a stiffness above 0"));
+    assert!(!sandbox.path("none.toml").exists());
+}
+
+#[test]
 fn units_of_american_datasheets_are_read_and_all_wrong_options_told_at_once() {
     let sandbox = Sandbox::new();
     let written = sandbox.valve(&[

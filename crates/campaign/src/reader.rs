@@ -37,8 +37,11 @@ impl Campaign {
     ) -> Result<Self, CampaignError> {
         let document = Document::parse(text, file_name)?;
         let root = document.root();
-        let mut refusals = Refusals::default();
         let known = ["name", "sensors", "uncertainty", "columns", "inputs", "command_from", "run", "timings"];
+        let of_valves = ["actuator", "pneumatics", "spring"];
+        let expected = "a campaign file, which is named after the valve file";
+        root.not_of_another_kind(&known[1..], &of_valves, "a valve file", expected)?;
+        let mut refusals = Refusals::default();
         refusals.keep(root.allow_only(&known));
         let name = root.text("name", "a text");
         let name = name.and_then(|name| name.ok_or_else(|| root.missing("name", "the campaign's name, a text")));

@@ -94,6 +94,16 @@ pub enum Problem {
         /// The parser's words.
         message: String,
     },
+    /// A file that other readers are for.
+    #[error("\"{key}\" belongs to {found}; expected {expected}")]
+    AnotherKind {
+        /// A key that tells it.
+        key: String,
+        /// What the file is.
+        found: String,
+        /// What was to be read, and where it is named.
+        expected: String,
+    },
     /// A key that nobody reads.
     #[error("unknown key \"{key}\"{suggestion}; expected one of {known}")]
     UnknownKey {

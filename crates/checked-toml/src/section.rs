@@ -117,6 +117,22 @@ impl<'a> Section<'a> {
         refusals.none()
     }
 
+    /// Refuses a table that has one of another kind's keys and none of its own.
+    pub fn not_of_another_kind(
+        &self,
+        own: &[&str],
+        theirs: &[&str],
+        found: &str,
+        expected: &str,
+    ) -> Result<(), TomlFileError> {
+        let Some(key) = theirs.iter().find(|key| self.has(key)).filter(|_| !own.iter().any(|key| self.has(key))) else {
+            return Ok(());
+        };
+        let problem =
+            Problem::AnotherKind { key: self.dotted(key), found: found.to_owned(), expected: expected.to_owned() };
+        Err(self.document.error_at(self.line_of(key), problem))
+    }
+
     /// The refusal of a key that is none of these.
     #[must_use]
     pub fn unknown(&self, key: &str, known: &[&str]) -> TomlFileError {

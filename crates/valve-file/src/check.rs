@@ -43,6 +43,9 @@ impl ValveFile {
 
 fn check(document: Document) -> Result<ValveFile, ValveFileError> {
     let root = document.root();
+    let of_campaigns = ["run", "timings", "sensors"];
+    let expected = "a valve file, which is named before the campaign";
+    root.not_of_another_kind(&ROOT_KEYS[1..], &of_campaigns, "a campaign file", expected)?;
     let mut refusals = Refusals::default();
     refusals.keep(root.allow_only(&ROOT_KEYS));
     let name = root.text("name", "a text");

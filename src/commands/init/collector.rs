@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use quantity::{Dimension, Quantity, Unit, format_number, format_si, pressure_pa};
 
 use super::dialogue;
-use super::facts::{FACTS, Fact, bench_set_pa, plain};
+use super::facts::{FACTS, Fact, bench_set_pa, plain, preload};
 use super::sheet::{Draft, Entry, quoted};
 use super::typical::Size;
 use crate::cli::InitValveArgs;
@@ -99,7 +99,7 @@ impl<'a> Collector<'a> {
                     let si = if fact.key == "spring.stiffness" { *stiffness } else { *preload_m };
                     written(fact, si, "from the bench set".to_owned(), fact.tolerance[0])
                 }
-                None => self.fact(fact, size)?,
+                None => self.fact(fact, size, stiffness(&entries))?,
             });
         }
         if let Some(words) = &args.orientation {
@@ -108,7 +108,7 @@ impl<'a> Collector<'a> {
                 self.wrong.push(format!("--orientation: \"{words}\" is not known; expected {}", known.join(", ")));
             }
             entries.push(entry("actuator.orientation", words.clone(), "upright: the weight opens the valve"));
-        } else if entries.iter().any(is_no_spring) {
+        } else if stiffness(&entries) == 0.0 {
             self.assumed.push("that its weight opens it, there being no spring".to_owned());
             let comment = "without a spring the weight opens it, with the rod up; else it stays closed";
             entries.push(entry("actuator.orientation", "inverted".to_owned(), comment));
@@ -142,7 +142,7 @@ impl<'a> Collector<'a> {
     /// Notes what is taken where nothing else was said, but for the gas.
     fn assume_usual(&mut self, entries: &[Entry]) {
         let args = self.args;
-        if args.orientation.is_none() && !entries.iter().any(is_no_spring) {
+        if args.orientation.is_none() && stiffness(&entries) > 0.0 {
             self.assumed.push("upright".to_owned());
         }
         if args.flow_coefficient.is_none() {
@@ -279,7 +279,11 @@ impl<'a> Collector<'a> {
         Ok(Some((stiffness, begin_pa * size.area_m2 / stiffness)))
     }
 
-    fn fact(&mut self, fact: &Fact, size: Size) -> anyhow::Result<Entry> {
+    fn fact(&mut self, fact: &Fact, size: Size, stiffness_n_per_m: f64) -> anyhow::Result<Entry> {
+        let read = |text: &str| match fact.key {
+            "spring.preload_compression" => preload(text, stiffness_n_per_m),
+            _ => (fact.read)(text),
+        };
         let entry = |text: &str, si: f64, as_it_is: bool, stated: Option<f64>| {
             let tolerance = stated.or(fact.tolerance[0]).filter(|_| si > 0.0);
             if as_it_is {
@@ -291,7 +295,7 @@ impl<'a> Collector<'a> {
         if let Some(text) = self.given(fact.key) {
             let option = format!("--{}", fact.option_name());
             let (text, limits) = with_limits(&text);
-            let (si, as_it_is) = self.named(&option, (fact.read)(text)).unwrap_or((0.0, false));
+            let (si, as_it_is) = self.named(&option, read(text)).unwrap_or((0.0, false));
             return Ok(entry(text, si, as_it_is, limits));
         }
         let typical = (fact.typical)(size);
@@ -308,7 +312,7 @@ impl<'a> Collector<'a> {
                 fact.example,
                 rounded(typical, fact.unit)
             );
-            let answer = dialogue::ask(&question, true, |text| (fact.read)(with_limits(text).0))?;
+            let answer = dialogue::ask(&question, true, |text| read(with_limits(text).0))?;
             return Ok(answer.map_or_else(
                 || usual(fact.tolerance[1]),
                 |(text, (si, as_it_is))| {
@@ -385,10 +389,11 @@ fn tolerance(text: &str, entries: &[Entry]) -> Result<(usize, f64), String> {
     number.map(|share| (*index, share)).ok_or_else(|| format!("\"{share}\" is no share above 0 and at most 1"))
 }
 
-/// Whether an entry says that there is no spring.
-fn is_no_spring(entry: &Entry) -> bool {
-    let stiffness = Quantity::parse(entry.text.trim_matches('"'), Dimension::Stiffness);
-    entry.key == "spring.stiffness" && stiffness.is_ok_and(|stiffness| stiffness.si() == 0.0)
+/// The stiffness of the spring among what is known by now, N/m; 0 where there is none.
+fn stiffness(entries: &[Entry]) -> f64 {
+    let entry = entries.iter().find(|entry| entry.key == "spring.stiffness");
+    let stiffness = entry.and_then(|entry| Quantity::parse(entry.text.trim_matches('"'), Dimension::Stiffness).ok());
+    stiffness.map_or(0.0, |stiffness| stiffness.si())
 }
 
 /// The typical stiffness of the stops, with its unit.

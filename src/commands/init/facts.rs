@@ -62,7 +62,7 @@ pub const FACTS: [Fact; 8] = [
         key: "spring.preload_compression",
         option: "--spring-preload (or --bench-set)",
         what: "compression of the spring with the valve open",
-        stands: "free length of the spring less its length with the valve open; or from the bench set",
+        stands: "free length of the spring less its length with the valve open, or its force then, such as \"300 lbf\"; or from the bench set",
         example: "36 mm",
         unit: "mm",
         read: |text| zero_or_more(text, Dimension::Length),
@@ -136,6 +136,17 @@ pub fn plain(text: &str, dimension: Dimension) -> Result<(f64, bool), String> {
 fn zero_or_more(text: &str, dimension: Dimension) -> Result<(f64, bool), String> {
     let si = Quantity::parse(text, dimension).map_err(|error| error.to_string())?.si();
     if si >= 0.0 && si.is_finite() { Ok((si, true)) } else { Err(format!("\"{text}\" is not 0 or more")) }
+}
+
+/// The compression of a spring, m, as a length or as the force that its stiffness makes of it.
+pub fn preload(text: &str, stiffness_n_per_m: f64) -> Result<(f64, bool), String> {
+    match Quantity::parse(text, Dimension::Force) {
+        Ok(_) if stiffness_n_per_m <= 0.0 => {
+            Err(format!("\"{text}\" is a force, which is a compression only with a stiffness above 0"))
+        }
+        Ok(force) if force.si() >= 0.0 => Ok((force.si() / stiffness_n_per_m, false)),
+        _ => zero_or_more(text, Dimension::Length),
+    }
 }
 
 fn orifice(text: &str) -> Result<(f64, bool), String> {
