@@ -142,7 +142,7 @@ impl<'a> Collector<'a> {
     /// Notes what is taken where nothing else was said, but for the gas.
     fn assume_usual(&mut self, entries: &[Entry]) {
         let args = self.args;
-        if args.orientation.is_none() && stiffness(&entries) > 0.0 {
+        if args.orientation.is_none() && stiffness(entries) > 0.0 {
             self.assumed.push("upright".to_owned());
         }
         if args.flow_coefficient.is_none() {
