@@ -18,6 +18,11 @@ use answers::comparison::Compared;
 use answers::figures::comparison as figures;
 use answers::{CampaignInput, comparison as json};
 
+/// Why no missing force is told, and what would let it be.
+const NO_FORCE: &str = "the recorded strokes are too short to tell a missing force, or their rows too far apart";
+const NEEDED_FOR_FORCE: &str =
+    "strokes that move for at least 50 ms away from their stops, with ten rows in that time, are needed";
+
 /// Compares and prints.
 pub fn run(args: &CompareArgs) -> anyhow::Result<Answer> {
     let input = campaign_input::read(&args.valve, &args.campaign)?;
@@ -40,8 +45,11 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<Answer> {
     };
     match args.format {
         Format::Text => {
-            let text = text(&input, &compared_file, against.as_ref(), force.as_ref());
-            output::print_text(&(text + &next(args, &input, &compared_file)))?;
+            let mut text = text(&input, &compared_file, against.as_ref(), force.as_ref());
+            if wants_force(args) && force.is_none() {
+                let _ = writeln!(text, "\n{NO_FORCE}: {NEEDED_FOR_FORCE}");
+            }
+            output::print_text(&(text + &next(args, &input, &compared_file, force.is_some())))?;
         }
         Format::Json => {
             output::print_json(&json::document(&input, &compared_file, against.as_ref(), force.as_ref()))?;
@@ -66,14 +74,14 @@ pub fn compared(input: &CampaignInput, file: &ValveFile) -> anyhow::Result<Compa
 const NOISE_ALONE: f64 = 1.1;
 
 /// What to do with what was found.
-fn next(args: &CompareArgs, input: &CampaignInput, compared: &Compared) -> String {
+fn next(args: &CompareArgs, input: &CampaignInput, compared: &Compared, tells_force: bool) -> String {
     let (valve, campaign) = (args.valve.display().to_string(), args.campaign.display().to_string());
     let is_noise = |errors: &Errors| errors.normalised_rms <= NOISE_ALONE;
     if is_noise(&compared.comparison.overall.errors) || is_noise(&compared.allowing.errors) && input.is_fitted() {
         let why = "noise and instruments explain the error: build the tables that a timing log is read with";
         return next_step(why, &["build-tables", &valve, "--out", &free_name_beside(&args.valve, "tables")]);
     }
-    if wants_force(args) {
+    if tells_force {
         let why = "describe what is missing as a custom effect in the valve file: [[effect]] tells how";
         return next_step(why, &["help", "formats"]);
     }
@@ -122,12 +130,7 @@ impl Plots {
         if let Some(plot) = self.strips {
             plot.write(&figures::strips(input, comparison, against).figure())?;
         }
-        let missing = || {
-            Hinted::error(
-                "the recorded strokes are too short to tell a missing force",
-                "strokes that leave their stops and move for at least 50 ms are needed",
-            )
-        };
+        let missing = || Hinted::error(NO_FORCE, NEEDED_FOR_FORCE);
         if let Some(plot) = self.force {
             plot.write(&figures::missing_force(force.ok_or_else(missing)?).figure())?;
         }

@@ -145,6 +145,21 @@ fn missing_friction_and_push_are_read_from_the_motion() {
 }
 
 #[test]
+fn rows_too_far_apart_tell_no_missing_force_and_that_is_said() {
+    let sandbox = Sandbox::new();
+    Recording { supplies_psig: vec![75.0], ..Recording::default() }.write(&sandbox, VALVE);
+    let kept = |(index, _): &(usize, &str)| index % 100 == 0 || *index == 1;
+    let trace = sandbox.read("run-1.csv");
+    let rows: Vec<&str> = trace.lines().enumerate().filter(kept).map(|(_, line)| line).collect();
+    sandbox.write("run-1.csv", &(rows.join("\n") + "\n"));
+    let told = sandbox.valve(&["compare", "valve.toml", "campaign.toml", "--residual-force"]);
+    let words = String::from_utf8_lossy(&told.stdout).split_whitespace().collect::<Vec<_>>().join(" ");
+    assert_eq!(told.status.code(), Some(0));
+    assert!(words.contains("too short to tell a missing force, or their rows too far apart: strokes that"), "{words}");
+    assert!(!words.contains("describe what is missing"), "{words}");
+}
+
+#[test]
 fn stroke_times_alone_are_compared() {
     let sandbox = Sandbox::new();
     let times = "supply_pressure_psig,close_time_s,open_time_s\n75,1.0422,2.1344\n75,1.0452,2.1314\n60,1.3,\n";
