@@ -2,8 +2,9 @@
 
 use identify::{Row, Series};
 
-/// A turn is seen where the piston went back by more than this many deviations of a row's noise, and this share of the stroke.
-const SEEN: (f64, f64) = (8.0, 2e-3);
+/// A turn is seen where the piston went back by more than this many deviations of a row's noise, and this share of the stroke: hum,
+/// vibration after a stop and slow noise of a sensor stay below.
+const SEEN: (f64, f64) = (8.0, 1e-2);
 
 /// Counts the turns before each row of a record; the first series is the position. `edges_s` are the commands, in the time of the rows.
 pub(super) fn count_turns(series: &mut [Series], edges_s: &[f64], stroke_m: f64) {
