@@ -92,7 +92,7 @@ pub struct InitValveArgs {
     /// Discharge coefficient of the orifices
     #[arg(long, value_name = "NUMBER", hide_short_help = true)]
     pub flow_coefficient: Option<String>,
-    /// Which way the rod points: upright (the weight opens the valve), inverted or horizontal
+    /// How it stands: upright (the weight closes the valve), inverted (it opens it) or horizontal
     #[arg(long, value_name = "WORD", hide_short_help = true)]
     pub orientation: Option<String>,
     /// How well a value is known, one standard deviation, such as spring.stiffness=0.02 or "port 20 %"; may be repeated. The
@@ -109,7 +109,7 @@ pub struct InitValveArgs {
     #[arg(long, value_name = "GAS", hide_short_help = true)]
     pub gas: Option<String>,
     /// Temperature, such as "20 degC"
-    #[arg(long, value_name = "TEMPERATURE", hide_short_help = true)]
+    #[arg(long, allow_hyphen_values = true, value_name = "TEMPERATURE", hide_short_help = true)]
     pub temperature: Option<String>,
     /// Atmospheric pressure, such as "101.325 kPa"
     #[arg(long, value_name = "PRESSURE", hide_short_help = true)]
@@ -147,7 +147,7 @@ pub struct InitCampaignArgs {
     #[arg(long, value_name = "PRESSURE")]
     pub supply: Vec<String>,
     /// Temperature of all recordings, or FILE=TEMPERATURE of one; may be repeated
-    #[arg(long, value_name = "TEMPERATURE")]
+    #[arg(long, allow_hyphen_values = true, value_name = "TEMPERATURE")]
     pub temperature: Vec<String>,
     /// Leak that was opened on purpose, such as FILE=atmosphere:0.15mm2 or FILE=supply:0.05mm2; may be repeated
     #[arg(long, value_name = "LEAK")]

@@ -34,7 +34,7 @@ pub struct SimulateArgs {
     #[arg(long, value_name = "PRESSURE", value_parser = pressure)]
     pub supply_pressure: Option<Quantity>,
     /// Temperature instead of the valve file's
-    #[arg(long, value_name = "TEMPERATURE", value_parser = temperature_k)]
+    #[arg(long, allow_hyphen_values = true, value_name = "TEMPERATURE", value_parser = temperature_k)]
     pub temperature: Option<f64>,
     /// Longest step of the integrator
     #[arg(long, value_name = "TIME", value_parser = duration_s, default_value = "1 ms")]

@@ -33,7 +33,7 @@ pub struct BuildTablesArgs {
     #[arg(long, value_name = "FROM..TO", value_parser = supply_range)]
     pub supply_range: Option<QuantityRange>,
     /// Also build tables over the temperature, such as "270..310 K"
-    #[arg(long, value_name = "FROM..TO", value_parser = temperature_range)]
+    #[arg(long, allow_hyphen_values = true, value_name = "FROM..TO", value_parser = temperature_range)]
     pub temperature_range: Option<QuantityRange>,
     /// What may wear: all, leaks, or a list of atmosphere, supply, friction, spring, exhaust, supply-line; the two
     /// leaks are always built

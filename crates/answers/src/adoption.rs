@@ -42,6 +42,16 @@ pub enum AdoptionError {
         /// The valve file.
         file: String,
     },
+    /// The fit wants nothing of an effect.
+    #[error("{name}: these data want none of it, its {parameter} ended at {value}")]
+    NoneOfIt {
+        /// The effect.
+        name: &'static str,
+        /// The parameter that says so.
+        parameter: &'static str,
+        /// Its value.
+        value: f64,
+    },
     /// The new valve file does not pass its checks.
     #[error(transparent)]
     File(#[from] ValveFileError),
@@ -57,7 +67,9 @@ impl AdoptionError {
             Self::NoSuchEffect { nearest: None, .. } => {
                 Some("`valve effects` lists the catalogue; a custom effect must stand in the valve file".to_owned())
             }
-            Self::NoFormula { .. } => Some("`valve explain` tells what was found instead".to_owned()),
+            Self::NoFormula { .. } | Self::NoneOfIt { .. } => {
+                Some("`valve explain` tells what was found instead".to_owned())
+            }
             Self::NotSimulated { .. } => Some(
                 "look at the valve with `valve simulate`, and at the effects' parameters with `valve effects`"
                     .to_owned(),
@@ -89,6 +101,11 @@ impl Adoption {
         let (additions, without) = additions(file, names)?;
         let sequence = sequence(&without, campaign, &additions, Stop::never())
             .ok_or_else(|| AdoptionError::NotSimulated { file: file.file_name().to_owned() })?;
+        // No file can hold an effect that is infinitely small.
+        if let Some(none) = sequence.parameters.iter().find(|parameter| !parameter.value.is_finite()) {
+            let (name, parameter) = (none.effect.id(), none.name);
+            return Err(AdoptionError::NoneOfIt { name, parameter, value: none.value });
+        }
         let mut models = Vec::new();
         for rung in &sequence.rungs {
             models.push((rung.step.step.clone(), adopted(&without, rung)?));

@@ -35,7 +35,7 @@ const OFFSET_READINGS: u64 = 10;
 /// Standard deviations of healthy times from valve to valve, of those that differ most, beyond which a valve is none of them.
 const FAR_SIGMAS: f64 = 2.0;
 /// By how much a reading must count less for it to be said that noise goes on.
-const CORRELATED_FROM: f64 = 2.0;
+const CORRELATED_FROM: f64 = 3.0;
 
 /// Notes strokes that did not finish or took too long; whether one of them
 /// would mean end of life if it is no outlier.

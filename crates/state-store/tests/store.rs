@@ -99,7 +99,7 @@ fn what_a_state_is_made_of_is_known_by_its_version() {
         }
     }
     let mut prognoser = Prognoser::new(tables(), Method::default());
-    (1..13).for_each(|cycle| drop(push(&mut prognoser, "A", cycle)));
+    (1..40).for_each(|cycle| drop(push(&mut prognoser, "A", cycle)));
     push(&mut prognoser, "A", 3);
     let state = serde_json::to_value(prognoser.state("A").expect("was seen")).expect("is JSON");
     insta::assert_snapshot!("state", format!("version {STATE_VERSION}\n{}", make(&state).replace(", ", ",\n")));

@@ -107,10 +107,14 @@ impl<'a> Collector<'a> {
             if !known.contains(&words.as_str()) {
                 self.wrong.push(format!("--orientation: \"{words}\" is not known; expected {}", known.join(", ")));
             }
-            entries.push(entry("actuator.orientation", words.clone(), "upright: the weight opens the valve"));
+            entries.push(entry(
+                "actuator.orientation",
+                words.clone(),
+                "upright: the weight closes the valve; inverted: it opens it",
+            ));
         } else if stiffness(&entries) == 0.0 {
             self.assumed.push("that its weight opens it, there being no spring".to_owned());
-            let comment = "without a spring the weight opens it, with the rod up; else it stays closed";
+            let comment = "without a spring its weight has to open it; upright it would stay closed";
             entries.push(entry("actuator.orientation", "inverted".to_owned(), comment));
         }
         for text in &args.tolerance {

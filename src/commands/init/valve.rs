@@ -141,9 +141,20 @@ fn summary(draft: &Draft, assumed: &[String], times: [Option<f64>; 2], file: &st
         "Known to one standard deviation of: {known} (limits such as +-2 % are taken for 1.7 of them; what is known as one goes in \
          with --tolerance)."
     );
-    let words = |time: Option<f64>| time.map_or("does not get there".to_owned(), |time| format!("{time:.3} s"));
-    let _ =
-        writeln!(text, "The model closes in {} and opens in {}; does your valve?", words(times[0]), words(times[1]));
+    let _ = match times {
+        [Some(closes_s), Some(opens_s)] => {
+            writeln!(text, "The model closes in {closes_s:.3} s and opens in {opens_s:.3} s; does your valve?")
+        }
+        [closes, opens] => {
+            let strokes = [closes.is_none().then_some("close"), opens.is_none().then_some("open")];
+            let strokes = strokes.into_iter().flatten().collect::<Vec<_>>().join(" or ");
+            writeln!(
+                text,
+                "warning: by these values the valve does not {strokes}. Is one of them wrong, or its unit: bore, supply, spring, \
+                 mass, orifices?"
+            )
+        }
+    };
     text.push_str(&output::next_step("look at its strokes", &["simulate", file, "--plot", "cycle.svg"]));
     let recordings = ["init", "campaign", "traces/*.csv", "--valve", file];
     text.push_str(&output::next_step("describe recorded strokes, by their names for traces/*.csv", &recordings));

@@ -225,17 +225,23 @@ pub fn effect_parameters(
             let [covariance, jackknife] = certainty.sigmas(problem, &fit.u, of);
             let wider = if parameter.is_size() { wider } else { 1.0 };
             let floor = by_datasheet(*kind, parameter, values[index]);
+            let sigma = jackknife.max(wider * covariance).hypot(floor);
+            // What ended at a bound moves by rounding alone.
+            let sigma = if sigma > BY_ROUNDING * values[index].abs() { sigma } else { 0.0 };
             all.push(FittedParameter {
                 effect: *kind,
                 name: parameter.name,
                 unit: parameter.si_unit,
                 value: values[index],
-                sigma: jackknife.max(wider * covariance).hypot(floor),
+                sigma,
             });
         }
     }
     all
 }
+
+/// A share of a value by which calculations alone move it.
+const BY_ROUNDING: f64 = 1e-12;
 
 /// A nuisance is told where it is this many of its prior standard deviations off.
 const TOLD: f64 = 1.0;

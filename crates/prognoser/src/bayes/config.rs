@@ -184,7 +184,7 @@ impl Default for BayesConfig {
         Self {
             noise: Noise::Estimated { prior_readings: 2.0, prior_sd_s: 0.012 },
             start: StartPrior::Healthy,
-            wrong_start: 0.01,
+            wrong_start: 0.05,
             life_median_cycles: 50.0,
             life_ln_sd: 1.25,
             no_fault: 0.5,

@@ -50,7 +50,7 @@ pub(crate) const SIZE: usize = 4;
 pub(crate) const SEEN_FROM: f64 = 3.0;
 
 /// Most hypotheses that are made one: more than are kept.
-const MOST_MERGED: usize = 48;
+const MOST_MERGED: usize = 80;
 
 /// Change of the noise variance, a share of it, for which no prior is weighed anew.
 const UNTUNED: f64 = 0.02;

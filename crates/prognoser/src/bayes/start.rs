@@ -11,6 +11,9 @@ use super::rate_prior::WideGrowth;
 const EXACT_SD: f64 = 0.002;
 /// Mean and standard deviation of an unknown severity.
 const ANY_SEVERITY: (f64, f64) = (0.4, 0.4);
+/// How a leak grows that was there when the log begins, and the shares of that.
+const BEGUN: [(Law, Mode, f64); 3] =
+    [(Law::Linear, Mode::Late, 0.8), (Law::Exponential, Mode::Steady, 0.1), (Law::SteepExponential, Mode::Steady, 0.1)];
 /// Shares among the faults: a leak of one kind, one other wear, both leaks, and
 /// a drift that no table has.
 const LEAK: f64 = 0.3;
@@ -92,7 +95,7 @@ pub(crate) fn priors(hypothesis: &Hypothesis, plant: &Plant) -> [(f64, f64); SIZ
 /// All hypotheses before the first reading.
 pub(crate) fn hypotheses(plant: &Plant, config: &BayesConfig, shape: f64, scale: f64) -> Vec<Hypothesis> {
     let sigma2 = scale / shape;
-    let mut hypotheses = Vec::with_capacity(48);
+    let mut hypotheses = Vec::with_capacity(80);
     let usual = 1.0 - config.unit_exact - config.unit_far;
     let units = [(EXACT_SD, config.unit_exact), (config.unit_sd, usual), (config.unit_far_sd, config.unit_far)];
     let none = units.map(|unit| healthy(unit, shape, scale));
@@ -131,7 +134,7 @@ pub(crate) fn hypotheses(plant: &Plant, config: &BayesConfig, shape: f64, scale:
                     (Law::Exponential, prior.exponential),
                     (Law::SteepExponential, prior.steep_exponential),
                 ] {
-                    add(law, Mode::Steady, share, &none[..1]);
+                    add(law, Mode::Steady, share, near);
                 }
             }
         }
@@ -142,8 +145,16 @@ pub(crate) fn hypotheses(plant: &Plant, config: &BayesConfig, shape: f64, scale:
         let mut hypothesis = Hypothesis::merged(near, shape).with_growth(WideGrowth::ANY, sigma2);
         hypothesis.mean[0] = ANY_SEVERITY.0;
         hypothesis.cov[0][0] = ANY_SEVERITY.1.powi(2) / sigma2;
-        let law = if config.growth == GrowthLaw::Exponential { Law::Exponential } else { Law::Linear };
-        hypotheses.push(Hypothesis { cause, law, mode: Mode::Late, ln_weight: ln_cause + anywhere.ln(), ..hypothesis });
+        let of_any = match config.growth {
+            GrowthLaw::Exponential => &[(Law::Exponential, Mode::Late, 1.0)][..],
+            GrowthLaw::Auto if wear < 2 => &BEGUN,
+            _ => &BEGUN[..1],
+        };
+        let whole: f64 = of_any.iter().map(|(.., share)| share).sum();
+        for (law, mode, share) in of_any {
+            let ln_weight = ln_cause + (anywhere * share / whole).ln();
+            hypotheses.push(Hypothesis { cause, law: *law, mode: *mode, ln_weight, ..hypothesis });
+        }
     }
     if config.growth != GrowthLaw::Exponential && config.start == StartPrior::Healthy {
         let mut both = none[0];

@@ -9,6 +9,10 @@ pub(crate) enum Growth {
     Linear,
     Square,
     Exponential,
+    /// The same from a wear that is there when the log begins: by the same factor every cycle.
+    Compound,
+    /// Linear from such a wear.
+    Begun,
     Gamma,
     Onset,
     StepRest,
@@ -65,10 +69,12 @@ const HEALTHY: Scenario = Scenario { name: "healthy", growth: Growth::None, heal
 
 impl Scenario {
     /// Every world, in the order of the table.
-    pub const ALL: [Self; 28] = [
+    pub const ALL: [Self; 30] = [
         PLAIN,
         Self { name: "square", growth: Growth::Square, ..PLAIN },
         Self { name: "exponential", growth: Growth::Exponential, ..PLAIN },
+        Self { name: "exponential, begun before", growth: Growth::Compound, ..PLAIN },
+        Self { name: "linear, begun before", growth: Growth::Begun, ..PLAIN },
         Self { name: "gamma process", growth: Growth::Gamma, ..PLAIN },
         Self { name: "onset at 5", growth: Growth::Onset, ..PLAIN },
         Self { name: "step, rest, growth", growth: Growth::StepRest, ..PLAIN },

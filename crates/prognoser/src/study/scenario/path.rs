@@ -9,6 +9,10 @@ const LIFE_CYCLES: [f64; 2] = [40.0, 60.0];
 const ONSET_CYCLE: f64 = 5.0;
 /// Folds of exponential growth over a life.
 const FOLDS: [f64; 2] = [3.0, 5.0];
+/// The same where the log begins with a third to less than a hundredth of the wear at the limit.
+const FOLDS_BEGUN: [f64; 2] = [1.2, 5.0];
+/// Severity at which a log begins of a valve that was worn by then.
+const BEGUN: [f64; 2] = [0.02, 0.3];
 /// Size of a step, fraction of the limit.
 const STEP: [f64; 2] = [0.10, 0.25];
 /// Share of the growth before the step.
@@ -42,6 +46,14 @@ impl Path {
             Growth::Exponential => {
                 let folds = between(FOLDS);
                 Self::of(end, 0.0, |k| (folds * k / end).exp_m1() / folds.exp_m1())
+            }
+            Growth::Compound => {
+                let folds = between(FOLDS_BEGUN);
+                Self::of(end, 0.0, |k| (folds * (k / end - 1.0)).exp())
+            }
+            Growth::Begun => {
+                let begun = between(BEGUN);
+                Self::of(end, 0.0, |k| begun + (1.0 - begun) * k / end)
             }
             Growth::Onset => Self::of(end, ONSET_CYCLE, |k| ((k - ONSET_CYCLE) / (end - ONSET_CYCLE)).max(0.0)),
             Growth::StepRest => {
