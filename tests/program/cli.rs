@@ -128,3 +128,15 @@ fn a_formula_that_is_no_number_gives_no_times() {
     assert!(shown(&refused).contains("no stroke time is known under these conditions"), "{}", shown(&refused));
     assert!(!sandbox.path("t.csv").exists());
 }
+
+#[test]
+fn temperatures_below_zero_are_values_and_no_options() {
+    let sandbox = Sandbox::new();
+    let simulated = sandbox.valve(&["simulate", "valve.toml", "--temperature", "-20 degC"]);
+    assert_eq!(simulated.status.code(), Some(0), "{}", shown(&simulated));
+    let built = ["build-tables", "valve.toml", "--out", "cold", "--wear", "leaks", "--temperature-range", "-5..5 K"];
+    let refused = sandbox.valve(&built);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(shown(&refused).contains("-5"), "{}", shown(&refused));
+    assert!(!shown(&refused).contains("unexpected argument"), "{}", shown(&refused));
+}

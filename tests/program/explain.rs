@@ -187,6 +187,18 @@ fn files_in_each_others_place_are_told_as_such_and_nothing_else() {
 }
 
 #[test]
+#[cfg_attr(debug_assertions, ignore = "slow: runs with --release")]
+fn an_effect_that_ends_at_none_of_it_is_not_written() {
+    let sandbox = Sandbox::new();
+    sandbox.copy(&Path::new(env!("CARGO_MANIFEST_DIR")).join("data/sticking-valve"), "");
+    let output =
+        sandbox.valve(&["adopt", "valve.toml", "campaign.toml", "--effect", "gas-heating", "--out", "new.toml"]);
+    assert_eq!(output.status.code(), Some(2), "{}", shown(&output));
+    assert!(shown(&output).contains("gas-heating: these data want none of it, its wall_conductance ended at inf"));
+    assert!(!sandbox.path("new.toml").exists());
+}
+
+#[test]
 fn an_unknown_effect_is_refused_with_the_nearest_name() {
     let sandbox = Sandbox::new();
     hide_vent_restriction(&sandbox);
