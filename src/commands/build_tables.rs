@@ -31,11 +31,8 @@ pub fn run(args: &BuildTablesArgs) -> anyhow::Result<Answer> {
     let dir = TableDir::prepare(&mut outputs, &args.out, args.force, &ids)?;
     let plot = PlotFile::create(&mut outputs, args.plot.as_deref())?;
     let start = Instant::now();
-    let built = tables::build_what(&file, &request).with_context(|| file.file_name().to_owned())?;
+    let built = tables::build_and_tell(&file, &request).with_context(|| file.file_name().to_owned())?;
     let took = start.elapsed();
-    for notice in &built.notices {
-        output::note(&format!("note: {notice}"));
-    }
     dir.write(&built.bundle)?;
     match args.format {
         Format::Text => {

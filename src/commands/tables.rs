@@ -9,11 +9,20 @@ use valve_file::ValveFile;
 
 use super::log_input::LogInput;
 use crate::cli::LogColumnArgs;
-use crate::output::ProgressLine;
+use crate::output::{self, ProgressLine};
 
 /// Builds the tables of both kinds of leak.
 pub fn build(file: &ValveFile) -> Result<Built, BuildError> {
     build_what(file, &Request::default())
+}
+
+/// Builds what is asked for, and says what there is to know about it.
+pub fn build_and_tell(file: &ValveFile, request: &Request) -> Result<Built, BuildError> {
+    let built = build_what(file, request)?;
+    for notice in &built.notices {
+        output::note(&format!("note: {notice}"));
+    }
+    Ok(built)
 }
 
 /// Builds what is asked for.

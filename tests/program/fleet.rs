@@ -133,3 +133,17 @@ fn rows_come_out_in_the_order_of_the_log_whatever_the_number_of_threads() {
     let notes = String::from_utf8(three.stderr).expect("text");
     assert_eq!(notes.matches("in the log before").count(), 1, "{notes}");
 }
+
+#[test]
+#[cfg_attr(debug_assertions, ignore = "slow: runs with --release")]
+fn friction_of_a_valve_that_rubs_already_is_told_as_that_of_any_other() {
+    let sandbox = Sandbox::new();
+    let effect = "\n[[effect]]\nkind = \"dry-friction\"\ncoulomb_force = \"25 N\"\nopening_factor = 0.5\n";
+    sandbox.write("valve.toml", &format!("{}{effect}", sandbox.read("valve.toml")));
+    let call = ["evaluate", "valve.toml", "--scenarios", "--only", "friction", "--seeds", "10", "--format", "json"];
+    let output = sandbox.valve(&call);
+    let document: Value = serde_json::from_slice(&output.stdout).expect("a document");
+    let quiet = &document["scenarios"][0];
+    assert!(quiet["named_rightly"].as_f64() >= Some(0.9), "{quiet}");
+    assert!(quiet["relative_accuracy"].as_f64() >= Some(0.85), "{quiet}");
+}

@@ -75,20 +75,6 @@ pub enum BuildError {
         /// The time there, s.
         previous_s: f64,
     },
-    /// A stroke time jumps.
-    #[error(
-        "fault \"{fault}\": the {stroke} time jumps at {at} (the interpolation misses it by {error_s:.6} s between points that cannot be closer), expected a continuous curve up to the limit; check the valve's effects, or state limits under [limits] that are reached before"
-    )]
-    Jump {
-        /// The id of what wears.
-        fault: String,
-        /// The stroke.
-        stroke: Stroke,
-        /// The severity, in words.
-        at: String,
-        /// The interpolation error there, s.
-        error_s: f64,
-    },
     /// The cycle does not repeat itself.
     #[error(
         "fault \"{fault}\": at {at} the stroke times still change after {cycles} cycles, expected the cycle to repeat itself; give it more time between the strokes"
@@ -229,6 +215,24 @@ pub enum Notice {
         /// The id of what wears.
         fault: String,
         /// By how much, at worst, s.
+        by_s: f64,
+    },
+    /// A stroke time jumps before the limit.
+    #[error(
+        "fault \"{fault}\": the {stroke} time jumps, by {:+.1} ms at {at}{}; the table has the jumps, and a time within one stands for its severity",
+        1e3 * by_s,
+        if *.places > 1 { format!(" and by less at {} more", .places - 1) } else { String::new() }
+    )]
+    Jumps {
+        /// The id of what wears.
+        fault: String,
+        /// The stroke.
+        stroke: Stroke,
+        /// At how many severities.
+        places: usize,
+        /// The severity of the widest, in words.
+        at: String,
+        /// By how much it jumps there, s.
         by_s: f64,
     },
     /// The table ends before the valve stalls.

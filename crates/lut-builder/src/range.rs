@@ -10,7 +10,7 @@ use crate::ticks::{self, Ticks};
 /// Parts into which a range is cut.
 const PARTS: u64 = 16;
 /// The stall is located to this share of its severity.
-const STALL_RESOLUTION: f64 = 5e-6;
+pub(crate) const STALL_RESOLUTION: f64 = 5e-6;
 
 /// The range of a table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

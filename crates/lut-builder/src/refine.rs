@@ -3,6 +3,12 @@
 //! Every gap between two points is simulated at three severities. Where the interpolation misses one of
 //! them, that one becomes a point, and the two new gaps are measured in turn. Whatever was simulated
 //! and is no point measures the error of the table in the end.
+//!
+//! A time that jumps on its way to the limit, as friction that holds the piston a moment longer lets it,
+//! tells the severity at the jump all the better: it becomes two points that cannot be closer, and a notice.
+//! Beyond the limit it ends the table.
+
+use std::collections::BTreeMap;
 
 use leak_table::{
     CurveError, FaultInfo, InterpolationError, MonotoneCubic, RowError, SeverityPoint, SeverityTable, Stroke,
@@ -14,7 +20,7 @@ use crate::error::{BuildError, Notice};
 use crate::levelled::levelled;
 use crate::limit::LimitTicks;
 use crate::progress::Stage;
-use crate::range::Range;
+use crate::range::{Range, STALL_RESOLUTION};
 use crate::simulation::stored;
 use crate::sweep::Sweep;
 use crate::ticks::Ticks;
@@ -26,7 +32,7 @@ const FIRST_SPACING: u64 = 24;
 const ZONES: [[f64; 3]; 3] = [[0.15, 0.27, 0.4], [0.4, 0.5, 0.6], [0.6, 0.73, 0.85]];
 /// The share of the tolerance that measured errors may use.
 const MARGIN: f64 = 0.5;
-/// Gaps narrower than this share of the range are not cut: a curve that needs it jumps.
+/// Gaps narrower than this share of the range are not cut: a curve that needs it jumps, and the table with it.
 const NARROWEST: f64 = 1e-7;
 
 /// The points so far.
@@ -36,13 +42,15 @@ struct Refinement<'a> {
     limits: LimitTicks,
     notices: Vec<Notice>,
     knots: Vec<Ticks>,
+    /// Points that a stroke time jumps after, to the next one.
+    jumps: BTreeMap<Ticks, Stroke>,
 }
 
-/// A stroke time that no table can hold, between two points or at one.
-struct Obstacle {
+/// A stroke time that turns back, which no table can hold.
+struct Turn {
     /// Points up to this one are sound.
     sound: Ticks,
-    /// The severity of the trouble.
+    /// The next one, which is not.
     at: Ticks,
     stroke: Stroke,
     error: Box<BuildError>,
@@ -54,7 +62,6 @@ struct Miss {
     stroke: Stroke,
     /// As a share of the tolerance.
     share: f64,
-    error_s: f64,
 }
 
 /// Places points until the table is as accurate as asked.
@@ -64,15 +71,16 @@ pub(crate) fn refine(
     limits: LimitTicks,
     notices: Vec<Notice>,
 ) -> Result<(FaultTable, Sweep<'_>), BuildError> {
-    let mut refinement = Refinement { sweep, range, limits, notices, knots: Vec::new() };
+    let mut refinement = Refinement { sweep, range, limits, notices, knots: Vec::new(), jumps: BTreeMap::new() };
     refinement.place_first();
     loop {
         let curves = match refinement.curves() {
             Ok(curves) => curves,
-            Err(obstacle) => {
-                refinement.end_before(obstacle)?;
+            Err(turn) if refinement.is_beyond_limit(&turn) => {
+                refinement.end_at(turn.sound, turn.stroke);
                 continue;
             }
+            Err(turn) => return Err(*turn.error),
         };
         if refinement.measure()? {
             continue;
@@ -80,7 +88,7 @@ pub(crate) fn refine(
         match refinement.cut(&curves) {
             Ok(false) => return refinement.finish(&curves),
             Ok(true) => {}
-            Err(obstacle) => refinement.end_before(obstacle)?,
+            Err((sound, stroke)) => refinement.end_at(sound, stroke),
         }
         if refinement.knots.len() > refinement.sweep.simulation.options.most_points {
             let (fault, most) = (refinement.sweep.simulation.id(), refinement.sweep.simulation.options.most_points);
@@ -105,11 +113,11 @@ impl<'a> Refinement<'a> {
     }
 
     /// The curve of each stroke through the points.
-    fn curves(&self) -> Result<[MonotoneCubic; 2], Obstacle> {
+    fn curves(&self) -> Result<[MonotoneCubic; 2], Turn> {
         Ok([self.curve(Stroke::Close)?, self.curve(Stroke::Open)?])
     }
 
-    fn curve(&self, stroke: Stroke) -> Result<MonotoneCubic, Obstacle> {
+    fn curve(&self, stroke: Stroke) -> Result<MonotoneCubic, Turn> {
         let time = |ticks: &Ticks| self.sweep.at(*ticks).time_s(stroke).unwrap_or(f64::NAN);
         let x = self.knots.iter().map(|ticks| self.sweep.simulation.si(*ticks)).collect();
         let y = self.knots.iter().map(time).collect();
@@ -132,7 +140,7 @@ impl<'a> Refinement<'a> {
                 previous: self.sweep.simulation.named(previous),
                 previous_s: time(&previous),
             };
-            Obstacle { sound: previous, at, stroke, error: Box::new(error) }
+            Turn { sound: previous, at, stroke, error: Box::new(error) }
         })
     }
 
@@ -174,8 +182,10 @@ impl<'a> Refinement<'a> {
         (NARROWEST * self.range.last as f64).max(16.0)
     }
 
-    /// Makes a point of the worst sample of each gap that is not met; says whether there was one.
-    fn cut(&mut self, curves: &[MonotoneCubic; 2]) -> Result<bool, Obstacle> {
+    /// Makes a point of the worst sample of each gap that is not met; says whether there was one, or the last point before a
+    /// jump beyond the limit and the stroke whose time jumps.
+    fn cut(&mut self, curves: &[MonotoneCubic; 2]) -> Result<bool, (Ticks, Stroke)> {
+        let limit = self.limit();
         let mut points = Vec::new();
         for gap in self.knots.windows(2) {
             let inside = self.sweep.samples().range(gap[0] + 1..gap[1]);
@@ -188,14 +198,11 @@ impl<'a> Refinement<'a> {
             };
             let width = gap[1] - gap[0];
             if (width as f64) < self.narrowest() {
-                let Miss { stroke, error_s, .. } = miss;
-                let error = BuildError::Jump {
-                    fault: self.sweep.simulation.id(),
-                    stroke,
-                    at: self.sweep.simulation.named(ticks),
-                    error_s,
-                };
-                return Err(Obstacle { sound: gap[0], at: ticks, stroke, error: Box::new(error) });
+                if gap[0] >= limit {
+                    return Err((gap[0], miss.stroke));
+                }
+                self.jumps.insert(gap[0], miss.stroke);
+                continue;
             }
             // A point next to an old one would leave the gap as wide as it was.
             let central = |(ticks, _): &&(Ticks, Miss)| (*ticks - gap[0]).min(gap[1] - *ticks) > width / 7;
@@ -217,33 +224,52 @@ impl<'a> Refinement<'a> {
         let miss = |stroke: Stroke| {
             let time_s = point.time_s(stroke).unwrap_or(f64::NAN);
             let error_s = (curves[stroke as usize].value(point.severity) - time_s).abs();
-            Miss { stroke, share: error_s / tolerance_s, error_s }
+            Miss { stroke, share: error_s / tolerance_s }
         };
         let (close, open) = (miss(Stroke::Close), miss(Stroke::Open));
         if close.share >= open.share { close } else { open }
     }
 
-    /// Ends the table before an obstacle, if the limit is not beyond it.
-    fn end_before(&mut self, obstacle: Obstacle) -> Result<(), BuildError> {
-        let limit = self.limits.first().unwrap_or(Ticks::MAX);
-        if obstacle.sound < limit || obstacle.at <= limit {
-            return Err(*obstacle.error);
-        }
-        let end = obstacle.sound;
+    /// The severity at which the first limit is crossed.
+    fn limit(&self) -> Ticks {
+        self.limits.first().unwrap_or(Ticks::MAX)
+    }
+
+    fn is_beyond_limit(&self, turn: &Turn) -> bool {
+        turn.sound >= self.limit() && turn.at > self.limit()
+    }
+
+    /// Ends the table at a point beyond the limit, after which the time of a stroke is not to be followed.
+    fn end_at(&mut self, end: Ticks, stroke: Stroke) {
         self.sweep.forget_beyond(end);
         self.knots.retain(|knot| *knot <= end);
         self.range = Range { last: end, stall: None };
         self.limits.close = self.limits.close.filter(|ticks| *ticks <= end);
         self.limits.open = self.limits.open.filter(|ticks| *ticks <= end);
         self.notices.retain(|notice| !matches!(notice, Notice::EndsEarly { .. }));
-        let (fault, stroke, at) = (self.sweep.simulation.id(), obstacle.stroke, self.sweep.simulation.named(end));
+        let (fault, at) = (self.sweep.simulation.id(), self.sweep.simulation.named(end));
         self.notices.push(Notice::EndsEarly { fault, stroke, at });
-        Ok(())
+    }
+
+    /// What is said of the jumps of a stroke's time on the way to the limit. One at the stall itself is the stroke's end.
+    fn told_jumps(&self, stroke: Stroke, curve: &MonotoneCubic) -> Option<Notice> {
+        let stall = self.range.stall.map_or(f64::INFINITY, |stall| stall as f64 * (1.0 - STALL_RESOLUTION));
+        let height_s = |from: &Ticks| {
+            let index = self.knots.binary_search(from).ok()?;
+            Some(curve.y().get(index + 1)? - curve.y()[index])
+        };
+        let jumps = self.jumps.iter().filter(|(from, of)| **of == stroke && (**from as f64) < stall);
+        let jumps: Vec<(Ticks, f64)> = jumps.filter_map(|(from, _)| Some((*from, height_s(from)?))).collect();
+        let (from, by_s) = jumps.iter().copied().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
+        let (fault, at) = (self.sweep.simulation.id(), self.sweep.simulation.named(from));
+        Some(Notice::Jumps { fault, stroke, places: jumps.len(), at, by_s })
     }
 
     /// The table, with one row more where the valve stalls.
     fn finish(mut self, curves: &[MonotoneCubic; 2]) -> Result<(FaultTable, Sweep<'a>), BuildError> {
         let interpolation_error = self.measured_error(curves);
+        let jumps = Stroke::ALL.map(|stroke| self.told_jumps(stroke, &curves[stroke as usize]));
+        self.notices.extend(jumps.into_iter().flatten());
         let by_s = self.sweep.simulation.wandering_s();
         if by_s > self.sweep.simulation.options.tolerance_up_to_limit_s {
             self.notices.push(Notice::Uneven { fault: self.sweep.simulation.id(), by_s });
@@ -287,8 +313,12 @@ impl<'a> Refinement<'a> {
     /// The largest difference between interpolation and simulation at the samples.
     fn measured_error(&self, curves: &[MonotoneCubic; 2]) -> InterpolationError {
         let mut error = InterpolationError::default();
-        let limit = self.limits.first().unwrap_or(Ticks::MAX);
-        for (ticks, point) in self.sweep.samples().range(..=self.range.last) {
+        let limit = self.limit();
+        let in_a_jump = |ticks: &Ticks| {
+            let before = self.knots.partition_point(|knot| knot < ticks).checked_sub(1);
+            before.is_some_and(|before| self.jumps.contains_key(&self.knots[before]))
+        };
+        for (ticks, point) in self.sweep.samples().range(..=self.range.last).filter(|(ticks, _)| !in_a_jump(ticks)) {
             for stroke in Stroke::ALL {
                 let Some(time_s) = point.time_s(stroke) else { continue };
                 let miss_s = (curves[stroke as usize].value(point.severity) - time_s).abs();

@@ -208,7 +208,8 @@ fn range(values: &[f64]) -> f64 {
 /// A severity (SI) in words.
 pub(crate) fn named(degradation: &Degradation, severity: f64) -> String {
     let what = &degradation.severity;
-    format!("a {} of {}", what.quantity, what.text(severity))
+    let article = if what.quantity.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" };
+    format!("{article} {} of {}", what.quantity, what.text(severity))
 }
 
 /// A time as a table's file holds it: whole nanoseconds.

@@ -2,7 +2,7 @@
 
 use std::sync::Mutex;
 
-use leak_table::{Fault, Stroke, TimeAt};
+use leak_table::{Fault, SeverityAt, SeverityPoint, Stroke, TimeAt};
 use lut_builder::{BuildError, Built, Notice, Options, Progress, TableModel, build};
 use valve_file::ValveFile;
 use valve_model::Conditions;
@@ -160,15 +160,33 @@ fn a_tighter_tolerance_is_met_with_more_points() {
 }
 
 #[test]
-fn a_stroke_time_that_jumps_is_refused() {
-    // A push that comes and goes with the time since the command: the piston swings as it arrives, so
-    // that a little more leak makes it miss a whole swing.
-    let effect = "[[effect]]\nkind = \"custom\"\nname = \"swing\"\nacts_on = \"force\"\n\
-                  formula = \"push * sin(9 * t_since_command)\"\n[effect.parameters]\n\
-                  push = { start = 60, lower = 0, upper = 100, unit = \"N\" }\n[tolerance]";
-    let error = tables(&changed(&[("[tolerance]", effect)])).expect_err("its stroke times jump");
-    let jumps = matches!(error, BuildError::Jump { .. } | BuildError::NotMonotone { .. });
-    assert!(jumps && error.to_string().contains("jumps"), "{error}");
+fn a_stroke_time_that_jumps_is_in_the_table_and_told() {
+    // A pull that comes for a moment: a piston that is not there yet is there at once.
+    let effect = "[[effect]]\nkind = \"custom\"\nname = \"pull\"\nacts_on = \"force\"\n\
+                  formula = \"-pull * exp(-abs((t_since_command - 2.1) / 0.05)^8)\"\n[effect.parameters]\n\
+                  pull = { start = 300, lower = 0, upper = 900, unit = \"N\" }\n[tolerance]";
+    let built = tables(&changed(&[("[tolerance]", effect)])).expect("tables");
+    let jump = built.notices.iter().find_map(|notice| match notice {
+        Notice::Jumps { fault, stroke: Stroke::Close, by_s, .. } if fault == "atmosphere" => Some(*by_s),
+        _ => None,
+    });
+    let by_s = jump.unwrap_or_else(|| panic!("the jump is told: {:?}", built.notices));
+    let table = built.bundle.table(Fault::Atmosphere);
+    let curve = table.curve(Stroke::Close);
+    let times = |pair: &[SeverityPoint]| Some([pair[0].close_time_s?, pair[1].close_time_s?]);
+    let pairs = table.points().windows(2).filter_map(|pair| Some((pair[0].severity, pair[1].severity, times(pair)?)));
+    let (low, high, [before_s, after_s]) =
+        pairs.max_by(|a, b| (a.2[1] - a.2[0]).total_cmp(&(b.2[1] - b.2[0]))).expect("points");
+    assert!(by_s > 5e-3 && (after_s - before_s - by_s).abs() < 1e-9, "{by_s} s");
+    assert!(high - low < 1e-6 * high, "from {low} to {high}");
+    for share in [0.0, 0.01, 0.3, 0.7, 0.99, 1.0] {
+        match curve.severity_at(before_s + share * by_s) {
+            SeverityAt::Within(severity) => assert!((low..=high).contains(&severity), "{severity}"),
+            outside => panic!("{outside:?}"),
+        }
+    }
+    let error = built.bundle.manifest().fault(Fault::Atmosphere).interpolation_error;
+    assert!(error.up_to_limit_s <= Options::default().tolerance_up_to_limit_s, "{error:?}");
 }
 
 #[test]

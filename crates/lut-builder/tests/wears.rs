@@ -268,6 +268,26 @@ fn what_can_have_no_table_is_left_out_and_told() {
 }
 
 #[test]
+fn what_turns_the_stroke_times_back_is_left_out_and_told() {
+    let turning = Wear {
+        degradation: Degradation { id: DegradationId::new("turning"), ..Wear::leaks()[0].degradation.clone() },
+        reach: |_| vec![1e-6],
+        apply: |worn, severity| {
+            // Wider up to a third of the reach, and narrower from there on.
+            let share = severity / 1e-6;
+            worn.parameters.solenoid_orifice_area_m2 *= 1.0 + 2.0 * share - 2.8 * share * share;
+            Ok(())
+        },
+    };
+    let mut wears = Wear::leaks();
+    wears.push(turning);
+    let built =
+        tables(&testbed(), &Request { wears, conditions: None, both_leaks: false }).expect("the leaks have tables");
+    let [Notice::Omitted { reason, .. }] = &built.notices[..] else { panic!("{:?}", built.notices) };
+    assert!(reason.contains("time turns at a leak area of"), "{reason}");
+}
+
+#[test]
 fn conditions_under_which_the_valve_does_not_stroke_are_refused() {
     let file = testbed();
     let range = ConditionRange { supply_pressure_pa: psig(30.0, 84.0), temperature_k: (293.15, 293.15) };
@@ -276,4 +296,47 @@ fn conditions_under_which_the_valve_does_not_stroke_are_refused() {
     let backwards = ConditionRange { supply_pressure_pa: psig(84.0, 66.0), temperature_k: (293.15, 293.15) };
     let error = tables(&file, &Request { conditions: Some(backwards), ..Request::default() }).expect_err("backwards");
     assert!(matches!(error, BuildError::Conditions(_)), "{error}");
+}
+
+/// The table of added friction of the reference valve with an effect.
+fn friction_of(effect: &str) -> (ValveFile, Built) {
+    let file = ValveFile::parse(&format!("{TESTBED}\n{effect}"), "valve.toml").expect("a valve file");
+    let mut request = Request::default();
+    request.wears.extend(Wear::catalogue().into_iter().filter(|wear| wear.degradation.id == "friction"));
+    let built = tables(&file, &request).expect("tables");
+    (file, built)
+}
+
+#[test]
+fn friction_that_grows_stays_as_uneven_as_it_was() {
+    let (_, built) = friction_of(
+        "[[effect]]\nkind = \"dry-friction\"\ncoulomb_force = \"20 N\"\nopening_factor = 0.3\nposition_slope = 0.2\n",
+    );
+    let entry = built.bundle.entries().find(|entry| entry.degradation.id == "friction").expect("its table");
+    // Nothing leaps as the first newton comes on.
+    let points = entry.table.points();
+    let slope = |stroke: Stroke, at: usize| {
+        let time_s = |index: usize| points[index].time_s(stroke).expect("a time");
+        (time_s(at + 1) - time_s(at)) / (points[at + 1].severity - points[at].severity)
+    };
+    for stroke in Stroke::ALL {
+        assert!((slope(stroke, 0) / slope(stroke, 1) - 1.0).abs() < 0.3, "{:?}", &points[..3]);
+    }
+    assert!(slope(Stroke::Open, 0) < 0.6 * slope(Stroke::Close, 0), "{:?}", &points[..3]);
+}
+
+#[test]
+fn friction_has_a_table_up_to_the_force_that_holds_the_valve() {
+    // As friction comes near to what the spring has left, the time to open rises ever more steeply, and ends.
+    let slow = [("end = \"12 s\"", "end = \"30 s\""), ("open_within = \"6 s\"", "open_within = \"24 s\"")];
+    let text = slow.iter().fold(TESTBED.to_owned(), |text, (from, to)| text.replacen(from, to, 1));
+    let file = ValveFile::parse(&text, "valve.toml").expect("a valve file");
+    let mut request = Request::default();
+    request.wears.extend(Wear::catalogue().into_iter().filter(|wear| wear.degradation.id == "friction"));
+    let built = tables(&file, &request).expect("tables");
+    let entry = built.bundle.entries().find(|entry| entry.degradation.id == "friction");
+    let entry = entry.unwrap_or_else(|| panic!("its table: {:?}", built.notices));
+    let stalls = Stroke::ALL.map(|stroke| entry.info.stroke(stroke).stall_severity);
+    let stall = stalls.into_iter().flatten().next().expect("one stroke stalls");
+    assert!(entry.limit_severity <= stall && entry.limit_severity > 0.99 * stall, "{} {stall}", entry.limit_severity);
 }

@@ -55,7 +55,7 @@ struct OwnLogDocument<'a> {
 /// Reads the log, scores every valve that reached its end.
 pub fn run(args: &EvaluateArgs, file: &ValveFile, path: &Path) -> anyhow::Result<Answer> {
     let request = tables::for_log(file, path, &args.columns)?;
-    let bundle = Arc::new(tables::build_what(file, &request)?.bundle);
+    let bundle = Arc::new(tables::build_and_tell(file, &request)?.bundle);
     let limits = bundle.manifest().limits;
     let mut log = LogInput::open(path, &args.columns, false)?;
     log.announce();

@@ -4,8 +4,8 @@
 use std::sync::Arc;
 
 use answers::SCHEMA;
-use leak_table::ConditionRange;
-use lut_builder::{Request, Wear};
+use leak_table::{ConditionRange, TableBundle};
+use lut_builder::{BuildError, Request, Wear};
 use prognoser::Method;
 use prognoser::study::scenario::{Scenario, ScenarioConfig, ScenarioResult, run_scenarios};
 use serde::Serialize;
@@ -37,26 +37,10 @@ pub fn run(args: &EvaluateArgs, file: &ValveFile) -> anyhow::Result<Answer> {
         let names: Vec<&str> = Scenario::ALL.iter().map(|scenario| scenario.name).collect();
         return Err(Hinted::error("no world has this in its name", format!("the worlds are: {}", names.join("; "))));
     }
+    let (bundle, scenarios) = tables_for(file, scenarios)?;
     let line = ProgressLine::new("simulating the worlds");
     let world = SimulatedWorld::new(file, &scenarios)?;
     drop(line);
-    let parameters = file.valve().parameters();
-    // Tables over what no scenario varies would take a minute for nothing.
-    let [varies_supply, varies_temperature] = [Scenario::varies_supply, Scenario::varies_temperature]
-        .map(|varies: fn(&Scenario) -> bool| scenarios.iter().any(varies));
-    let span = |varies: bool, span: f64| if varies { span } else { 0.0 };
-    let supply = span(varies_supply, SUPPLY_SPAN);
-    let warmer_k = span(varies_temperature, TEMPERATURE_SPAN_K);
-    let conditions = ConditionRange {
-        supply_pressure_pa: (
-            (1.0 - supply) * parameters.supply_pressure_pa,
-            (1.0 + supply) * parameters.supply_pressure_pa,
-        ),
-        temperature_k: (parameters.temperature_k - warmer_k, parameters.temperature_k + warmer_k),
-    };
-    let conditions = (varies_supply || varies_temperature).then_some(conditions);
-    let request = Request { wears: Wear::catalogue(), conditions, both_leaks: true };
-    let bundle = Arc::new(tables::build_what(file, &request)?.bundle);
     let config = ScenarioConfig {
         scenarios,
         noises_s: NOISES_S.to_vec(),
@@ -84,6 +68,39 @@ pub fn run(args: &EvaluateArgs, file: &ValveFile) -> anyhow::Result<Answer> {
         }
     }
     Ok(Answer::Fine)
+}
+
+/// Tables for these worlds. A valve that does not stroke in all the weather of some is given the others alone, which is said.
+fn tables_for(file: &ValveFile, scenarios: Vec<Scenario>) -> anyhow::Result<(Arc<TableBundle>, Vec<Scenario>)> {
+    let parameters = file.valve().parameters();
+    // Tables over what no scenario varies would take a minute for nothing.
+    let [varies_supply, varies_temperature] = [Scenario::varies_supply, Scenario::varies_temperature]
+        .map(|varies: fn(&Scenario) -> bool| scenarios.iter().any(varies));
+    let span = |varies: bool, span: f64| if varies { span } else { 0.0 };
+    let supply = span(varies_supply, SUPPLY_SPAN);
+    let warmer_k = span(varies_temperature, TEMPERATURE_SPAN_K);
+    let conditions = ConditionRange {
+        supply_pressure_pa: (
+            (1.0 - supply) * parameters.supply_pressure_pa,
+            (1.0 + supply) * parameters.supply_pressure_pa,
+        ),
+        temperature_k: (parameters.temperature_k - warmer_k, parameters.temperature_k + warmer_k),
+    };
+    let conditions = (varies_supply || varies_temperature).then_some(conditions);
+    let request = Request { wears: Wear::catalogue(), conditions, both_leaks: true };
+    match tables::build_and_tell(file, &request) {
+        Ok(built) => Ok((Arc::new(built.bundle), scenarios)),
+        Err(error @ BuildError::SoundNotFinished { .. }) => {
+            let steady = |scenario: &Scenario| !scenario.varies_supply() && !scenario.varies_temperature();
+            let steady: Vec<Scenario> = scenarios.into_iter().filter(steady).collect();
+            if steady.is_empty() {
+                return Err(error.into());
+            }
+            output::note(&format!("note: without the worlds whose supply or temperature changes: {error}"));
+            tables_for(file, steady)
+        }
+        Err(error) => Err(error.into()),
+    }
 }
 
 fn table(results: &[ScenarioResult], args: &EvaluateArgs) -> String {

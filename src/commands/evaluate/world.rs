@@ -211,27 +211,32 @@ fn along(points: &[Times], first: f64, last: f64, x: f64) -> Times {
     [0, 1].map(|stroke| if cubic[stroke].is_finite() { cubic[stroke] } else { line(stroke) })
 }
 
-/// The valve with an amount of wear: m2, N, or the share that is lost.
+/// The valve with an amount of wear beyond what it has: m2, N, or the share that is lost.
 fn worn(file: &ValveFile, wear: Wear, amount: f64) -> anyhow::Result<Case> {
     let valve = file.valve();
     let mut parameters = valve.parameters().clone();
     let mut effects = valve.effects().to_vec();
-    let mut with = |kind: EffectKind, value: f64| -> anyhow::Result<()> {
-        effects.retain(|effect| effect.kind() != kind);
-        effects.push(Effect::new(kind, &[Some(value)])?);
-        Ok(())
+    // An effect with its first parameters changed; by itself where the valve does not have it.
+    let mut changed = |kind: EffectKind, own: f64, change: &dyn Fn(f64) -> f64, parameters: usize| {
+        let present = effects.iter().position(|effect| effect.kind() == kind).map(|at| effects.remove(at));
+        let before = present.map_or(vec![own], |effect| effect.values().to_vec());
+        let value = |(place, value): (usize, &f64)| if place < parameters { change(*value) } else { *value };
+        let after: Vec<Option<f64>> = before.iter().enumerate().map(value).map(Some).collect();
+        effects.push(Effect::new(kind, &after)?);
+        anyhow::Ok(())
     };
     let mut conditions = Conditions::nominal(&parameters);
     let left = (1.0 - amount).max(LEAST_LEFT);
     match wear {
         Wear::Atmosphere => conditions.leak_to_atmosphere_m2 = amount,
         Wear::Supply => conditions.leak_from_supply_m2 = amount,
-        Wear::Friction => with(EffectKind::DRY_FRICTION, amount)?,
+        // Coulomb's and the static force.
+        Wear::Friction => changed(EffectKind::DRY_FRICTION, 0.0, &|force_n| force_n + amount, 2)?,
         Wear::Spring => parameters.spring_stiffness_n_per_m *= left,
-        Wear::Exhaust => with(EffectKind::VENT_RESTRICTION, left)?,
+        Wear::Exhaust => changed(EffectKind::VENT_RESTRICTION, 1.0, &|share| share * left, 1)?,
         Wear::SupplyLine => {
             parameters.solenoid_orifice_area_m2 *= left;
-            with(EffectKind::VENT_RESTRICTION, 1.0 / left)?;
+            changed(EffectKind::VENT_RESTRICTION, 1.0, &|share| share / left, 1)?;
         }
     }
     let valve = Valve::new(parameters, valve.switches(), effects, valve.custom().to_vec())?;

@@ -48,7 +48,7 @@ pub fn run(args: &ReportArgs) -> anyhow::Result<Answer> {
         Some(log) => tables::for_log(&file, log, &args.columns)?,
         None => Request::default(),
     };
-    let built = tables::build_what(&file, &request).map(|built| Arc::new(built.bundle));
+    let built = tables::build_and_tell(&file, &request).map(|built| Arc::new(built.bundle));
     let mut parts = Vec::new();
     // Only a log cannot be read without tables.
     let leaks = match (built, &args.log) {

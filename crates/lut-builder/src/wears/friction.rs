@@ -8,6 +8,9 @@ use crate::wear::Wear;
 /// Largest frictions tried, in forces that the supply has left over on the piston.
 const REACH: [f64; 3] = [0.5, 1.0, 2.0];
 
+/// The first parameters of dry friction are its forces, Coulomb's and the static one.
+const FORCES: usize = 2;
+
 pub(super) fn wear() -> Wear {
     Wear {
         degradation: described("friction"),
@@ -17,12 +20,15 @@ pub(super) fn wear() -> Wear {
                 return Ok(());
             }
             let present = worn.effects.iter().find(|effect| effect.kind() == EffectKind::DRY_FRICTION);
-            // What rubs more while moving holds more at rest.
+            // What rubs more while moving holds more at rest, where and whichever way it rubbed before.
             let values = present.map_or_else(
                 || vec![Some(force_n)],
                 |effect| {
-                    let values = effect.values();
-                    vec![Some(values[0] + force_n), Some(values[1] + force_n), Some(values[2])]
+                    let mut values: Vec<Option<f64>> = effect.values().iter().copied().map(Some).collect();
+                    for force in &mut values[..FORCES] {
+                        *force = force.map(|before_n| before_n + force_n);
+                    }
+                    values
                 },
             );
             worn.set(EffectKind::DRY_FRICTION, &values)
