@@ -16,7 +16,8 @@ use crate::stop::Stop;
 pub struct HeldOut {
     /// With what is known of such records only beforehand: coordinates of the record at their prior means.
     pub at_mean: Vec<Vec<f64>>,
-    /// With the record's own coordinates fitted to it and everything shared from the others.
+    /// With the record's own coordinates fitted to it and everything shared from the others, but for what is of measuring and
+    /// the others do not tell.
     pub own: Vec<Vec<f64>>,
     /// Which folds had fits of their own.
     pub own_fits: OwnFits,
@@ -102,6 +103,10 @@ fn hold_out(
     }
     let kept: Vec<usize> = (0..problem.records().len()).filter(|record| !fold.contains(record)).collect();
     let whitened = Whitened::of(problem, &fit.linear, &fit.noise, &kept);
+    let mut told = vec![false; fit.u.len()];
+    for (index, rows) in kept.iter().flat_map(|record| &fit.linear.columns[*record]) {
+        told[*index] |= rows.iter().any(|row| *row != 0.0);
+    }
     let there = kept.iter().map(|record| fit.linear.residual[*record].clone()).collect();
     let near = Near { problem, whitened: &whitened, records: &kept, coordinates: problem.coordinates() };
     let mut without = near.optimum(fit.u.clone(), there, DAMPINGS.as_slice());
@@ -113,8 +118,8 @@ fn hold_out(
     }
     // Shared coordinates stay: they are pinned where the others left them.
     let (mut pinned, mut start) = (problem.coordinates().to_vec(), without.u.clone());
-    for (coordinate, (u, fitted)) in pinned.iter_mut().zip(start.iter_mut().zip(&fit.u)) {
-        if coordinate.scope == Scope::Shared {
+    for ((coordinate, told), (u, fitted)) in pinned.iter_mut().zip(told).zip(start.iter_mut().zip(&fit.u)) {
+        if coordinate.scope == Scope::Shared && (told || !coordinate.of_measuring) {
             (coordinate.mean, coordinate.sigma) = (*u, PINNED);
             (coordinate.lower, coordinate.upper) = (coordinate.lower.min(*u), coordinate.upper.max(*u));
         } else {

@@ -554,6 +554,7 @@ mod tests {
             lower: -3.0,
             upper: 3.0,
             step: 0.1,
+            of_measuring: false,
         };
         // The data want 10 with a precision of 4; with the prior that is 8.
         let at = |u: f64| Normal {

@@ -38,12 +38,16 @@ pub struct Coordinate {
     pub upper: f64,
     /// Difference for derivatives where nothing is known yet of how sharply data pin the coordinate.
     pub step: f64,
+    /// Whether it is of how records were made, not of what they are records of: a record that is held out and alone tells it
+    /// (an area that was set for it) says nothing against the model by that.
+    pub of_measuring: bool,
 }
 
 impl Coordinate {
     /// A coordinate with a standard normal prior, bounded at `bound` standard deviations.
     pub fn standard(name: impl Into<String>, scope: Scope, bound: f64) -> Self {
-        Self { name: name.into(), scope, mean: 0.0, sigma: 1.0, lower: -bound, upper: bound, step: 0.05 }
+        let (lower, upper) = (-bound, bound);
+        Self { name: name.into(), scope, mean: 0.0, sigma: 1.0, lower, upper, step: 0.05, of_measuring: false }
     }
 
     /// Moves the prior, bounds and all.

@@ -214,6 +214,10 @@ fn mend(columns: &mut [(usize, Vec<f64>)], soft: &Soft, to: &[f64], from: &[f64]
     }
     for (index, column) in columns.iter_mut() {
         let Some((_, by)) = soft.mends.iter().find(|(one, _)| one == index) else { continue };
+        // A coordinate that does not move the record at all takes no part of what others are wrong by.
+        if column.iter().all(|slope| *slope == 0.0) {
+            continue;
+        }
         column.iter_mut().zip(&wrong).for_each(|(slope, wrong)| *slope += by * wrong);
     }
 }

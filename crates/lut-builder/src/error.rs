@@ -149,11 +149,18 @@ pub enum BuildError {
     },
     /// A table over conditions cannot be made as accurate as asked.
     #[error(
-        "fault \"{fault}\": found stroke times that are no smooth function of pressure and temperature, expected one that a table can follow; give a smaller range of conditions"
+        "fault \"{fault}\": found stroke times that are no smooth function of pressure and temperature, expected one that a table can follow; give a smaller range of conditions: at {supply_pressure_pa} Pa absolute and {temperature_k} K a stroke is not finished any more with {:.0} % of what stalls the valve under its own conditions",
+        100.0 * least_share
     )]
     NotSmooth {
         /// The id of what wears.
         fault: String,
+        /// Where the valve bears least: the supply pressure, Pa absolute.
+        supply_pressure_pa: f64,
+        /// The temperature there, K.
+        temperature_k: f64,
+        /// What it bears there, as a share of what it bears under its own conditions.
+        least_share: f64,
     },
     /// The times over conditions do not make a table.
     #[error("fault \"{fault}\": {source}")]
@@ -179,6 +186,21 @@ pub enum BuildError {
     /// The rows do not make a bundle.
     #[error(transparent)]
     Table(#[from] TableError),
+}
+
+impl BuildError {
+    /// Whether it is the range of conditions that a table cannot be built over.
+    #[must_use]
+    pub fn is_of_conditions(&self) -> bool {
+        matches!(
+            self,
+            Self::SoundNotFinished { .. }
+                | Self::LimitOutsideConditions { .. }
+                | Self::NotSmooth { .. }
+                | Self::Grid { .. }
+                | Self::Conditions(_)
+        )
+    }
 }
 
 /// What to know about tables that were built.

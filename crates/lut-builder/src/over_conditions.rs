@@ -119,7 +119,7 @@ impl Grid<'_> {
             // What was placed between severities and nodes is fine and something else is not: finer all over.
             self.refine_all()?;
         }
-        Err(BuildError::NotSmooth { fault: self.simulation.id() })
+        Err(self.not_smooth())
     }
 
     /// All nodes, temperatures within pressures.
@@ -175,7 +175,11 @@ impl Grid<'_> {
                 let times = |stroke: Stroke| {
                     let times: Vec<f64> = points.iter().filter_map(|point| point.time_s(stroke)).collect();
                     let moves = self.simulation.wear.degradation.moves.stroke(stroke).is_some();
-                    let even = if moves { self.simulation.evened(times) } else { levelled(&times, tolerance_s) };
+                    let even = if moves {
+                        self.simulation.evened(&self.shares, &times)
+                    } else {
+                        levelled(&times, tolerance_s)
+                    };
                     even.into_iter().map(stored).collect()
                 };
                 NodeTimes {
@@ -200,7 +204,23 @@ impl Grid<'_> {
                 Err(source) => return Err(BuildError::Grid { fault: self.simulation.id(), source: Box::new(source) }),
             }
         }
-        Err(BuildError::NotSmooth { fault: self.simulation.id() })
+        Err(self.not_smooth())
+    }
+
+    /// That the times cannot be followed, and where the valve bears least.
+    fn not_smooth(&self) -> BuildError {
+        let parameters = self.simulation.model.valve.parameters();
+        let (supply_pressure_pa, temperature_k) = (parameters.supply_pressure_pa, parameters.temperature_k);
+        let own = self.end.at(&Conditions { supply_pressure_pa, temperature_k });
+        let share = |at: &Conditions| self.end.at(at) / own;
+        let conditions = self.conditions();
+        let least = conditions.iter().min_by(|a, b| share(a).total_cmp(&share(b))).expect("there are nodes");
+        BuildError::NotSmooth {
+            fault: self.simulation.id(),
+            supply_pressure_pa: least.supply_pressure_pa,
+            temperature_k: least.temperature_k,
+            least_share: share(least),
+        }
     }
 
     fn options(&self) -> &Options {
@@ -245,7 +265,7 @@ impl Grid<'_> {
         let missed: Vec<[f64; 2]> =
             gaps.filter(|(_, errors)| missed(errors)).map(|(gap, _)| [gap[0], gap[1]]).collect();
         if missed.iter().any(|gap| gap[1] - gap[0] < NARROWEST_GAP) {
-            return Err(BuildError::NotSmooth { fault: self.simulation.id() });
+            return Err(self.not_smooth());
         }
         self.add_shares(missed.iter().map(|gap| f64::midpoint(gap[0], gap[1])))?;
         Ok(!missed.is_empty())
@@ -307,7 +327,7 @@ impl Grid<'_> {
     fn double(&mut self, condition: Condition) -> Result<(), BuildError> {
         let count = 2 * self.nodes[condition as usize].len() - 1;
         if count > MOST_NODES[condition as usize] {
-            return Err(BuildError::NotSmooth { fault: self.simulation.id() });
+            return Err(self.not_smooth());
         }
         self.nodes[condition as usize] = extrema(self.range.get(condition), count);
         Ok(())

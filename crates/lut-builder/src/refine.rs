@@ -17,7 +17,7 @@ use leak_table::{
 
 use crate::FaultTable;
 use crate::error::{BuildError, Notice};
-use crate::levelled::levelled;
+use crate::levelled::{NARROW, levelled};
 use crate::limit::LimitTicks;
 use crate::progress::Stage;
 use crate::range::{Range, STALL_RESOLUTION};
@@ -119,10 +119,11 @@ impl<'a> Refinement<'a> {
 
     fn curve(&self, stroke: Stroke) -> Result<MonotoneCubic, Turn> {
         let time = |ticks: &Ticks| self.sweep.at(*ticks).time_s(stroke).unwrap_or(f64::NAN);
-        let x = self.knots.iter().map(|ticks| self.sweep.simulation.si(*ticks)).collect();
-        let y = self.knots.iter().map(time).collect();
+        let x: Vec<f64> = self.knots.iter().map(|ticks| self.sweep.simulation.si(*ticks)).collect();
+        let y: Vec<f64> = self.knots.iter().map(time).collect();
         let curve = if self.moves(stroke) {
-            MonotoneCubic::new(x, self.sweep.simulation.evened(y))
+            let even = self.sweep.simulation.evened(&x, &y);
+            MonotoneCubic::new(x, even)
         } else {
             MonotoneCubic::with_level_pieces(x, levelled(&y, self.level_tolerance_s()))
         };
@@ -187,7 +188,7 @@ impl<'a> Refinement<'a> {
     fn cut(&mut self, curves: &[MonotoneCubic; 2]) -> Result<bool, (Ticks, Stroke)> {
         let limit = self.limit();
         let mut points = Vec::new();
-        for gap in self.knots.windows(2) {
+        for (index, gap) in self.knots.windows(2).enumerate() {
             let inside = self.sweep.samples().range(gap[0] + 1..gap[1]);
             let misses: Vec<_> = inside.map(|(ticks, point)| (*ticks, self.miss(curves, *ticks, point))).collect();
             let worst = |misses: &mut dyn Iterator<Item = &(Ticks, Miss)>| {
@@ -197,7 +198,11 @@ impl<'a> Refinement<'a> {
                 continue;
             };
             let width = gap[1] - gap[0];
-            if (width as f64) < self.narrowest() {
+            // Where a time turns, what lies closer together than it tells the severity is not told apart.
+            let turns =
+                [index, index + 1].iter().any(|knot| self.is_evened(&curves[miss.stroke as usize], *knot, miss.stroke));
+            let narrowest = if turns { 0.25 * NARROW * gap[1] as f64 } else { 0.0 };
+            if (width as f64) < narrowest.max(self.narrowest()) {
                 if gap[0] >= limit {
                     return Err((gap[0], miss.stroke));
                 }
@@ -213,6 +218,12 @@ impl<'a> Refinement<'a> {
         self.knots.extend(points);
         self.knots.sort_unstable();
         Ok(cut)
+    }
+
+    /// Whether a point lies beside its simulation, since the time turns there.
+    fn is_evened(&self, curve: &MonotoneCubic, knot: usize, stroke: Stroke) -> bool {
+        let simulated_s = self.sweep.at(self.knots[knot]).time_s(stroke);
+        simulated_s.is_some_and(|time_s| (time_s - curve.y()[knot]).abs() > self.level_tolerance_s())
     }
 
     /// By how much the interpolation misses a sample, of the worse stroke.
@@ -284,6 +295,12 @@ impl<'a> Refinement<'a> {
             }
         };
         let mut rows: Vec<SeverityPoint> = self.knots.iter().enumerate().map(row).collect();
+        // Points so close that the file's digits do not tell their times apart are one.
+        let is_same = |one: &SeverityPoint, other: &SeverityPoint| {
+            let moving = Stroke::ALL.into_iter().filter(|stroke| self.moves(*stroke));
+            moving.into_iter().any(|stroke| one.time_s(stroke) == other.time_s(stroke))
+        };
+        rows.dedup_by(|later, before| is_same(later, before));
         let stall = self.range.stall.map(|stall| *self.sweep.at(stall));
         let degradation = &self.sweep.simulation.wear.degradation;
         let as_table = |rows: Vec<SeverityPoint>| SeverityTable::new(degradation, rows).map_err(row_error);

@@ -56,16 +56,13 @@ impl<'a> Simulation<'a> {
     }
 
     /// Times of rising severities, evened out where they turn by no more than friction lets them; what turns by more stays.
-    pub(crate) fn evened(&self, times_s: Vec<f64>) -> Vec<f64> {
-        match evened(&times_s, self.uneven()) {
-            Some((even, 0.0)) => even,
-            Some((even, most_s)) => {
-                // A turn goes as far back as it comes on again.
-                self.wanders(2.0 * most_s);
-                even
-            }
-            None => times_s,
+    pub(crate) fn evened(&self, severities: &[f64], times_s: &[f64]) -> Vec<f64> {
+        let (even, most_s) = evened(severities, times_s, self.uneven());
+        if most_s > 0.0 {
+            // A turn goes as far back as it comes on again.
+            self.wanders(2.0 * most_s);
         }
+        even
     }
 
     /// The share of itself by which a time may turn: a valve that is known to stick and slip may turn as far as it goes astray
@@ -112,12 +109,26 @@ impl<'a> Simulation<'a> {
 
     /// The stroke times at each severity under its conditions, in parallel.
     pub(crate) fn points(&self, wanted: &[(Conditions, Ticks)]) -> Result<Vec<SeverityPoint>, BuildError> {
-        let batches: Vec<Vec<SeverityPoint>> =
+        self.each(wanted)?.into_iter().collect()
+    }
+
+    /// The same where times may go on and on without settling: these count as not finished.
+    pub(crate) fn points_or_none(&self, wanted: &[(Conditions, Ticks)]) -> Result<Vec<SeverityPoint>, BuildError> {
+        let none = |severity: f64| SeverityPoint { severity, close_time_s: None, open_time_s: None };
+        let settled = |((_, ticks), point): (&(Conditions, Ticks), _)| match point {
+            Err(BuildError::NotPeriodic { .. }) => Ok(none(self.si(*ticks))),
+            point => point,
+        };
+        wanted.iter().zip(self.each(wanted)?).map(settled).collect()
+    }
+
+    fn each(&self, wanted: &[(Conditions, Ticks)]) -> Result<Vec<Result<SeverityPoint, BuildError>>, BuildError> {
+        let batches: Vec<Vec<_>> =
             wanted.par_chunks(ABREAST).map(|batch| self.batch(batch)).collect::<Result<_, _>>()?;
         Ok(batches.into_iter().flatten().collect())
     }
 
-    fn batch(&self, wanted: &[(Conditions, Ticks)]) -> Result<Vec<SeverityPoint>, BuildError> {
+    fn batch(&self, wanted: &[(Conditions, Ticks)]) -> Result<Vec<Result<SeverityPoint, BuildError>>, BuildError> {
         let worn = |(conditions, ticks): &(Conditions, Ticks)| {
             self.wear.worn(self.model.valve, *conditions, self.si(*ticks)).map_err(|source| BuildError::Worn {
                 fault: self.id(),
@@ -138,7 +149,7 @@ impl<'a> Simulation<'a> {
                 return Err(BuildError::NoNumber { fault: self.id(), at: self.named(*ticks), time_s });
             }
         }
-        wanted.iter().zip(simulated).map(|((_, ticks), times)| self.periodic(*ticks, &times)).collect()
+        Ok(wanted.iter().zip(simulated).map(|((_, ticks), times)| self.periodic(*ticks, &times)).collect())
     }
 
     /// The last of the cycles, which must be like those before it. Sticking and slipping can keep the times of a valve with
@@ -182,12 +193,14 @@ impl<'a> Simulation<'a> {
             let before_s = mean(&both[..both.len().saturating_sub(tail.len())]);
             settled_s = mean(&both);
             let stays = (before_s - mean(&tail)).abs() <= UNEVEN * settled_s;
-            if both.is_empty() || !stays || range(&both) > 2.0 * ASTRAY * settled_s {
+            if both.is_empty() || !stays {
                 let cycles = times_s.len();
                 return Err(BuildError::NotPeriodic { fault: self.id(), at: self.named(ticks), cycles });
             }
         }
-        if range_s > 0.0 {
+        // Farther apart they are of two kinds, a rebound more in one cycle than in the next: the severity lies where the
+        // time jumps, and others are no less sure for it.
+        if range_s > 0.0 && range_s <= 2.0 * ASTRAY * settled_s {
             self.wanders(range_s);
         }
         Ok(Some(settled_s))

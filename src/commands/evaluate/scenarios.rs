@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use answers::SCHEMA;
 use leak_table::{ConditionRange, TableBundle};
-use lut_builder::{BuildError, Request, Wear};
+use lut_builder::{Request, Wear};
 use prognoser::Method;
 use prognoser::study::scenario::{Scenario, ScenarioConfig, ScenarioResult, run_scenarios};
 use serde::Serialize;
@@ -90,7 +90,7 @@ fn tables_for(file: &ValveFile, scenarios: Vec<Scenario>) -> anyhow::Result<(Arc
     let request = Request { wears: Wear::catalogue(), conditions, both_leaks: true };
     match tables::build_and_tell(file, &request) {
         Ok(built) => Ok((Arc::new(built.bundle), scenarios)),
-        Err(error @ BuildError::SoundNotFinished { .. }) => {
+        Err(error) if request.conditions.is_some() && error.is_of_conditions() => {
             let steady = |scenario: &Scenario| !scenario.varies_supply() && !scenario.varies_temperature();
             let steady: Vec<Scenario> = scenarios.into_iter().filter(steady).collect();
             if steady.is_empty() {

@@ -43,6 +43,7 @@ pub fn shared(name: &str, mean: f64, sigma: f64, far: f64) -> Coordinate {
         lower: mean - far,
         upper: mean + far,
         step: 1e-3 * sigma,
+        of_measuring: false,
     }
 }
 

@@ -221,6 +221,7 @@ impl Entry {
     pub fn new(nuisance: Nuisance, size: f64) -> Self {
         let mut coordinate = Coordinate::standard(format!("{nuisance:?}"), nuisance.scope(), BOUND);
         coordinate.step = 0.1;
+        coordinate.of_measuring = true;
         Self { nuisance, size, coordinate, is_simulated: nuisance.is_simulated() }
     }
 }

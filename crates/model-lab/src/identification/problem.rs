@@ -68,7 +68,8 @@ pub(super) fn coordinate_of((index, of_space): (usize, &crate::space::Coordinate
         Target::Base(_) => (-PARAMETER_BOUND, PARAMETER_BOUND),
         _ => (of_space.lower, of_space.upper),
     };
-    Coordinate { name: index.to_string(), scope: Scope::Shared, mean, sigma, lower, upper, step: 0.05 }
+    let (name, scope) = (index.to_string(), Scope::Shared);
+    Coordinate { name, scope, mean, sigma, lower, upper, step: 0.05, of_measuring: false }
 }
 
 impl<'a> ValveProblem<'a> {
