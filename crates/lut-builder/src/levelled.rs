@@ -1,24 +1,24 @@
 //! Times that stay as they are but for the last digits, and times that rise or fall but for a little.
 
 /// Times that go one way or stay, nearest to the given ones in the mean square (pool adjacent violators;
-/// Barlow et al., Statistical Inference under Order Restrictions, 1972). From where on times would have to be changed by more
-/// than the tolerance they are left as they are.
-pub(crate) fn levelled(times_s: &[f64], tolerance_s: f64) -> Vec<f64> {
+/// Barlow et al., Statistical Inference under Order Restrictions, 1972), and how many: from where on times would have to be
+/// changed by more than the tolerance they are left as they are.
+pub(crate) fn levelled(times_s: &[f64], falls: bool, tolerance_s: f64) -> (Vec<f64>, usize) {
     as_far_as_possible(times_s, |times_s| {
-        let levels: Vec<f64> = pooled(times_s, |before, last| before > last)
+        let levels: Vec<f64> = pooled(times_s, falls, |before, last| before > last)
             .into_iter()
             .flat_map(|(level, many)| std::iter::repeat_n(level, many))
             .collect();
         let near = levels.iter().zip(times_s).all(|(level, time_s)| (level - time_s).abs() <= tolerance_s);
         near.then_some(levels)
     })
-    .unwrap_or_else(|| times_s.to_vec())
 }
 
-/// Changes the first times, as many as can be, and leaves the rest as they are.
-fn as_far_as_possible(times_s: &[f64], change: impl Fn(&[f64]) -> Option<Vec<f64>>) -> Option<Vec<f64>> {
-    let (many, changed) = (2..=times_s.len()).rev().find_map(|many| Some((many, change(&times_s[..many])?)))?;
-    Some([&changed, &times_s[many..]].concat())
+/// Changes the first times, as many as can be, and leaves the rest as they are; and how many could be.
+fn as_far_as_possible(times_s: &[f64], change: impl Fn(&[f64]) -> Option<Vec<f64>>) -> (Vec<f64>, usize) {
+    let changed = (2..=times_s.len()).rev().find_map(|many| Some((change(&times_s[..many])?, many)));
+    let (changed, many) = changed.unwrap_or((Vec::new(), 0));
+    ([&changed, &times_s[many..]].concat(), many)
 }
 
 /// Times that are the same move on by this, s.
@@ -32,7 +32,7 @@ pub(crate) const NARROW: f64 = 0.005;
 /// of itself over severities that lie apart, or where nothing rises or falls, they are left as they are.
 pub(crate) fn evened(severities: &[f64], times_s: &[f64], most: f64) -> (Vec<f64>, f64) {
     let all = |times_s: &[f64]| evened_all(severities, times_s, most);
-    let even = as_far_as_possible(times_s, all).unwrap_or_else(|| times_s.to_vec());
+    let (even, _) = as_far_as_possible(times_s, all);
     let changes = even.iter().zip(times_s).map(|(even, time_s)| ((even - time_s).abs(), most * time_s.abs()));
     let worst_s = changes.filter(|(change_s, most_s)| change_s <= most_s).map(|(change_s, _)| change_s);
     let worst_s = worst_s.fold(0.0, f64::max);
@@ -40,7 +40,7 @@ pub(crate) fn evened(severities: &[f64], times_s: &[f64], most: f64) -> (Vec<f64
 }
 
 fn evened_all(severities: &[f64], times_s: &[f64], most: f64) -> Option<Vec<f64>> {
-    let pools = pooled(times_s, |before, last| before >= last);
+    let pools = pooled(times_s, falls(times_s), |before, last| before >= last);
     let mut even: Vec<f64> = Vec::with_capacity(times_s.len());
     for (index, (level, many)) in pools.iter().enumerate() {
         let before = index.checked_sub(1).map(|before| level - pools[before].0);
@@ -66,9 +66,14 @@ fn evened_all(severities: &[f64], times_s: &[f64], most: f64) -> Option<Vec<f64>
     Some(even)
 }
 
+/// Whether the last time is less than the first.
+pub(crate) fn falls(times_s: &[f64]) -> bool {
+    times_s[times_s.len() - 1] < times_s[0]
+}
+
 /// Levels that go one way, each with how many of the times it stands for.
-fn pooled(times_s: &[f64], turns: impl Fn(f64, f64) -> bool) -> Vec<(f64, usize)> {
-    let sign = if times_s[times_s.len() - 1] < times_s[0] { -1.0 } else { 1.0 };
+fn pooled(times_s: &[f64], falls: bool, turns: impl Fn(f64, f64) -> bool) -> Vec<(f64, usize)> {
+    let sign = if falls { -1.0 } else { 1.0 };
     let mut pools: Vec<(f64, usize)> = Vec::new();
     for time_s in times_s {
         pools.push((sign * time_s, 1));
@@ -84,7 +89,11 @@ fn pooled(times_s: &[f64], turns: impl Fn(f64, f64) -> bool) -> Vec<(f64, usize)
 
 #[cfg(test)]
 mod tests {
-    use super::{evened, levelled};
+    use super::{evened, falls};
+
+    fn levelled(times_s: &[f64], tolerance_s: f64) -> (Vec<f64>, usize) {
+        super::levelled(times_s, falls(times_s), tolerance_s)
+    }
 
     #[test]
     fn a_little_turning_is_evened_out_and_more_is_not() {
@@ -112,16 +121,19 @@ mod tests {
 
     #[test]
     fn small_steps_back_are_pooled_and_large_ones_are_not() {
-        let pooled = levelled(&[1.0, 1.0 + 2e-6, 1.0, 2.0], 1e-5);
+        let (pooled, _) = levelled(&[1.0, 1.0 + 2e-6, 1.0, 2.0], 1e-5);
         assert!(
             pooled.iter().zip([1.0, 1.0 + 1e-6, 1.0 + 1e-6, 2.0]).all(|(a, b)| (a - b).abs() < 1e-12),
             "{pooled:?}"
         );
-        assert_eq!(levelled(&[2.0, 1.0, 1.0, 1.0 + 2e-6, 0.5], 1e-5)[0], 2.0);
-        assert!(levelled(&[2.0, 1.0, 1.0 + 2e-6, 0.5], 1e-5).is_sorted_by(|a, b| a >= b));
+        assert_eq!(levelled(&[2.0, 1.0, 1.0, 1.0 + 2e-6, 0.5], 1e-5).0[0], 2.0);
+        assert!(levelled(&[2.0, 1.0, 1.0 + 2e-6, 0.5], 1e-5).0.is_sorted_by(|a, b| a >= b));
+        // All of what goes the other way by less than the tolerance is one level.
+        let (level, many) = super::levelled(&[1.0, 1.0 + 2e-6, 1.0 + 3e-6], true, 1e-5);
+        assert!(level.windows(2).all(|pair| pair[0] == pair[1]) && many == 3, "{level:?}");
         let turning = [1.0, 2.0, 1.5, 3.0];
-        assert_eq!(levelled(&turning, 1e-5), turning);
-        let late = levelled(&[1.0, 1.0 + 2e-6, 1.0, 2.0, 1.0], 1e-5);
-        assert!(late[..4].is_sorted() && late[4] == 1.0, "{late:?}");
+        assert_eq!(levelled(&turning, 1e-5), (turning.to_vec(), 2));
+        let (late, many) = levelled(&[1.0, 1.0 + 2e-6, 1.0, 2.0, 1.0], 1e-5);
+        assert!(late[..4].is_sorted() && late[4] == 1.0 && many == 4, "{late:?}");
     }
 }

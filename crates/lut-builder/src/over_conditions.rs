@@ -171,21 +171,45 @@ impl Grid<'_> {
                 continue;
             }
             let tolerance_s = MARGIN * self.options().tolerance_up_to_limit_s;
+            let moves = |stroke: Stroke| self.simulation.wear.degradation.moves.stroke(stroke).is_some();
+            let times = |points: &[SeverityPoint], stroke: Stroke| -> Vec<f64> {
+                points.iter().filter_map(|point| point.time_s(stroke)).collect()
+            };
+            // One way for all conditions: that of where it moves farthest.
+            let ways = Stroke::ALL.map(|stroke| {
+                let moved = points.chunks(self.shares.len()).map(|points| times(points, stroke));
+                let moved = moved.map(|times| times[times.len() - 1] - times[0]);
+                moved.max_by(|a, b| a.abs().total_cmp(&b.abs())).is_some_and(|moved_s| moved_s < 0.0)
+            });
+            // A time that need not move and turns for good: the end comes before that.
+            let staying = Stroke::ALL.into_iter().filter(|stroke| !moves(*stroke));
+            let sound = staying.flat_map(|stroke| {
+                let sound = move |points: &[SeverityPoint]| {
+                    levelled(&times(points, stroke), ways[stroke as usize], tolerance_s).1
+                };
+                points.chunks(self.shares.len()).map(sound)
+            });
+            match sound.min() {
+                Some(many) if many < self.shares.len() && many > 1 => {
+                    self.end.shrink(self.shares[many - 1]);
+                    continue;
+                }
+                _ => {}
+            }
             let node = |(index, points): (usize, &[SeverityPoint])| {
-                let times = |stroke: Stroke| {
-                    let times: Vec<f64> = points.iter().filter_map(|point| point.time_s(stroke)).collect();
-                    let moves = self.simulation.wear.degradation.moves.stroke(stroke).is_some();
-                    let even = if moves {
+                let stored_times = |stroke: Stroke| {
+                    let times = times(points, stroke);
+                    let even = if moves(stroke) {
                         self.simulation.evened(&self.shares, &times)
                     } else {
-                        levelled(&times, tolerance_s)
+                        levelled(&times, ways[stroke as usize], tolerance_s).0
                     };
                     even.into_iter().map(stored).collect()
                 };
                 NodeTimes {
                     end: self.end.at(&conditions[index]),
-                    close_time_s: times(Stroke::Close),
-                    open_time_s: times(Stroke::Open),
+                    close_time_s: stored_times(Stroke::Close),
+                    open_time_s: stored_times(Stroke::Open),
                 }
             };
             let nodes: Vec<NodeTimes> = points.chunks(self.shares.len()).enumerate().map(node).collect();

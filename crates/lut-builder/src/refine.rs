@@ -17,7 +17,7 @@ use leak_table::{
 
 use crate::FaultTable;
 use crate::error::{BuildError, Notice};
-use crate::levelled::{NARROW, levelled};
+use crate::levelled::{NARROW, falls, levelled};
 use crate::limit::LimitTicks;
 use crate::progress::Stage;
 use crate::range::{Range, STALL_RESOLUTION};
@@ -123,15 +123,17 @@ impl<'a> Refinement<'a> {
         let y: Vec<f64> = self.knots.iter().map(time).collect();
         let curve = if self.moves(stroke) {
             let even = self.sweep.simulation.evened(&x, &y);
-            MonotoneCubic::new(x, even)
-        } else {
-            MonotoneCubic::with_level_pieces(x, levelled(&y, self.level_tolerance_s()))
-        };
-        curve.map_err(|error| {
-            let index = match error {
+            MonotoneCubic::new(x, even).map_err(|error| match error {
                 CurveError::NotMonotone { index } => index.max(1),
                 _ => 1,
-            };
+            })
+        } else {
+            match levelled(&y, falls(&y), self.level_tolerance_s()) {
+                (level, many) if many == y.len() => MonotoneCubic::with_level_pieces(x, level).map_err(|_| 1),
+                (_, many) => Err(many.max(1)),
+            }
+        };
+        curve.map_err(|index| {
             let (previous, at) = (self.knots[index - 1], self.knots[index]);
             let error = BuildError::NotMonotone {
                 fault: self.sweep.simulation.id(),
