@@ -192,7 +192,7 @@ pub struct EvaluateArgs {
     /// The valve file
     pub valve: PathBuf,
     /// Cycles from a healthy valve to the end of life
-    #[arg(long, value_name = "CYCLES", value_parser = positive, default_value = "25")]
+    #[arg(long, value_name = "CYCLES", value_parser = some_cycles, default_value = "25")]
     pub cycles: f64,
     /// Variances of the noise of the stroke times, s2
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = variance, default_value = "0,1e-4,1e-3,1e-2")]
@@ -337,6 +337,16 @@ fn positive(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
         _ => Err("a number above zero is needed".to_owned()),
+    }
+}
+
+/// From how many cycles on a life has any that it can be scored in.
+const FEWEST_CYCLES: f64 = 3.0;
+
+fn some_cycles(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value >= FEWEST_CYCLES && value.is_finite() => Ok(value),
+        _ => Err(format!("a life of at least {FEWEST_CYCLES} cycles is needed")),
     }
 }
 

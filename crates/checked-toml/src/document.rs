@@ -29,6 +29,14 @@ pub struct Document {
     parsed: toml_edit::Document<String>,
 }
 
+/// The first line of a text that is no comment, where it is names of columns: with separators, and with nothing that keys
+/// and tables have.
+fn column_names(text: &str) -> Option<&str> {
+    let line = text.lines().map(str::trim).find(|line| !line.is_empty() && !line.starts_with('#'))?;
+    let separators = [',', ';', '\t'].map(|separator| line.matches(separator).count());
+    (separators.iter().any(|count| *count > 0) && !line.contains(['=', '['])).then_some(line)
+}
+
 impl Document {
     /// Parses a text; `file` is its name in messages.
     pub fn parse(text: &str, file: &str) -> Result<Self, TomlFileError> {
@@ -51,7 +59,11 @@ impl Document {
         let parsed = toml_edit::Document::parse(text.to_owned()).map_err(|error| {
             let offset = error.span().map_or(0, |span| span.start);
             let message = error.message().trim().replace('\n', "; ");
-            at(line_of(&lines, offset), Problem::Syntax { message })
+            let problem = match column_names(text) {
+                Some(names) => Problem::Columns { names: names.to_owned() },
+                None => Problem::Syntax { message },
+            };
+            at(line_of(&lines, offset), problem)
         })?;
         Ok(Self { file: file.to_owned(), lines, parsed })
     }

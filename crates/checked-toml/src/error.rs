@@ -4,6 +4,9 @@ use std::fmt::Write;
 
 use quantity::QuantityError;
 
+/// Characters of a line of names that are shown.
+const MOST_NAMES: usize = 60;
+
 /// A refusal with its place, and what else is wrong with the file.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{file}:{line}: {problem}{}", lines(others))]
@@ -93,6 +96,12 @@ pub enum Problem {
     Syntax {
         /// The parser's words.
         message: String,
+    },
+    /// Columns, as in a recording or a log.
+    #[error("\"{}\" are names of columns, as in a recording or a log of stroke times; expected a TOML file, with lines such as name = \"FV-101\"", names.chars().take(MOST_NAMES).collect::<String>())]
+    Columns {
+        /// The line with the names.
+        names: String,
     },
     /// A file that other readers are for.
     #[error("\"{key}\" belongs to {found}; expected {expected}")]

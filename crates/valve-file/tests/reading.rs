@@ -147,6 +147,8 @@ fn wrong_keys_and_units_are_refused_with_file_and_line() {
     );
     assert!(refusal_with("stroke =", "stroke = \"1 mm\"\nstroke =").starts_with("v.toml:7: not valid TOML: duplicate"));
     assert!(refusal("").contains("v.toml:1: the file is empty"));
+    let columns = refusal("# recorder\nvalve,cycle,close_time_s\nFV-1,0,1.2\n");
+    assert!(columns.contains("\"valve,cycle,close_time_s\" are names of columns"), "{columns}");
 }
 
 #[test]

@@ -148,7 +148,7 @@ pub fn model_discrepancy<'a>(
     // What lies close to a fit needs no annealing.
     let near =
         |fit: &Fit| FitOptions { annealed: 0, known: Some(fit.noise.clone()), ..FitOptions::new(setup.groups.clone()) };
-    let mut found: Option<(f64, ModelDiscrepancy)> = None;
+    let mut found: Option<ModelDiscrepancy> = None;
     for (axis, knots, table) in tables {
         if catalogue.stop.is_asked() {
             break;
@@ -173,42 +173,69 @@ pub fn model_discrepancy<'a>(
             })
             .collect();
         for one in finished {
-            let gain = one.fit.log_evidence - best.fit.log_evidence;
-            let held = held_out(&one.problem, &one.fit, &folds(&one.problem), &near(&one.fit), OwnFits::WhereShort);
-            let held = held.map(|held| Errors::of(&one.problem, &held.own));
             // A formula that was not held against what it had not seen is none.
-            if catalogue.stop.is_asked() {
-                break;
-            }
-            let before = errors::held_out(best);
-            let predicts = match (held, before) {
-                (Some(held), Some(before)) => {
-                    held.normalised_rms < (1.0 - options.select.held_out_fall) * before.normalised_rms
-                }
-                _ => true,
-            };
-            if gain < options.select.accept || !predicts || found.as_ref().is_some_and(|(most, _)| *most >= gain) {
-                continue;
-            }
-            let Some(effect) = one.problem.space.custom_at(&one.fit.u).pop() else { continue };
-            let (_, parameter_sigmas) = own(&one);
-            found = Some((
-                gain,
-                ModelDiscrepancy {
-                    axis,
-                    knots: knots.clone(),
-                    values: values.clone(),
-                    sigmas: sigmas.clone(),
-                    effect,
-                    parameter_sigmas,
-                    gain,
-                    errors: Errors::of(&one.problem, &one.fit.linear.residual),
-                    held_out: held,
-                },
-            ));
+            let place = Place { axis, knots: knots.clone(), values: values.clone(), sigmas: sigmas.clone() };
+            let judged = judged(best, &one, place, &near(&one.fit), options);
+            found = judged.filter(|_| !catalogue.stop.is_asked()).into_iter().chain(found).max_by(by_gain);
         }
     }
-    found.map(|(_, discrepancy)| discrepancy)
+    found
+}
+
+/// What a formula that was found on top of some effects makes of the model without them; nothing where it predicts no better
+/// what was held out.
+pub fn without_effects<'a>(
+    catalogue: &Catalogue<'a>,
+    base: &Model<ValveProblem<'a>>,
+    found: &ModelDiscrepancy,
+    options: &DiagnoseOptions,
+) -> Option<ModelDiscrepancy> {
+    let fresh = FitOptions::new(catalogue.subject.setup(Level::Low).groups.clone());
+    let low = tried(catalogue, base, &found.effect, Level::Low, &base.fit.u, &fresh)?;
+    let effect = low.problem.space.custom_at(&low.fit.u).pop()?;
+    let near = FitOptions { annealed: 0, known: Some(low.fit.noise.clone()), ..fresh };
+    let high = tried(catalogue, base, &effect, Level::High, &low.fit.u, &near)?;
+    let ModelDiscrepancy { axis, knots, values, sigmas, .. } = found.clone();
+    judged(base, &high, Place { axis, knots, values, sigmas }, &near, options)
+}
+
+/// Where a table found something.
+struct Place {
+    axis: Axis,
+    knots: Vec<f64>,
+    values: Vec<f64>,
+    sigmas: Vec<f64>,
+}
+
+fn by_gain(a: &ModelDiscrepancy, b: &ModelDiscrepancy) -> std::cmp::Ordering {
+    a.gain.total_cmp(&b.gain)
+}
+
+/// A fitted formula on top of a model; nothing where it gains too little or predicts no better what was held out.
+fn judged(
+    on: &Model<ValveProblem<'_>>,
+    formula: &Tried<'_>,
+    place: Place,
+    near: &FitOptions,
+    options: &DiagnoseOptions,
+) -> Option<ModelDiscrepancy> {
+    let (problem, fit) = (&formula.problem, &formula.fit);
+    let gain = fit.log_evidence - on.fit.log_evidence;
+    if gain < options.select.accept {
+        return None;
+    }
+    let held = held_out(problem, fit, &folds(problem), near, OwnFits::WhereShort);
+    let held = held.map(|held| Errors::of(problem, &held.own));
+    if let (Some(held), Some(before)) = (held, errors::held_out(on))
+        && held.normalised_rms >= (1.0 - options.select.held_out_fall) * before.normalised_rms
+    {
+        return None;
+    }
+    let effect = problem.space.custom_at(&fit.u).pop()?;
+    let (_, parameter_sigmas) = own(formula);
+    let Place { axis, knots, values, sigmas } = place;
+    let errors = Errors::of(problem, &fit.linear.residual);
+    Some(ModelDiscrepancy { axis, knots, values, sigmas, effect, parameter_sigmas, gain, errors, held_out: held })
 }
 
 /// Of what adds a custom effect to a model the few that are most likely, the likeliest first: foreseen about a fit by its

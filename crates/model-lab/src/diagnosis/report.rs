@@ -11,7 +11,7 @@ use valve_model::effects::Search;
 use super::answer::{
     Alternative, CandidateReport, Explanation, Indistinguishable, MovedParameter, NuisanceReport, Remainder, Verdict,
 };
-use super::discrepancy::model_discrepancy;
+use super::discrepancy::{ModelDiscrepancy, model_discrepancy, without_effects};
 use super::experiment::{Hypothesis, best_experiment};
 use super::uncertainty::{Certainty, effect_parameters, is_of_datasheet, is_told, moved_parameters, stands_for};
 use super::{DiagnoseOptions, Formula, Progress};
@@ -78,16 +78,23 @@ pub(super) fn assemble<'a>(
         (best, recommended, is_unnamed) = (calibrated, Vec::new(), true);
         left = remainder(best, &fit_options);
     }
-    let remainder = left;
-    let certainty = Certainty::new(&best.problem, &best.fit);
-    tell(Progress::Doing("what cannot be told apart"));
-    let indistinguishable = indistinguishable(catalogue, found, best, &recommended, &certainty, options);
     let something_is_left = is_unnamed || leaves_something(best);
     let mut discrepancy = None;
     if something_is_left && formula == Formula::WhereSomethingIsLeft && !stop.is_asked() {
         tell(Progress::Doing("forces and flows without a law"));
         discrepancy = model_discrepancy(catalogue, best, options);
     }
+    if let Some((base, alone, words)) =
+        discrepancy.as_ref().and_then(|formula| enough_alone(catalogue, found, best, formula, options))
+    {
+        notes.push(words);
+        (best, recommended, discrepancy) = (base, Vec::new(), Some(alone));
+        left = remainder(best, &fit_options);
+    }
+    let remainder = left;
+    let certainty = Certainty::new(&best.problem, &best.fit);
+    tell(Progress::Doing("what cannot be told apart"));
+    let indistinguishable = indistinguishable(catalogue, found, best, &recommended, &certainty, options);
     let interrupted = found.interrupted || stop.is_asked();
     let group = indistinguishable.iter().map(|group| 1 + group.with.len()).max().unwrap_or(1);
     let strange: Vec<EffectKind> =
@@ -127,6 +134,28 @@ pub(super) fn assemble<'a>(
         notes,
         interrupted,
     }
+}
+
+/// The calibrated model with a formula that was found beside some effects, where these take less than half of the error and are
+/// needed no more beside the formula: they stood in for what it describes. With the words that say so. Of effects that take
+/// more, a formula is a longer name.
+fn enough_alone<'f, 'a>(
+    catalogue: &Catalogue<'a>,
+    found: &'f Selection<ValveProblem<'a>>,
+    best: &Fitted<'a>,
+    formula: &ModelDiscrepancy,
+    options: &DiagnoseOptions,
+) -> Option<(&'f Fitted<'a>, ModelDiscrepancy, String)> {
+    let base = found.model(&[]).filter(|_| share_left(found, best).is_some_and(|share| share > NAMED_SHARE))?;
+    let alone = without_effects(catalogue, base, formula, options)?;
+    let needed = (best.fit.log_evidence + formula.gain) - (base.fit.log_evidence + alone.gain);
+    let ids: Vec<&str> = catalogue.kinds_of(&best.set).into_iter().map(EffectKind::id).collect();
+    let words = format!(
+        "{} would leave less than the calibrated model, and is not named: beside the formula it is not needed (log evidence \
+         {needed:+.1})",
+        ids.join(" with ")
+    );
+    (needed < options.select.accept).then_some((base, alone, words))
 }
 
 /// Whether the noise of the pressures that drive a model makes as large a model error as it leaves; one draw of that noise tells
