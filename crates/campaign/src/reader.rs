@@ -102,7 +102,10 @@ impl Campaign {
 /// The refusal of a recording where the campaign that names it should be; `None` of any other file.
 fn recording_instead(path: &Path, error: &CampaignError) -> Option<CampaignError> {
     let CampaignError::Text(error) = error else { return None };
-    if !matches!(*error.problem, Problem::NotText | Problem::Syntax { .. } | Problem::LongLine { .. }) {
+    if !matches!(
+        *error.problem,
+        Problem::NotText | Problem::Syntax { .. } | Problem::Columns { .. } | Problem::LongLine { .. }
+    ) {
         return None;
     }
     let format = column_source::recognised(&std::fs::read(path).ok()?)?;

@@ -469,7 +469,8 @@ pub fn nuisance_reports(
                 what,
                 record,
                 value: entry.size * best.fit.u[index],
-                sigma: entry.size * certainty.sigma(problem, &best.fit.u, |u| u[index]),
+                // However much records disagree by, no less is known than before them.
+                sigma: entry.size * certainty.sigma(problem, &best.fit.u, |u| u[index]).min(entry.coordinate.sigma),
                 prior: entry.size * entry.coordinate.sigma,
                 unit,
                 is_at_bound: best.fit.held[index],
