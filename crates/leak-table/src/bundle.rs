@@ -250,13 +250,15 @@ impl TableBundle {
         })
     }
 
-    /// Limits inside the tables, and all tables over the same conditions.
+    /// Limits inside the tables, and all tables that are over conditions over the same ones, the leaks' among them.
     fn checked(mut self) -> Result<Self, TableError> {
         let range = self.over_conditions.iter().flatten().next().map(ConditionTable::range);
         let stated = range.is_none_or(|range| self.manifest.conditions.is_some_and(|stated| same(&stated, &range)));
         for ((entry, table), conditions) in self.manifest.entries.iter().zip(&self.tables).zip(&self.over_conditions) {
             check_limits(entry, table)?;
-            if !stated || conditions.as_ref().map(ConditionTable::range) != range {
+            let own = conditions.as_ref().map(ConditionTable::range);
+            let is_leak = Fault::ALL.iter().any(|fault| fault.degradation().id == entry.degradation.id);
+            if !stated || (own != range && (is_leak || own.is_some())) {
                 return Err(TableError::Degradation {
                     id: entry.degradation.id.to_string(),
                     found: "a table over other conditions than those of the manifest or of other tables".to_owned(),

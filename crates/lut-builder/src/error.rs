@@ -214,6 +214,16 @@ pub enum Notice {
         /// Why.
         reason: String,
     },
+    /// Something else than a leak has a table under the valve's own conditions alone.
+    #[error(
+        "no table of \"{fault}\" over pressure and temperature: {reason}; under others than the valve's own its times are taken to change as those of the sound valve do"
+    )]
+    NotOverConditions {
+        /// The id of what wears.
+        fault: String,
+        /// Why.
+        reason: String,
+    },
     /// A limit is longer than the cycle gives the stroke.
     #[error(
         "fault \"{fault}\": the {stroke} limit of {limit_s} s is not below the {window_s} s that the cycle gives the stroke; the severity at which the stroke is not finished counts as the end of life"

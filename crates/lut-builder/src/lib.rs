@@ -97,7 +97,7 @@ impl Default for Request {
 
 /// Builds the tables of whatever wears, and over conditions if that is asked for.
 ///
-/// As [`build`]. What else than a leak can have no table is left out, with a notice.
+/// As [`build`]. What else than a leak can have no table is left out, with a notice, or has none over the conditions.
 pub fn build_request(
     model: &TableModel<'_>,
     request: &Request,
@@ -115,7 +115,7 @@ pub fn build_request(
     let fidelities = fidelity::candidates(model, options, quicker_s);
     let table = |(place, wear)| {
         let start = |fidelity| Sweep::new(Simulation::new(model, options, wear, fidelity), place, progress);
-        table(&start, &fidelities, request.conditions.as_ref())
+        table(&start, &fidelities, request.conditions.as_ref(), place < LEAKS)
     };
     let tables: Vec<Result<FaultTable, BuildError>> = request.wears.par_iter().enumerate().map(table).collect();
     let mut parts = Vec::new();
@@ -185,13 +185,22 @@ fn table<'a>(
     start: &dyn Fn(Fidelity) -> Sweep<'a>,
     fidelities: &[Fidelity],
     conditions: Option<&ConditionRange>,
+    is_leak: bool,
 ) -> Result<FaultTable, BuildError> {
     let Begun { sweep, range, limits, notices } = fidelity::begin(start, fidelities)?;
     let (mut table, mut sweep) = refine::refine(sweep, range, limits, notices)?;
     if let Some(range) = conditions {
-        let over_conditions = over_conditions::build(&sweep.simulation, &table.table, range)?;
-        table.over_conditions = Some(over_conditions.table);
-        table.simulated += over_conditions.simulated;
+        match over_conditions::build(&sweep.simulation, &table.table, range) {
+            Ok(over_conditions) => {
+                table.over_conditions = Some(over_conditions.table);
+                table.simulated += over_conditions.simulated;
+            }
+            Err(error) if !is_leak && error.is_of_conditions() => {
+                let (fault, reason) = (sweep.simulation.id(), error.to_string());
+                table.notices.push(Notice::NotOverConditions { fault, reason });
+            }
+            Err(error) => return Err(error),
+        }
     }
     sweep.simulate(&[], Stage::Points, 1.0)?;
     Ok(table)

@@ -1,6 +1,7 @@
 //! Tables of everything that wears, alone and over conditions, against direct simulation.
 
 use std::borrow::Cow;
+use std::sync::OnceLock;
 
 use leak_table::{
     BundleEntry, ConditionRange, Conditions as Cycle, Degradation, DegradationId, Monotone, Moves, Severity,
@@ -339,4 +340,33 @@ fn friction_has_a_table_up_to_the_force_that_holds_the_valve() {
     let stalls = Stroke::ALL.map(|stroke| entry.info.stroke(stroke).stall_severity);
     let stall = stalls.into_iter().flatten().next().expect("one stroke stalls");
     assert!(entry.limit_severity <= stall && entry.limit_severity > 0.99 * stall, "{} {stall}", entry.limit_severity);
+}
+
+/// A little more than what ends the reference valve's life, a clogged share of its exhaust.
+static MOST_CLOGGED: OnceLock<f64> = OnceLock::new();
+
+#[test]
+fn a_wear_that_has_no_table_over_conditions_keeps_its_own() {
+    let exhaust = || Wear::catalogue().into_iter().find(|wear| wear.degradation.id == "exhaust").expect("it is known");
+    let with = |wear: Wear, conditions: Option<ConditionRange>| {
+        let wears = Wear::leaks().into_iter().chain([wear]).collect();
+        tables(&testbed(), &Request { wears, conditions, both_leaks: false }).expect("tables")
+    };
+    let alone = with(exhaust(), None);
+    let limit = alone.bundle.get("exhaust").expect("its table").limit_severity;
+    MOST_CLOGGED.set(1.0001 * limit).expect("is set once");
+    // Not reached where the pressure is lower and the valve has less to vent.
+    let short = Wear { reach: |_| vec![*MOST_CLOGGED.get().expect("is set")], ..exhaust() };
+    let kelvin = testbed().valve().parameters().temperature_k;
+    let range = ConditionRange { supply_pressure_pa: psig(60.0, 76.0), temperature_k: (kelvin, kelvin) };
+    let built = with(short, Some(range));
+    let entry = built.bundle.get("exhaust").expect("its table");
+    assert!(entry.over_conditions.is_none() && built.bundle.condition_range().is_some());
+    let told = built.notices.iter().find(|notice| matches!(notice, Notice::NotOverConditions { .. }));
+    let words = told.unwrap_or_else(|| panic!("it is told: {:?}", built.notices)).to_string();
+    assert!(words.contains("no table of \"exhaust\" over pressure"), "{words}");
+    // Written and read back it is the same.
+    let folder = tempfile::tempdir().expect("a folder");
+    built.bundle.write(folder.path()).expect("is written");
+    assert!(TableBundle::read(folder.path()).expect("is read") == built.bundle);
 }

@@ -84,10 +84,23 @@ impl<'t> Plant<'t> {
         let at = severity * limit;
         let times = match (cut, self.tables[wear]) {
             (Some(cut), _) => cut.times_and_slopes(at),
-            (None, Some(table)) => Stroke::ALL.map(|stroke| table.curve(stroke).extrapolated_time_and_slope(at)),
+            (None, Some(table)) => Stroke::ALL.map(|stroke| {
+                let (time_s, slope) = table.curve(stroke).extrapolated_time_and_slope(at);
+                let factor = self.healthy_factor(stroke, table);
+                (factor * time_s, factor * slope)
+            }),
             (None, None) => unreachable!("wears are counted by their tables"),
         };
         times.map(|(time, slope)| (time, slope * limit))
+    }
+
+    /// What conditions make of a time that only the reference conditions have a table of: as much as of the healthy one's.
+    fn healthy_factor(&self, stroke: Stroke, table: &SeverityTable) -> f64 {
+        let under_conditions_s = self.healthy_s[stroke as usize];
+        if self.conditions.is_none() || under_conditions_s == 0.0 {
+            return 1.0;
+        }
+        under_conditions_s / table.curve(stroke).extrapolated_time_and_slope(0.0).0
     }
 
     /// Time of the healthy valve in s.
