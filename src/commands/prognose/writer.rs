@@ -126,6 +126,7 @@ impl Writer {
     pub fn finish(mut self, ends: &Ends) -> anyhow::Result<()> {
         match self.format.format {
             StreamFormat::Json => writeln!(self.out, "\n]")?,
+            StreamFormat::Text if ends.len() == 0 => writeln!(self.out, "0 valves")?,
             StreamFormat::Text => {
                 if self.format.rows_as_text {
                     writeln!(self.out)?;
