@@ -30,9 +30,7 @@ pub(crate) fn find(sweep: &mut Sweep<'_>) -> Result<Range, BuildError> {
         sweep.simulate(&severities, Stage::Range, 0.05)?;
         healthy(sweep)?;
         if let Some(range) = bracket(sweep) {
-            let range = narrowed(sweep, range)?;
-            stalls(sweep, &range)?;
-            return Ok(range);
+            return narrowed(sweep, range);
         }
     }
     let last = *sweep.samples().keys().next_back().expect("the healthy valve was simulated");
@@ -52,17 +50,6 @@ fn healthy(sweep: &Sweep<'_>) -> Result<(), BuildError> {
         }
     }
     Ok(())
-}
-
-/// Times that do not settle count as a stall where one follows so soon, as shares of the severity.
-const STALL_FOLLOWS: [f64; 3] = [1.01, 1.02, 1.05];
-
-/// An error where the valve does not stall at the end of the range, nor soon after, and its times just do not settle.
-fn stalls(sweep: &Sweep<'_>, range: &Range) -> Result<(), BuildError> {
-    let Some(stall) = range.stall else { return Ok(()) };
-    let Err(unsettled) = sweep.is_finished(stall) else { return Ok(()) };
-    let beyond = STALL_FOLLOWS.map(|share| sweep.simulation.nearest(share * sweep.simulation.si(stall)));
-    if beyond.iter().any(|ticks| matches!(sweep.is_finished(*ticks), Ok(false))) { Ok(()) } else { Err(unsettled) }
 }
 
 /// The neighbouring samples between which the valve stalls first.

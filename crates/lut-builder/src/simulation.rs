@@ -109,26 +109,12 @@ impl<'a> Simulation<'a> {
 
     /// The stroke times at each severity under its conditions, in parallel.
     pub(crate) fn points(&self, wanted: &[(Conditions, Ticks)]) -> Result<Vec<SeverityPoint>, BuildError> {
-        self.each(wanted)?.into_iter().collect()
-    }
-
-    /// The same where times may go on and on without settling: these count as not finished.
-    pub(crate) fn points_or_none(&self, wanted: &[(Conditions, Ticks)]) -> Result<Vec<SeverityPoint>, BuildError> {
-        let none = |severity: f64| SeverityPoint { severity, close_time_s: None, open_time_s: None };
-        let settled = |((_, ticks), point): (&(Conditions, Ticks), _)| match point {
-            Err(BuildError::NotPeriodic { .. }) => Ok(none(self.si(*ticks))),
-            point => point,
-        };
-        wanted.iter().zip(self.each(wanted)?).map(settled).collect()
-    }
-
-    fn each(&self, wanted: &[(Conditions, Ticks)]) -> Result<Vec<Result<SeverityPoint, BuildError>>, BuildError> {
-        let batches: Vec<Vec<_>> =
+        let batches: Vec<Vec<SeverityPoint>> =
             wanted.par_chunks(ABREAST).map(|batch| self.batch(batch)).collect::<Result<_, _>>()?;
         Ok(batches.into_iter().flatten().collect())
     }
 
-    fn batch(&self, wanted: &[(Conditions, Ticks)]) -> Result<Vec<Result<SeverityPoint, BuildError>>, BuildError> {
+    fn batch(&self, wanted: &[(Conditions, Ticks)]) -> Result<Vec<SeverityPoint>, BuildError> {
         let worn = |(conditions, ticks): &(Conditions, Ticks)| {
             self.wear.worn(self.model.valve, *conditions, self.si(*ticks)).map_err(|source| BuildError::Worn {
                 fault: self.id(),
@@ -149,7 +135,7 @@ impl<'a> Simulation<'a> {
                 return Err(BuildError::NoNumber { fault: self.id(), at: self.named(*ticks), time_s });
             }
         }
-        Ok(wanted.iter().zip(simulated).map(|((_, ticks), times)| self.periodic(*ticks, &times)).collect())
+        wanted.iter().zip(simulated).map(|((_, ticks), times)| self.periodic(*ticks, &times)).collect()
     }
 
     /// The last of the cycles, which must be like those before it. Sticking and slipping can keep the times of a valve with

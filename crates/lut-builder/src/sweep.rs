@@ -49,24 +49,13 @@ impl<'a> Sweep<'a> {
         missing.dedup();
         let conditions = Conditions::nominal(self.simulation.model.valve.parameters());
         let wanted: Vec<(Conditions, Ticks)> = missing.iter().map(|ticks| (conditions, *ticks)).collect();
-        let points = match stage {
-            // Near a stall, friction may let times go on and on without settling.
-            Stage::Range => self.simulation.points_or_none(&wanted)?,
-            _ => self.simulation.points(&wanted)?,
-        };
+        let points = self.simulation.points(&wanted)?;
         self.simulated += missing.len();
         self.samples.extend(missing.into_iter().zip(points));
         self.share = self.share.max(share);
         let (place, simulated, share) = (self.place, self.simulated, self.share);
         (self.progress)(Progress { place, stage, simulated, share });
         Ok(())
-    }
-
-    /// Whether the strokes at severities at or beyond a stall are finished; an error where their times do not settle.
-    pub(crate) fn is_finished(&self, ticks: Ticks) -> Result<bool, BuildError> {
-        let conditions = Conditions::nominal(self.simulation.model.valve.parameters());
-        let points = self.simulation.points(&[(conditions, ticks)])?;
-        Ok(points.iter().all(|point| point.close_time_s.is_some() && point.open_time_s.is_some()))
     }
 
     /// Forgets the samples beyond a severity.

@@ -155,7 +155,8 @@ fn enough_alone<'f, 'a>(
          {needed:+.1})",
         ids.join(" with ")
     );
-    (needed < options.select.accept).then_some((base, alone, words))
+    // What was cut short decides nothing.
+    (needed < options.select.accept && !catalogue.stop.is_asked()).then_some((base, alone, words))
 }
 
 /// Whether the noise of the pressures that drive a model makes as large a model error as it leaves; one draw of that noise tells
