@@ -21,12 +21,6 @@ pub fn left_to_explain(problem: &dyn Problem, fit: &Fit, options: &FitOptions) -
     left_nats(problem, fit, options).max(0.0) + strain.max(0.0) - log_prior(&options.groups, &fit.noise)
 }
 
-/// What coordinates held at bounds hide, nats: what would be gained if nothing bounded them.
-pub fn hidden_by_bounds(problem: &dyn Problem, fit: &Fit) -> f64 {
-    let normal = fit.linear.normal(problem, &fit.noise);
-    0.5 * Posterior::new(problem.coordinates(), &fit.u, &normal).beyond_bounds()
-}
-
 /// What an error in units of the noise is beyond that noise.
 pub fn excess(error: f64) -> f64 {
     (error * error - 1.0).max(0.0).sqrt()

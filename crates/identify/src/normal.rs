@@ -462,12 +462,6 @@ impl<'a> Posterior<'a> {
         Some((step, value))
     }
 
-    /// By how much the cost would fall if nothing were bounded, to second order: what bounds hide.
-    pub fn beyond_bounds(&self) -> f64 {
-        let factor = Factor::new(&self.precision, self.order.clone());
-        factor.map_or(0.0, |factor| self.pull.dot(&factor.solve(&self.pull)))
-    }
-
     /// The covariance of the coordinates that are not held at a bound; rows and columns of the others are zero.
     pub fn covariance(&self, held: &[bool]) -> DMatrix<f64> {
         let n = self.u.len();
@@ -542,33 +536,5 @@ mod tests {
         assert!((sum.matrix - &whole.matrix).amax() < 1e-12 && (sum.gradient - &whole.gradient).amax() < 1e-12);
         assert!((sum.chi2 - whole.chi2).abs() < 1e-12 && (sum.log_determinant - whole.log_determinant).abs() < 1e-12);
         assert_eq!(sum.rows, whole.rows);
-    }
-
-    #[test]
-    fn a_bound_hides_what_lies_beyond_it() {
-        let coordinate = Coordinate {
-            name: "clock".into(),
-            scope: crate::Scope::Shared,
-            mean: 0.0,
-            sigma: 1.0,
-            lower: -3.0,
-            upper: 3.0,
-            step: 0.1,
-            of_measuring: false,
-        };
-        // The data want 10 with a precision of 4; with the prior that is 8.
-        let at = |u: f64| Normal {
-            matrix: DMatrix::from_element(1, 1, 4.0),
-            gradient: DVector::from_element(1, 4.0 * (10.0 - u)),
-            chi2: 4.0 * (10.0 - u).powi(2),
-            log_determinant: 0.0,
-            rows: 1,
-        };
-        let coordinates = [coordinate];
-        let held = Posterior::new(&coordinates, &[3.0], &at(3.0));
-        assert!(held.newton().is_some_and(|step| step.predicted_gain.abs() < 1e-12));
-        assert!((held.beyond_bounds() - 5.0 * (8.0_f64 - 3.0).powi(2)).abs() < 1e-9, "{}", held.beyond_bounds());
-        let free = Posterior::new(&coordinates, &[8.0], &at(8.0));
-        assert!(free.beyond_bounds() < 1e-12);
     }
 }

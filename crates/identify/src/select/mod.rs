@@ -22,7 +22,7 @@ pub use options::{BY_CHANCE, SelectOptions};
 use self::race::{best_start, settling};
 use crate::fit::{Fit, FitOptions, fit};
 use crate::held_out::{OwnFits, folds, held_out};
-use crate::left::{excess, hidden_by_bounds, left_nats, left_to_explain, normalised_rms};
+use crate::left::{excess, left_nats, left_to_explain, normalised_rms};
 use crate::noise::Noise;
 use crate::problem::{Problem, Scope};
 
@@ -326,13 +326,13 @@ impl<F: Family> Search<'_, F> {
         Some([&held.own, &held.at_mean].map(|residual| normalised_rms(&model.problem, noise, residual)))
     }
 
-    /// Whether nothing is left that another effect could explain.
+    /// Whether a set leaves nothing that one more effect could explain. Of the empty set that is never said: what an effect does
+    /// within a few readings of each stroke is taken by the noise for a little more noise, and no statistic of the residual told
+    /// it from that (three effects of 114 to 193 nats in some 130 simulated campaigns).
     fn is_explained(&self, set: &[usize]) -> bool {
         let Some(model) = self.models.get(&(set.to_vec(), Level::High)) else { return true };
-        // Where effects already explain the rows, bounds that instruments press on are no reason for another.
-        let hidden = if set.is_empty() { hidden_by_bounds(&model.problem, &model.fit) } else { 0.0 };
-        let left = left_to_explain(&model.problem, &model.fit, &self.family.options());
-        left + hidden < self.options.nothing_left || self.family.is_enough(model)
+        let left = || left_to_explain(&model.problem, &model.fit, &self.family.options());
+        self.family.is_enough(model) || !set.is_empty() && left() < self.options.nothing_left
     }
 
     /// All sets with one effect more that have not been fitted.

@@ -34,7 +34,7 @@ pub struct SelectOptions {
     pub followed: usize,
     /// Sets whose neighbours, with one effect exchanged, are looked at in the end, at most.
     pub exchanged: usize,
-    /// What is left counts as nothing where its evidence is below this, nats.
+    /// What effects leave counts as nothing where its evidence is below this, nats.
     pub nothing_left: f64,
     /// A model error larger than this is more than instruments and small laws explain (in the units of the rows'
     /// activity): something else is missing. Common position sensors are linear to half a percent of their span.

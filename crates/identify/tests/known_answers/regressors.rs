@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use identify::left::normalised_rms;
+use identify::left::{left_to_explain, normalised_rms};
 use identify::select::{Level, Model, SelectOptions};
 use identify::{Coordinate, Noise, Record};
 
@@ -155,4 +155,21 @@ fn two_effects_that_help_only_together_are_kept_though_they_leave_something() {
     };
     assert!(error(&[0]) > error(&[]) && error(&[1]) > error(&[]), "neither helps alone");
     assert!(error(&[0, 1]) > 1.5 && error(&[0, 1]) < 0.7 * error(&[]), "{} of {}", error(&[0, 1]), error(&[]));
+}
+
+#[test]
+fn what_the_noise_takes_for_a_little_more_noise_is_found() {
+    // A reading in twelve is off by 1.2 times the noise, one way and the other in turns: no model error that lasts, and an error of
+    // the whole of a tenth more than the noise.
+    let adds = |_: usize, _: usize, time: f64| match time.rem_euclid(12.0) {
+        3.0 => 1.0,
+        9.0 => -1.0,
+        _ => 0.0,
+    };
+    let family = Regressors::with(1, adds, &[(0, 0.12)], 6000);
+    let found = searched(&family, &SelectOptions::default());
+    let base = found.model(&[]).expect("fitted");
+    let left = left_to_explain(&base.problem, &base.fit, &family.options());
+    assert!(left < SelectOptions::default().nothing_left, "{left} nats left");
+    assert_eq!(found.accepted(), [0]);
 }
