@@ -494,18 +494,21 @@ impl<F: Family> Search<'_, F> {
             };
             let only_together = base.is_some() && !smaller.iter().any(helps_alone);
             let rows: usize = model.problem.records().iter().map(crate::Record::row_count).sum();
-            // What rows that were held out say for a companion, as if their errors were independent.
+            // What rows that were held out say for an effect, as if their errors were independent.
             let told = |without: f64, with: f64| 0.5 * rows as f64 * (without * without - with * with);
             let is_needless = |smaller: &Set| -> Option<f64> {
                 let gain = all - self.evidence(smaller, Level::High)?;
                 let falls = match (error, self.held_out(smaller, noise)) {
                     (Some(error), Some(without)) => (0..2).any(|kind| {
-                        let fall = excess(without[kind]) - excess(error[kind]);
+                        let (before, after) = (excess(without[kind]), excess(error[kind]));
                         let of_base = base.map_or(0.0, |base| excess(base[kind]));
-                        let completes = is_whole || excess(error[kind]) <= self.options.nearly_whole * of_base;
-                        let has_place = set.len() < 2
-                            || (only_together || completes) && told(without[kind], error[kind]) >= self.options.accept;
-                        fall > 0.0 && fall >= self.options.held_out_fall * excess(without[kind]) && has_place
+                        let completes = is_whole || after <= self.options.nearly_whole * of_base;
+                        let is_told = told(without[kind], error[kind]) >= self.options.accept;
+                        let has_place = set.len() < 2 || (only_together || completes) && is_told;
+                        // Where no error stands out of the noise there is none to fall, and what the rows say is independent.
+                        let falls =
+                            if before > 0.0 { before - after >= self.options.held_out_fall * before } else { is_told };
+                        falls && has_place
                     }),
                     // Where nothing can be held out evidence alone decides; what was stopped before it was held out is not known
                     // to predict anything.

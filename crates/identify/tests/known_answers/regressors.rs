@@ -173,3 +173,18 @@ fn what_the_noise_takes_for_a_little_more_noise_is_found() {
     assert!(left < SelectOptions::default().nothing_left, "{left} nats left");
     assert_eq!(found.accepted(), [0]);
 }
+
+#[test]
+fn an_effect_below_a_noise_that_was_told_too_largely_is_found() {
+    // A noise that is told as 3 times what it is: no error stands out of it, with the effect or without.
+    let mut family = Regressors::with(1, |_, _, time| regressor(0, time), &[(0, 0.05)], 7000);
+    for row in family.records.iter_mut().flat_map(|record| &mut record.series[0].rows) {
+        row.sigma *= 3.0;
+    }
+    let found = searched(&family, &SelectOptions::default());
+    let base = found.model(&[]).expect("fitted");
+    let held = &base.held_out.as_ref().expect("five conditions").own;
+    let error = normalised_rms(&base.problem, &base.fit.noise, held);
+    assert!(error < 1.0, "{error} times the noise held out");
+    assert_eq!(found.accepted(), [0]);
+}
