@@ -162,6 +162,8 @@ fn condition_id(condition: Condition) -> &'static str {
 }
 
 fn verdict_in(answer: &Explanation, length: &dyn Fn(f64) -> String) -> String {
+    let missing =
+        if answer.interrupted { "missing, as far as the search got before it was cut short" } else { "missing" };
     match answer.verdict {
         Verdict::Adequate if answer.remainder.nats > BY_CHANCE => {
             format!(
@@ -172,13 +174,10 @@ fn verdict_in(answer: &Explanation, length: &dyn Fn(f64) -> String) -> String {
         Verdict::Adequate => {
             "nothing is missing beyond noise, tolerances and what instruments and conditions may be off by".into()
         }
-        Verdict::EffectFound => format!("missing: {}", groups(answer)),
+        Verdict::EffectFound => format!("{missing}: {}", groups(answer)),
         Verdict::PartlyExplained => {
-            format!(
-                "missing: {}; that explains most of it, and an error of {} is left",
-                groups(answer),
-                left(answer, length)
-            )
+            let left = left(answer, length);
+            format!("{missing}: {}; that explains most of it, and an error of {left} is left", groups(answer))
         }
         Verdict::OutsideCatalogue => {
             let missing = format!(

@@ -257,11 +257,12 @@ pub fn select<F: Family>(family: &F, options: &SelectOptions) -> Option<Selectio
         // pair none of whose effects does anything alone.
         accepted = search.exchanged(accepted);
     }
-    let reached = accepted.len();
+    let reached = accepted.clone();
     accepted = search.judged(accepted);
-    if accepted.len() < reached && !family.stop().is_asked() {
+    if accepted.len() < reached.len() && !family.stop().is_asked() {
         accepted = search.best_rival(accepted);
         accepted = search.judged(accepted);
+        accepted = search.judged_next(accepted, &reached);
     }
     search.end_smaller(&accepted);
     steps.retain(|set| set.iter().all(|one| accepted.contains(one)) && *set != accepted);
@@ -529,6 +530,28 @@ impl<F: Family> Search<'_, F> {
             }
         }
         set
+    }
+
+    /// Judges the sets that came next to one that was refused, while the evidence has them above what took its place: the likeliest may
+    /// not predict what was held out because of an effect that another one does without.
+    fn judged_next(&mut self, accepted: Set, refused: &Set) -> Set {
+        let Some(of_accepted) = self.evidence(&accepted, Level::High) else { return accepted };
+        let is_next = |model: &&Model<F::Member>| {
+            model.level == Level::High
+                && model.set.len() == refused.len()
+                && model.set != *refused
+                && model.fit.log_evidence >= of_accepted + self.options.accept
+        };
+        let next = self.models.values().filter(is_next);
+        let mut next: Vec<(f64, Set)> = next.map(|model| (model.fit.log_evidence, model.set.clone())).collect();
+        next.sort_by(|a, b| b.0.total_cmp(&a.0));
+        for (_, set) in next.into_iter().take(self.options.exchanged) {
+            let judged = self.judged(set);
+            if judged.len() == refused.len() {
+                return judged;
+            }
+        }
+        accepted
     }
 
     /// Fits the likeliest of the sets that a companion is judged against as exactly as the one with it, where its fit ended before it

@@ -188,3 +188,15 @@ fn an_effect_below_a_noise_that_was_told_too_largely_is_found() {
     assert!(error < 1.0, "{error} times the noise held out");
     assert_eq!(found.accepted(), [0]);
 }
+
+#[test]
+fn a_pair_that_predicts_is_found_behind_a_likelier_one_that_does_not() {
+    // What the last record alone has makes the third candidate the likeliest companion of the first, and predicts nothing.
+    let adds =
+        |one: usize, record: usize, time: f64| if one == 2 && record < 4 { 0.0 } else { regressor(3 * one, time) };
+    let family = Regressors::with(3, adds, &[(0, 15.0), (1, 0.5), (2, 1.08)], 8000);
+    let found = searched(&family, &SelectOptions::default());
+    let evidence = |set: &[usize]| found.model(set).expect("fitted").fit.log_evidence;
+    assert!(evidence(&[0, 2]) > evidence(&[0, 1]) + 10.0, "{} and {}", evidence(&[0, 2]), evidence(&[0, 1]));
+    assert_eq!(found.accepted(), [0, 1]);
+}

@@ -102,8 +102,9 @@ const FEWEST_ROWS: usize = 25;
 /// Standard deviations from which a speed is one.
 const CLEAR: f64 = 5.0;
 
-/// The least speed of a motion, in strokes a travel time.
-const SLOWEST: f64 = 0.02;
+/// The least speed of a motion, in strokes a travel time: ten times what a position sensor makes of a stop that drifts by half a percent
+/// of the stroke within ten travel times. (A piston that still comes to rest on a soft stop, while its chamber vents, moves at 0.015.)
+const SLOWEST: f64 = 0.005;
 
 /// So often the window in which the beginning is looked at is doubled.
 const DOUBLINGS: usize = 3;
@@ -452,6 +453,19 @@ mod tests {
             .map(|(row, time)| 0.0209 - 4e-4 * (-time / 6.0).exp() + 2e-6 * f64::from(u32::try_from(row % 7).unwrap()))
             .collect();
         assert!(beginning(&times, &settles, 5e-6, &close, 0.021, 21.0).is_moving());
+    }
+
+    #[test]
+    fn a_piston_whose_soft_stop_gives_way_while_it_vents_moves_and_one_whose_sensor_drifts_rests() {
+        let close = [CommandEdge { time_s: 0.6, close: true }];
+        let times: Vec<f64> = (0..3700).map(|row| f64::from(row) * 1e-3).collect();
+        let under = |path: &dyn Fn(f64) -> f64| -> Beginning {
+            let noise = |row: usize| 1e-5 * f64::from(u32::try_from(row * 7 % 11).unwrap()) / 5.0;
+            let positions: Vec<f64> = times.iter().enumerate().map(|(row, time)| path(*time) + noise(row)).collect();
+            beginning(&times, &positions, 1e-5, &close, 0.01124, 0.4)
+        };
+        assert!(under(&|time| 0.0115 - 1.3e-4 * (-time / 0.25).exp()).is_moving());
+        assert_eq!(under(&|time| 0.0115 + 5.6e-5 * time / 3.7), Beginning::Open);
     }
 
     #[test]
