@@ -5,12 +5,12 @@ use std::sync::Arc;
 use answers::SCHEMA;
 use leak_table::TableBundle;
 use prognoser::bayes::{BayesConfig, Noise};
-use prognoser::{Learned, Learner, PRIOR_VALVES};
+use prognoser::{Learned, Learner, PRIOR_VALVES, Repeated};
 use serde::Serialize;
 
 use super::log_input::LogInput;
 use crate::cli::{Format, LearnArgs};
-use crate::failure::Answer;
+use crate::failure::{Answer, Hinted};
 use crate::output::{self, Outputs, ProgressLine, next_step};
 
 /// What was learnt, for programs.
@@ -31,6 +31,7 @@ pub fn run(args: &LearnArgs) -> anyhow::Result<Answer> {
         log.announce();
         log.each(|row| learner.push(index, row))?;
     }
+    refuse_repeated(&learner, args)?;
     let line = ProgressLine::new("learning");
     let learned = learner.finish();
     drop(line);
@@ -49,6 +50,19 @@ pub fn run(args: &LearnArgs) -> anyhow::Result<Answer> {
         Format::Json => output::print_json(&LearnDocument { schema: SCHEMA, learned: &learned })?,
     }
     Ok(Answer::Fine)
+}
+
+/// One life given twice would count as two.
+fn refuse_repeated(learner: &Learner, args: &LearnArgs) -> anyhow::Result<()> {
+    let Some(Repeated { valves, logs }) = learner.repeated() else { return Ok(()) };
+    let [first, second] = logs.map(|log| args.logs[log].display().to_string());
+    let [of_first, of_second] = valves;
+    Err(Hinted::error(
+        format!(
+            "{second}: valve {of_second} has the readings of valve {of_first} in {first}, one for one; expected each life once"
+        ),
+        "leave one of the two out",
+    ))
 }
 
 fn sentences(learned: &Learned) -> String {

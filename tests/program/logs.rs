@@ -84,3 +84,23 @@ fn what_a_log_does_not_say_is_asked_for_with_the_option_that_says_it() {
     }
     insta::assert_snapshot!(said.join("\n"));
 }
+
+#[test]
+fn a_life_that_is_given_twice_teaches_nobody() {
+    let sandbox = Sandbox::with_tables();
+    let log = sandbox.read("log.csv");
+    // The same rows under another name are the same life; other rows under the same name are another one.
+    sandbox.write("again.csv", &log.replace("FV-101", "FV-102"));
+    let learn = |logs: &[&str]| {
+        let call = [&["learn"], logs, &["--tables", "tables", "--out", "prior.toml", "--force"]].concat();
+        shown(&sandbox.valve(&call))
+    };
+    let told = learn(&["log.csv", "again.csv"]);
+    let expected = "error: again.csv: valve FV-102 has the readings of valve FV-101 in log.csv, one for one; expected each life once";
+    assert!(told.contains(expected) && told.contains("hint: leave one of the two out"), "{told}");
+    assert!(!sandbox.path("prior.toml").exists(), "{told}");
+    let lines: Vec<&str> = log.lines().collect();
+    sandbox.write("other.csv", &lines[..lines.len() - 1].join("\n"));
+    let told = learn(&["log.csv", "other.csv"]);
+    assert!(told.contains("2 valves, 2 of them worn"), "{told}");
+}

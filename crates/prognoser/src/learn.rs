@@ -8,6 +8,7 @@
 //! less well known, a healthy valve tells that nothing began in so many cycles.
 
 use std::collections::BTreeMap;
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
 
 use leak_table::TableBundle;
@@ -15,6 +16,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::bayes::{BayesConfig, BayesEstimate, BayesEstimator, GrowthPrior, Noise};
 use crate::log::LogRow;
+use crate::reading::Reading;
 
 /// Version of [`Learned`].
 pub const PRIOR_VERSION: u32 = 1;
@@ -99,10 +101,23 @@ pub struct Learner {
 }
 
 struct Seen {
+    valve: String,
+    log: usize,
     estimator: BayesEstimator,
     first: u64,
     last: u64,
     estimate: BayesEstimate,
+    /// Of all readings so far, in order.
+    digest: DefaultHasher,
+}
+
+/// The same readings, taken in twice.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Repeated {
+    /// The valve, as each log calls it.
+    pub valves: [String; 2],
+    /// The two logs, in the order in which they were read.
+    pub logs: [usize; 2],
 }
 
 impl Learner {
@@ -119,13 +134,37 @@ impl Learner {
         if let Some(seen) = self.valves.get_mut(&key) {
             if reading.cycle > seen.last {
                 seen.last = reading.cycle;
+                digest(reading, &mut seen.digest);
                 seen.estimate = seen.estimator.update(&self.tables, reading);
             }
             return;
         }
         let mut estimator = BayesEstimator::new(&BayesConfig::default());
         let estimate = estimator.update(&self.tables, reading);
-        self.valves.insert(key, Seen { estimator, first: reading.cycle, last: reading.cycle, estimate });
+        let mut seen = Seen {
+            valve: row.valve.to_owned(),
+            log,
+            estimator,
+            first: reading.cycle,
+            last: reading.cycle,
+            estimate,
+            digest: DefaultHasher::new(),
+        };
+        digest(reading, &mut seen.digest);
+        self.valves.insert(key, seen);
+    }
+
+    /// The first life whose readings are those of another one, cycle for cycle and time for time: one life that is given twice,
+    /// which would count as two.
+    pub fn repeated(&self) -> Option<Repeated> {
+        let mut lives: Vec<&Seen> = self.valves.values().filter(|seen| seen.last > seen.first).collect();
+        lives.sort_by_key(|seen| seen.log);
+        let mut known: BTreeMap<u64, &Seen> = BTreeMap::new();
+        lives.into_iter().find_map(|seen| {
+            let before = known.insert(seen.digest.finish(), seen)?;
+            let valves = [before.valve.clone(), seen.valve.clone()];
+            Some(Repeated { valves, logs: [before.log, seen.log] })
+        })
     }
 
     /// What the valves teach.
@@ -165,6 +204,11 @@ impl Learner {
             onset: (late + PRIOR_CYCLES * prior.onset) / (healthy + before + PRIOR_CYCLES),
         }
     }
+}
+
+fn digest(reading: &Reading, into: &mut DefaultHasher) {
+    let times = [reading.close_time_s, reading.open_time_s].map(|time| time.map(f64::to_bits));
+    (reading.cycle, times, reading.stalled).hash(into);
 }
 
 impl Seen {

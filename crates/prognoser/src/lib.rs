@@ -31,7 +31,7 @@ mod status;
 pub mod study;
 
 pub use fault_call::FaultCall;
-pub use learn::{Learned, Learner, PRIOR_VALVES, PRIOR_VERSION, PriorError};
+pub use learn::{Learned, Learner, PRIOR_VALVES, PRIOR_VERSION, PriorError, Repeated};
 pub use log::{
     ConditionColumn, FollowNotice, FollowOptions, Followed, FollowedLog, LogError, LogErrorKind, LogPosition, LogRow,
     TimingLog, fields,

@@ -24,6 +24,10 @@ const AMBIENT_PA: std::ops::RangeInclusive<f64> = 50e3..=115e3;
 const SUPPLY_GAUGE_PA: std::ops::RangeInclusive<f64> = 30e3..=2.5e6;
 /// Temperatures that gas and seals of hardly any valve leave, K.
 const TEMPERATURE_K: std::ops::RangeInclusive<f64> = 223.0..=403.0;
+/// Bores of the smallest pen-sized cylinders to the largest gate valves' actuators, m.
+const BORE_M: std::ops::RangeInclusive<f64> = 1e-3..=3.0;
+/// Strokes of pilot valves to those of sluice gates, m.
+const STROKE_M: std::ops::RangeInclusive<f64> = 1e-4..=5.0;
 /// A dead volume or a pipe of more than so many swept volumes, m3/m3.
 const LARGE_VOLUME: f64 = 20.0;
 /// An orifice larger than this share of the piston, m2/m2.
@@ -62,6 +66,15 @@ impl ValveFile {
         if !TEMPERATURE_K.contains(&temperature_k) {
             let found = format!("is {temperature_k:.2} K, which is {:.2} degC", temperature_k - 273.15);
             doubt("pneumatics.temperature", found, "is its unit right (kelvin called degC)?");
+        }
+        let bore_m = 2.0 * (parameters.piston_area_m2 / std::f64::consts::PI).sqrt();
+        if !BORE_M.contains(&bore_m) {
+            let found = format!("is that of a bore of {:.3} mm", 1e3 * bore_m);
+            doubt("actuator.piston_area", found, "is its unit right (mm2, cm2 and in2 differ by factors of 6 to 645)?");
+        }
+        if !STROKE_M.contains(&parameters.stroke_m) {
+            let found = format!("is {:.3} mm", 1e3 * parameters.stroke_m);
+            doubt("actuator.stroke", found, "is its unit right (mm, cm and m differ by factors of 10 to 1000)?");
         }
         let swept_m3 = parameters.piston_area_m2 * parameters.stroke_m;
         for (key, volume_m3) in

@@ -326,6 +326,19 @@ fn values_that_hardly_can_be_are_doubted_with_their_line() {
         let doubts = read(&VALVE.replacen(from, to, 1)).doubts();
         assert!(doubts.len() == 1 && doubts[0].to_string().starts_with(expected), "{to}: {doubts:?}");
     }
+    // A wrong length or area brings other doubts with it; its own is among them.
+    for (from, to, expected) in [
+        ("stroke = \"20 mm\"", "stroke = \"20 um\"", "actuator.stroke is 0.020 mm; is its unit right (mm, cm"),
+        (
+            "piston_area = \"25 cm2\"",
+            "piston_area = \"25 m2\"",
+            "actuator.piston_area is that of a bore of 5641.896 mm; is",
+        ),
+    ] {
+        assert!(VALVE.contains(from), "{from}");
+        let doubts = read(&VALVE.replacen(from, to, 1)).doubts();
+        assert!(doubts.iter().any(|doubt| doubt.to_string().contains(expected)), "{to}: {doubts:?}");
+    }
     let late = VALVE.replacen("close_within = \"3 s\"", "close_within = \"5 s\"", 1);
     assert!(read(&late).doubts()[0].to_string().contains("limits.close_within is 5 s, and the cycle leaves 4 s"));
 }
