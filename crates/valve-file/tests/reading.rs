@@ -331,8 +331,8 @@ fn values_that_hardly_can_be_are_doubted_with_their_line() {
         ("stroke = \"20 mm\"", "stroke = \"20 um\"", "actuator.stroke is 0.020 mm; is its unit right (mm, cm"),
         (
             "piston_area = \"25 cm2\"",
-            "piston_area = \"25 m2\"",
-            "actuator.piston_area is that of a bore of 5641.896 mm; is",
+            "piston_area = \"0.25 mm2\"",
+            "actuator.piston_area is that of a bore of 0.564 mm; is",
         ),
     ] {
         assert!(VALVE.contains(from), "{from}");
