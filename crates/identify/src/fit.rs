@@ -396,13 +396,7 @@ impl Fitting<'_> {
     fn settle(mut self, mut at: Linearised) -> Option<Fit> {
         let sizes = error_sizes(self.problem, &at);
         let mut effort = Effort::Global;
-        let mut noise = match &self.options.known {
-            Some(known) => {
-                effort = Effort::Local;
-                known.clone()
-            }
-            None => self.starting_noise(&sizes),
-        };
+        let mut noise = self.options.known.clone().unwrap_or_else(|| self.starting_noise(&sizes));
         let mut predicted_gain = f64::INFINITY;
         let most = self.derivatives + self.options.settled;
         let mut since = Since::default();

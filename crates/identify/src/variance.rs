@@ -37,6 +37,9 @@ pub enum Effort {
 /// Points of the grid: discrepancies and times.
 const GRID: (usize, usize) = (10, 5);
 
+/// Shares of the noise at hand that the grid goes through: what was taken for noise may be model error, and then there is less.
+const QUIETER: [f64; 3] = [1.0, 0.5, 0.25];
+
 /// Points of the grid that are looked at with what the coordinates may take; all others only with the residuals.
 const LOOKED_AT: usize = 5;
 
@@ -99,11 +102,15 @@ pub fn components(
             let none = GroupNoise { discrepancy: 0.0, ..best.noise.groups[group] };
             sizing.consider(group, none, &mut best);
             let ((least, most), times) = (prior.discrepancy, prior.time_s);
+            let about = best.noise.groups[group].multiplier;
+            let multipliers = QUIETER.map(|share| (share * about).max(prior.multiplier.0));
             let mut grid: Vec<(f64, GroupNoise)> = (0..GRID.0 * GRID.1)
-                .map(|point| GroupNoise {
-                    discrepancy: between(least, most, point / GRID.1, GRID.0),
-                    time_s: between(times.0, times.1, point % GRID.1, GRID.1),
-                    ..best.noise.groups[group]
+                .flat_map(|point| {
+                    multipliers.map(|multiplier| GroupNoise {
+                        discrepancy: between(least, most, point / GRID.1, GRID.0),
+                        time_s: between(times.0, times.1, point % GRID.1, GRID.1),
+                        multiplier,
+                    })
                 })
                 .map(|one| {
                     let noise = replaced(&best.noise, group, one);

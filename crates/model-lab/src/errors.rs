@@ -78,6 +78,19 @@ impl Errors {
     }
 }
 
+/// The errors of a model that was fitted to some of the records, or cheaply, as they are on all: as the errors of the same model
+/// without effects, `less` so fitted and `all` fitted to the end, go.
+pub fn as_on_all(errors: Errors, less: Errors, all: Errors) -> Errors {
+    let share = |own: f64, less: f64, all: f64| if less > 0.0 { own / less * all } else { own };
+    let of = |pick: fn(&Errors) -> Option<f64>| Some(share(pick(&errors)?, pick(&less)?, pick(&all)?));
+    Errors {
+        normalised_rms: share(errors.normalised_rms, less.normalised_rms, all.normalised_rms),
+        rmse_m: of(|errors| errors.rmse_m),
+        share_of_stroke: of(|errors| errors.share_of_stroke),
+        time_rmse_s: of(|errors| errors.time_rmse_s),
+    }
+}
+
 /// Measured minus simulated stroke times of a trace, s: those of strokes that both motions go.
 fn stroke_time_errors(
     recording: &Recording,

@@ -11,6 +11,7 @@ mod misled;
 mod regressors;
 mod ripples;
 mod rivals;
+mod summits;
 mod swings;
 mod toy;
 mod unfinished;

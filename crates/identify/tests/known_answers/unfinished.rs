@@ -10,7 +10,7 @@ use crate::toy::{Member, Toy, searched};
 const ROWS: usize = 300;
 
 /// Sizes of two regressors; the second is so small that it is not worth its place.
-const SIZES: [f64; 2] = [3.0, 0.032];
+const SIZES: [f64; 2] = [3.0, 0.03];
 
 /// What a member that decides is off by unless it is more exact than usual, in the noise of a row, and how much of that comes and goes
 /// with the first size, so quickly that derivatives promise to take all of it away.

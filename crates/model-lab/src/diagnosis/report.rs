@@ -553,12 +553,18 @@ fn candidates(
             } else {
                 Some("explains less".to_owned())
             };
+            let fitted = match (base, found.model(&[])) {
+                (Some(base), Some(calibrated)) if model.level != Level::High => {
+                    errors::as_on_all(errors::fitted(model), errors::fitted(base), errors::fitted(calibrated))
+                }
+                _ => errors::fitted(model),
+            };
             CandidateReport {
                 parameters: effect_parameters(&model.problem, &model.fit, &certainty, &kinds, false),
                 kinds,
                 gain,
                 probability: all.iter().find(|(one, _)| std::ptr::eq(*one, model)).map(|(_, share)| *share),
-                errors: errors::fitted(model),
+                errors: fitted,
                 held_out: errors::held_out(model),
                 delta_bic,
                 rejected,

@@ -8,6 +8,7 @@
 mod clock;
 mod recorder;
 mod step_control;
+mod stops;
 
 use std::cell::Cell;
 
@@ -16,6 +17,7 @@ use clock::Held;
 pub(crate) use recorder::Recorder;
 use step_control::Piston;
 pub(crate) use step_control::{BLOCK, StepControl};
+use stops::{Depth, Stop};
 
 use crate::command::Segment;
 use crate::equations::Equations;
@@ -263,6 +265,9 @@ impl<'a, 'r, R: Real> Pack<'a, 'r, R> {
     /// Ends a step whose stages are over, with a node in every lane.
     #[inline(always)]
     fn end_step<const GROUPS: u8>(&mut self) {
+        if self.passes_a_stop() {
+            self.add_missed_pushes();
+        }
         let front = &mut self.front;
         front.state = self.sum;
         front.time = front.time + front.step + front.wait;
@@ -270,6 +275,30 @@ impl<'a, 'r, R: Real> Pack<'a, 'r, R> {
         front.since_command = front.since_command + front.step;
         let inputs = self.inputs::<GROUPS>(R::splat(0.0));
         self.recorder.node::<R, GROUPS>(&self.system, &self.front, &inputs);
+    }
+
+    /// Whether the push of a stop may begin or end in a lane's step: where the piston passes its end, and, of damped stops, anywhere.
+    #[inline(always)]
+    fn passes_a_stop(&self) -> bool {
+        let (from, to, stroke) = (self.front.state.x, self.sum.x, self.system.coefficients.stroke);
+        let closed = from * to;
+        let open = (from - stroke) * (to - stroke);
+        self.system.terms.stop_damping || closed.min(open).any_lt(R::splat(0.0))
+    }
+
+    /// Adds what the stages of a step missed where the push of a stop begins or ends.
+    #[inline(always)]
+    fn add_missed_pushes(&mut self) {
+        let c = &self.system.coefficients;
+        let (from, to, step) = (&self.front.state, &mut self.sum, self.front.step);
+        let stop = Stop { stiffness: c.contact, damping: c.stop_damping };
+        let in_closed = |state: &State<R>| Depth { m: -state.x, rate: -state.v };
+        let in_open = |state: &State<R>| Depth { m: state.x - c.stroke, rate: state.v };
+        let closed = stop.missed(in_closed(from), in_closed(to), step);
+        let open = stop.missed(in_open(from), in_open(to), step);
+        let by = c.inverse_mass * step;
+        to.v = by.mul_add(closed.speeds - open.speeds, to.v);
+        to.x = (by * step).mul_add(closed.moves - open.moves, to.x);
     }
 
     /// Counts steps as taken in every lane, and loads what is then due; whether any lane still has a run.
