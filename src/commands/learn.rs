@@ -54,6 +54,13 @@ pub fn run(args: &LearnArgs) -> anyhow::Result<Answer> {
 
 /// One life given twice would count as two.
 fn refuse_repeated(learner: &Learner, args: &LearnArgs) -> anyhow::Result<()> {
+    let places: Vec<_> = args.logs.iter().map(|log| log.canonicalize().unwrap_or_else(|_| log.clone())).collect();
+    if let Some(again) = (1..places.len()).find(|log| places[..*log].contains(&places[*log])) {
+        return Err(Hinted::error(
+            format!("{}: given twice; expected each life once", args.logs[again].display()),
+            "leave one of the two out",
+        ));
+    }
     let Some(Repeated { valves, logs }) = learner.repeated() else { return Ok(()) };
     let [first, second] = logs.map(|log| args.logs[log].display().to_string());
     let [of_first, of_second] = valves;

@@ -99,7 +99,12 @@ fn a_life_that_is_given_twice_teaches_nobody() {
     let expected = "error: again.csv: valve FV-102 has the readings of valve FV-101 in log.csv, one for one; expected each life once";
     assert!(told.contains(expected) && told.contains("hint: leave one of the two out"), "{told}");
     assert!(!sandbox.path("prior.toml").exists(), "{told}");
+    assert!(learn(&["log.csv", "./log.csv"]).contains("error: ./log.csv: given twice; expected each life once"));
     let lines: Vec<&str> = log.lines().collect();
+    // A few rows of two valves may be alike.
+    sandbox.write("few.csv", &lines[..5].join("\n"));
+    sandbox.write("fewer.csv", &lines[..5].join("\n"));
+    assert!(learn(&["few.csv", "fewer.csv"]).contains("2 valves"));
     sandbox.write("other.csv", &lines[..lines.len() - 1].join("\n"));
     let told = learn(&["log.csv", "other.csv"]);
     assert!(told.contains("2 valves, 2 of them worn"), "{told}");

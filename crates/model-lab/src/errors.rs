@@ -224,3 +224,17 @@ impl StepReport {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Errors, as_on_all};
+
+    #[test]
+    fn a_first_look_at_an_effect_is_told_by_how_much_less_it_leaves_there() {
+        let of = |rms: f64, rmse_m: Option<f64>| Errors { normalised_rms: rms, rmse_m, ..Errors::default() };
+        // On the few records both are larger; the effect takes half, and that is told of the error on all.
+        let told = as_on_all(of(4.0, Some(2e-4)), of(8.0, Some(4e-4)), of(6.0, Some(3e-4)));
+        assert_eq!(told, of(3.0, Some(1.5e-4)));
+        assert_eq!(as_on_all(of(4.0, None), of(0.0, None), of(6.0, None)), of(4.0, None));
+    }
+}

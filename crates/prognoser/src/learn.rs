@@ -155,9 +155,10 @@ impl Learner {
     }
 
     /// The first life whose readings are those of another one, cycle for cycle and time for time: one life that is given twice,
-    /// which would count as two.
+    /// which would count as two. Few readings may be alike by chance, where times are rounded.
     pub fn repeated(&self) -> Option<Repeated> {
-        let mut lives: Vec<&Seen> = self.valves.values().filter(|seen| seen.last > seen.first).collect();
+        let mut lives: Vec<&Seen> =
+            self.valves.values().filter(|seen| seen.estimate.readings >= ENOUGH_READINGS).collect();
         lives.sort_by_key(|seen| seen.log);
         let mut known: BTreeMap<u64, &Seen> = BTreeMap::new();
         lives.into_iter().find_map(|seen| {

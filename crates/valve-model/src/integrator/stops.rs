@@ -3,8 +3,8 @@
 //! The stages of a Runge-Kutta method weigh a force as if it were smooth. That of a stop begins and ends at once, and how much of it
 //! they miss depends on where in the step that is: a piston that is thrown back would leave a little faster or slower by chance,
 //! the later motion would follow, and a fit would see steps in place of slopes. What they miss is known to the order of the step where
-//! the depth passes zero, and is added at its end (the idea of immersed quadrature: Hairer, Nørsett and Wanner, Solving Ordinary
-//! Differential Equations I, section II.6, on discontinuities).
+//! the depth passes zero, and is added at its end. (On what discontinuities do to such methods: Hairer, Nørsett and Wanner, Solving
+//! Ordinary Differential Equations I, section II.6.)
 
 use super::STAGES;
 use crate::real::Real;
