@@ -157,7 +157,7 @@ impl<F: Family> Search<'_, F> {
                 let known = of(Level::Low).or_else(|| of(Level::High))?;
                 let problem = self.family.member(set, Level::Screen)?;
                 let start = self.family.carried(&known.problem, &known.fit.u, &problem);
-                // The errors of a few records may be other ones than those of all, from which no local step leads to them.
+                // Without the errors of all records: those of a few may be other ones.
                 let fit = fit(&problem, &start, &settling(base.settled, base.clone()))?;
                 Some((set.clone(), problem, fit))
             })
