@@ -2,19 +2,20 @@
 //!
 //! Flow goes with the root of a pressure difference. Where that is small, as in a valve that its own weight moves, the noise of
 //! a sensor makes the mean flow of a model that follows every row far too small; and to follow a thousand rows a second costs as
-//! much as the simulation. So the model is driven by straight lines through the means of stretches of rows, long ones where the
-//! pressure is straight and ever shorter ones where it departs from that by more than noise does, down to single rows.
+//! much as the simulation. So the model is driven by the straight lines that fit the rows best between knots: far apart where the
+//! pressure is straight, ever closer where it departs from that by more than noise does, down to single rows. What a least-squares
+//! line leaves has no mean over it (lines through means of rows have, wherever the pressure is curved): motion adds a pressure up, so
+//! that an error far below the noise that lasts does what the noise does not.
 
-use std::ops::Range;
 use std::sync::Arc;
 
 use valve_model::prescribed::Prescribed;
 
-/// The most rows that one mean is taken of.
+/// The most rows from one knot to the next.
 const MOST_ROWS: usize = 64;
 
-/// A stretch is halved where the mean of one of its halves departs from the line by this many standard deviations. Of noise
-/// alone three in a thousand do, which costs little; to wait for more would leave bends out.
+/// A line gets a knot in its middle where what it leaves has a shape that stands out by this many standard deviations. Of noise
+/// alone eight in a thousand do, which costs little; to wait for more would leave bends out.
 const DEPARTS: f64 = 3.0;
 
 /// Measured pressures that drive the model.
@@ -22,104 +23,120 @@ const DEPARTS: f64 = 3.0;
 pub struct Driving {
     /// As they were recorded.
     pub recorded: Arc<Prescribed>,
-    /// Through means of as many rows as their noise allows.
+    /// The lines that fit them, as fine as their noise allows.
     pub smooth: Arc<Prescribed>,
-    /// The same with another draw of the noise: through the means of half of the same rows. Stretches of less than four rows
-    /// have none.
+    /// The same with another draw of the noise: fitted to half of the rows. Lines over less than four rows have none.
     pub redrawn: Arc<Prescribed>,
 }
 
 /// Measured pressures made ready to drive; `noise_pa` tells the noise of a channel's samples.
 pub fn smoothed(recorded: Prescribed, noise_pa: impl Fn(&[f64]) -> f64) -> Driving {
     let Prescribed { time_s, pipe_pressure_pa, chamber_pressure_pa, supply_pressure_pa } = &recorded;
-    let times = Sums::of(time_s);
     let measured = [pipe_pressure_pa, chamber_pressure_pa, supply_pressure_pa].into_iter().flatten();
-    let channels: Vec<(Sums, f64)> = measured.map(|samples| (Sums::of(samples), noise_pa(samples))).collect();
-    let first = (0..time_s.len()).step_by(MOST_ROWS).map(|row| row..(row + MOST_ROWS).min(time_s.len()));
-    let mut stretches: Vec<Range<usize>> = first.collect();
+    let channels: Vec<(&[f64], f64)> = measured.map(|samples| (samples.as_slice(), noise_pa(samples))).collect();
+    let last = time_s.len().saturating_sub(1);
+    let mut knots: Vec<usize> = (0..last).step_by(MOST_ROWS).chain(last..time_s.len()).collect();
     loop {
-        let bent = |at: usize| channels.iter().any(|(sums, noise_pa)| is_bent(&times, sums, *noise_pa, &stretches, at));
-        let halved: Vec<Range<usize>> = (0..stretches.len())
-            .flat_map(|at| {
-                let Range { start, end } = stretches[at];
-                let middle = if bent(at) { usize::midpoint(start, end) } else { start };
-                [start..middle, middle..end].into_iter().filter(|stretch| !stretch.is_empty())
-            })
-            .collect();
-        if halved.len() == stretches.len() {
+        let fitted: Vec<Vec<f64>> =
+            channels.iter().map(|(samples, _)| lines(time_s, samples, &knots, |_, _| 1.0)).collect();
+        let is_bent = |at: usize| {
+            let left = |(fitted, (samples, noise_pa)): (&Vec<f64>, &(&[f64], f64))| {
+                stands_out(&residuals(time_s, samples, &knots, fitted, at)) > DEPARTS * noise_pa
+            };
+            fitted.iter().zip(&channels).any(left)
+        };
+        let between = knots.windows(2).enumerate().filter(|(at, ends)| ends[1] - ends[0] > 1 && is_bent(*at));
+        let middles: Vec<usize> = between.map(|(_, ends)| usize::midpoint(ends[0], ends[1])).collect();
+        if middles.is_empty() {
             break;
         }
-        stretches = halved;
+        knots.extend(middles);
+        knots.sort_unstable();
     }
-    let means = |values: &Vec<f64>| -> Vec<f64> {
-        let sums = Sums::of(values);
-        stretches.iter().map(|stretch| sums.mean(stretch)).collect()
-    };
-    // The record is known from its first row to its last.
-    let mut times_s = means(time_s);
-    if let ([first, .., last], [first_s, .., last_s]) = (times_s.as_mut_slice(), time_s.as_slice()) {
-        (*first, *last) = (*first_s, *last_s);
-    }
-    let halves = |values: &Vec<f64>| stretches.iter().map(|stretch| half_mean(&values[stretch.clone()])).collect();
-    let of = |through: &dyn Fn(&Vec<f64>) -> Vec<f64>| {
+    let of = |weight: fn(usize, usize) -> f64| {
+        let through = |samples: &Vec<f64>| lines(time_s, samples, &knots, weight);
         Arc::new(Prescribed {
-            time_s: times_s.clone(),
+            time_s: knots.iter().map(|row| time_s[*row]).collect(),
             pipe_pressure_pa: pipe_pressure_pa.as_ref().map(through),
             chamber_pressure_pa: chamber_pressure_pa.as_ref().map(through),
             supply_pressure_pa: supply_pressure_pa.as_ref().map(through),
         })
     };
-    let (smooth, redrawn) = (of(&means), of(&halves));
+    let (smooth, redrawn) = (of(|_, _| 1.0), of(half));
     Driving { recorded: Arc::new(recorded), smooth, redrawn }
 }
 
-/// The mean of the first and the fourth row of every four, which lie about the middle of them: it misses the mean of all by as
-/// much as that misses the truth, of independent noise. What is left over counts in full.
-fn half_mean(values: &[f64]) -> f64 {
-    let fours = values.chunks_exact(4);
-    let left: f64 = fours.remainder().iter().sum();
-    let sum: f64 = fours.map(|four| 2.0 * (four[0] + four[3])).sum();
-    (sum + left) / values.len() as f64
+/// The weight of a row in a draw of half of them, by its place among the rows from a knot to the next: the first and the fourth of
+/// every four, which lie about the middle of them. Lines fitted to these miss those fitted to all by as much as those miss the
+/// truth, of independent noise. What is left over counts in full.
+fn half(place: usize, of: usize) -> f64 {
+    match place % 4 {
+        _ if place >= of - of % 4 => 1.0,
+        0 | 3 => 2.0,
+        _ => 0.0,
+    }
 }
 
-/// Whether a half of a stretch departs from the lines through the means of the stretches by more than noise does.
-fn is_bent(times: &Sums, values: &Sums, noise_pa: f64, stretches: &[Range<usize>], at: usize) -> bool {
-    let whole = &stretches[at];
-    if whole.len() < 2 {
-        return false;
-    }
-    let middle = usize::midpoint(whole.start, whole.end);
-    let neighbours = [at.checked_sub(1).map(|before| &stretches[before]), stretches.get(at + 1)];
-    [whole.start..middle, middle..whole.end].into_iter().zip(neighbours).any(|(half, neighbour)| {
-        // Beyond the first and the last mean the pressure is held.
-        let neighbour = neighbour.unwrap_or(whole);
-        let (own_s, other_s) = (times.mean(whole), times.mean(neighbour));
-        let share = if own_s == other_s { 1.0 } else { (times.mean(&half) - other_s) / (own_s - other_s) };
-        let line = share * values.mean(whole) + (1.0 - share) * values.mean(neighbour);
-        // The half is part of the mean that it is held against.
-        let [rows, all, others] = [half.len(), whole.len(), neighbour.len()].map(|rows| rows as f64);
-        let variance = (1.0 - share * rows / all).powi(2) / rows
-            + share * share * (all - rows) / (all * all)
-            + (1.0 - share).powi(2) / others;
-        (values.mean(&half) - line).abs() > DEPARTS * noise_pa * variance.sqrt()
-    })
+/// Where between the knots around it a row lies, from 0 to 1; at the first of two at the same time.
+fn share(time_s: &[f64], (left, right): (usize, usize), row: usize) -> f64 {
+    let between_s = time_s[right] - time_s[left];
+    if between_s > 0.0 { (time_s[row] - time_s[left]) / between_s } else { 0.0 }
 }
 
-/// Sums of the first values, so that the mean of any stretch of them is at hand.
-struct Sums(Vec<f64>);
-
-impl Sums {
-    fn of(values: &[f64]) -> Self {
-        let sums = values.iter().scan(0.0, |sum, value| {
-            *sum += value;
-            Some(*sum)
-        });
-        Self(std::iter::once(0.0).chain(sums).collect())
+/// The values at the knots of the straight lines between them that fit the rows best; `weight` of a row tells by its place after
+/// the knot before it how much it counts, and by how many there are.
+fn lines(time_s: &[f64], samples: &[f64], knots: &[usize], weight: impl Fn(usize, usize) -> f64) -> Vec<f64> {
+    // Normal equations of hat functions: tridiagonal, and positive definite since every knot is a row that counts.
+    let (mut diagonal, mut beside, mut sums) = (vec![0.0; knots.len()], vec![0.0; knots.len()], vec![0.0; knots.len()]);
+    let mut add = |at: usize, share: f64, value: f64, weight: f64| {
+        diagonal[at] += weight * (1.0 - share).powi(2);
+        sums[at] += weight * (1.0 - share) * value;
+        if share > 0.0 {
+            beside[at] += weight * (1.0 - share) * share;
+            diagonal[at + 1] += weight * share * share;
+            sums[at + 1] += weight * share * value;
+        }
+    };
+    for (at, ends) in knots.windows(2).enumerate() {
+        let (left, right) = (ends[0], ends[1]);
+        for (row, value) in samples.iter().enumerate().take(right).skip(left) {
+            add(at, share(time_s, (left, right), row), *value, weight(row - left, right - left));
+        }
     }
-
-    fn mean(&self, stretch: &Range<usize>) -> f64 {
-        (self.0[stretch.end] - self.0[stretch.start]) / stretch.len() as f64
+    let Some(last) = knots.last() else { return sums };
+    add(knots.len() - 1, 0.0, samples[*last], 1.0);
+    for at in 1..knots.len() {
+        let factor = beside[at - 1] / diagonal[at - 1];
+        diagonal[at] -= factor * beside[at - 1];
+        sums[at] -= factor * sums[at - 1];
     }
+    for at in (0..knots.len()).rev() {
+        let next = sums.get(at + 1).map_or(0.0, |next| beside[at] * next);
+        sums[at] = (sums[at] - next) / diagonal[at];
+    }
+    sums
+}
+
+/// What the line from a knot to the next leaves of its rows.
+fn residuals(time_s: &[f64], samples: &[f64], knots: &[usize], fitted: &[f64], at: usize) -> Vec<f64> {
+    let ends = (knots[at], knots[at + 1]);
+    let line = |row: usize| {
+        let share = share(time_s, ends, row);
+        (1.0 - share) * fitted[at] + share * fitted[at + 1]
+    };
+    (ends.0..ends.1).map(|row| samples[row] - line(row)).collect()
+}
+
+/// The most that residuals are like one of the shapes of two levels with one, two or three changes of sign at their quarters; of
+/// white noise as much as one of its values.
+fn stands_out(residuals: &[f64]) -> f64 {
+    let mut quarters = [0.0; 4];
+    for (place, residual) in residuals.iter().enumerate() {
+        quarters[4 * place / residuals.len()] += residual;
+    }
+    let [a, b, c, d] = quarters;
+    let shapes = [a + b - c - d, a - b - c + d, a - b + c - d];
+    shapes.into_iter().fold(0.0, |most: f64, shape| most.max(shape.abs())) / (residuals.len() as f64).sqrt()
 }
 
 #[cfg(test)]
@@ -171,6 +188,34 @@ mod tests {
         // A jump is not rounded off but within a row.
         let (rows, _, rms) = kept(|t| if t < 10.0 { 0.0 } else { 3e6 });
         assert!(rows <= 20_000 / 32 && rms < 3e6 / 20_000_f64.sqrt(), "{rows} {rms}");
+    }
+
+    #[test]
+    fn what_lines_leave_of_a_bend_has_no_mean() {
+        // A hundred bends the same way, followed only roughly: what is missed adds up to nothing all the same.
+        let swing = |t: f64| 1.5e3 * (std::f64::consts::TAU * t / 0.4).sin().abs();
+        let Driving { recorded, smooth, .. } = smoothed(record(swing), |_| NOISE_PA);
+        let (knots_s, knots) = (&smooth.time_s, smooth.pipe_pressure_pa.as_ref().unwrap());
+        let rows = recorded.pipe_pressure_pa.as_ref().unwrap();
+        let missed = recorded.time_s.iter().zip(rows).map(|(time_s, row)| {
+            let right = knots_s.partition_point(|knot| knot <= time_s).clamp(1, knots.len() - 1);
+            let share = (time_s - knots_s[right - 1]) / (knots_s[right] - knots_s[right - 1]);
+            row - knots[right - 1] - share * (knots[right] - knots[right - 1])
+        });
+        let mean = missed.sum::<f64>() / rows.len() as f64;
+        assert!(mean.abs() < 1e-6, "{mean} Pa");
+    }
+
+    #[test]
+    fn a_record_of_no_row_one_or_two_at_the_same_time_is_as_it_is() {
+        let of = |time_s: Vec<f64>, values: Vec<f64>| {
+            let record = Prescribed { time_s, pipe_pressure_pa: Some(values), ..Prescribed::default() };
+            (smoothed(record.clone(), |_| NOISE_PA).smooth.as_ref().clone(), record)
+        };
+        for (time_s, values) in [(vec![], vec![]), (vec![1.0], vec![2e5]), (vec![1.0, 1.0], vec![2e5, 3e5])] {
+            let (smooth, record) = of(time_s, values);
+            assert_eq!(smooth, record);
+        }
     }
 
     #[test]

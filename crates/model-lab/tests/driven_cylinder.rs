@@ -4,8 +4,8 @@ mod recorded;
 
 use std::sync::Arc;
 
-use identify::Stop;
 use identify::select::Level;
+use identify::{Problem, Stop};
 use model_lab::Space;
 use model_lab::diagnosis::{DiagnoseOptions, Verdict, explain};
 use model_lab::identification::start::Beginning;
@@ -164,6 +164,33 @@ fn each_cycle_begins_with_the_motion_that_its_record_shows() {
         let prescribed = unit.run.prescribed.as_ref().expect("prescribed");
         assert!(prescribed.time_s.len() < 2300, "{} samples", prescribed.time_s.len());
         assert!(prescribed.time_s[0] <= 0.0, "{} s", prescribed.time_s[0]);
+    }
+}
+
+#[test]
+fn a_cylinder_that_came_to_its_stop_a_moment_before_begins_on_the_way_there() {
+    // Heavy enough to arrive early: it rests for less than two strokes. Were it taken for a piston at rest, 32 um would be left.
+    let text = CYLINDER.replace("\"2 kg\"", "\"4 kg\"");
+    let file = ValveFile::parse(&text, "cylinder.toml").expect("a valid valve");
+    let mut noise = Noise(9);
+    let runs = [0.05, 0.06].map(|position_m| recorded_run(file.valve(), position_m, 0.0, &mut noise));
+    let mut campaign = campaign(runs.into());
+    campaign.inputs.pipe_pressure = true;
+    let subject = Subject::new(&file, &campaign, &NuisanceSizes::default(), Stop::never());
+    let setup = subject.setup(Level::High);
+    let fitted = subject.calibrated(Stop::never()).expect("it moves");
+    for cycle in [2, 5] {
+        // Its rows begin where the piston rests, its simulation on the way there.
+        let unit = &setup.recordings[cycle];
+        assert!(unit.beginning.is_moving(), "{:?}", unit.beginning);
+        let record = &fitted.problem.records()[cycle];
+        let first = record.rows().next().expect("rows");
+        assert!(first.time_s > unit.origin_s + 0.05 && first.time_s < PULSES_S[2], "{} s", first.time_s);
+        assert!(first.observed > 0.95 * 0.09, "{} m", first.observed);
+        // Its last bounces are followed, and with them when it leaves.
+        let left = &fitted.fit.linear.residual[cycle];
+        let rms_m = (left.iter().map(|one| one * one).sum::<f64>() / left.len() as f64).sqrt();
+        assert!(rms_m < 2.8e-5, "{rms_m} m");
     }
 }
 

@@ -160,7 +160,8 @@ fn enough_alone<'f, 'a>(
 }
 
 /// Whether the noise of the pressures that drive a model makes as large a model error as it leaves; one draw of that noise tells
-/// the variance within a factor of two.
+/// the variance within a factor of two. It differs from stroke to stroke: what takes most of it away where it was held out is no
+/// answer to it.
 fn is_noise_of_driving(model: &Fitted<'_>) -> bool {
     let left = model.fit.noise.groups[0].discrepancy;
     errors::by_driving(model).is_some_and(|driven| left * left < 2.0 * driven.share * driven.share)
@@ -193,6 +194,11 @@ fn held_out_errors<const N: usize>(models: [&Fitted<'_>; N], noise_of: &Fitted<'
     Some(errors)
 }
 
+/// Whether a model takes away most of an error beyond the noise that another one leaves on records that were held out.
+fn takes_most(without: &Fitted<'_>, with: &Fitted<'_>) -> bool {
+    held_out_errors([without, with], with).is_some_and(|[without, with]| without > 1.0 && with < NAMED_SHARE * without)
+}
+
 /// The model whose effects are named: the accepted one, but for effects that the evidence has for reasons that it does not
 /// know of.
 fn named<'f, 'a>(
@@ -220,7 +226,8 @@ fn named<'f, 'a>(
             sure = alone;
         }
     }
-    let Some(base) = found.model(&[]).filter(|base| !sure.set.is_empty() && is_noise_of_driving(base)) else {
+    let is_noise = |base: &&Fitted<'_>| is_noise_of_driving(base) && !takes_most(base, sure);
+    let Some(base) = found.model(&[]).filter(|_| !sure.set.is_empty()).filter(is_noise) else {
         return sure;
     };
     let ids: Vec<&str> = catalogue.kinds_of(&sure.set).into_iter().map(EffectKind::id).collect();
@@ -288,9 +295,7 @@ fn without_unsure<'f, 'a>(
             let deviations = deviations_from_none(model, &certainty, kind);
             let rest: Vec<usize> = model.set.iter().copied().filter(|other| other != one).collect();
             let smaller = found.model(&rest).filter(|smaller| smaller.level == Level::High)?;
-            let is_needed = held_out_errors([smaller, model], model)
-                .is_some_and(|[without, with]| without > 1.0 && with < NAMED_SHARE * without);
-            let is_unsure = deviations < t_quantile_95(f64::INFINITY) && !is_needed;
+            let is_unsure = deviations < t_quantile_95(f64::INFINITY) && !takes_most(smaller, model);
             (is_unsure || is_of_datasheet(kind, &values_of(model, kind))).then_some((deviations, kind, smaller))
         });
         let Some((_, kind, smaller)) = unsure.min_by(|a, b| a.0.total_cmp(&b.0)) else { break };

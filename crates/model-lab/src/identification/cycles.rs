@@ -90,7 +90,8 @@ impl Part {
 
 /// The cycles of a record whose recorded pressure drives the model: each from shortly before a command to close. Such a
 /// cylinder may never rest on a stop, and a simulation of many cycles at a stretch adds up what the model is off by; the
-/// position and the speed at the beginning of each are in the record.
+/// position and the speed at the beginning of each are in the record. One that came to its stop a moment before still
+/// bounces there, or vents: it is simulated from the motion that led there.
 pub(super) fn driven_parts(
     recorded: &RecordedRun,
     data: &RunData,
@@ -104,15 +105,36 @@ pub(super) fn driven_parts(
         let rest_s = steady_before(data, closing_s, window_s, travel_s);
         let begins = begins_before(recorded, data, rest_s, (stroke_m, travel_s));
         let Some((from_s, begins)) = begins.filter(|(from_s, _)| *from_s < closing_s) else { continue };
-        if parts.last().is_some_and(|before| from_s < before.origin_s + travel_s) {
+        let Some(before) = parts.last_mut().filter(|before| from_s >= before.from_s.max(before.origin_s) + travel_s)
+        else {
             continue;
-        }
-        if let Some(before) = parts.last_mut() {
-            before.until_s = from_s;
-        }
-        parts.push(Part { from_s, until_s: f64::INFINITY, origin_s: from_s, beginning: begins });
+        };
+        let falling_s =
+            (begins == Beginning::Open).then(|| still_settles(data, from_s, before.from_s, stroke_m)).flatten();
+        let falling = falling_s.and_then(|falling_s| begins_at(recorded, data, falling_s, (stroke_m, travel_s)));
+        let falling = falling.filter(|(_, begins)| begins.is_moving());
+        let (origin_s, beginning) = falling.unwrap_or((from_s, begins));
+        before.until_s = from_s;
+        parts.push(Part { from_s, until_s: f64::INFINITY, origin_s, beginning });
     }
     parts
+}
+
+/// So many times as long as it took to the stop from the middle of its stroke a piston may still bounce there, and its chamber vent
+/// through the port that let it come: two whole strokes. Later bounces are past what a simulation that begins with a read-off motion can
+/// follow (at twelve times that missed by half more than a piston at rest does).
+const SETTLED: f64 = 4.0;
+
+/// When a piston that seems to rest open at a time was in the middle of the stroke that led there, s of the record; nothing where
+/// that is so long ago that its bounces are over and its chamber is vented, or before a given time. While it moves its gas balances the
+/// other forces; of a piston on a stop nobody knows the gas, and bounces as small as the sensor's noise change when it leaves.
+fn still_settles(data: &RunData, rests_s: f64, since_s: f64, stroke_m: f64) -> Option<f64> {
+    let position = &data.channels[0].samples;
+    let end = data.times_s.partition_point(|time| *time < rests_s);
+    let middle = (0..end).rev().find(|row| position[*row] < 0.5 * stroke_m)?;
+    let there = (middle..end).find(|row| position[*row] > (1.0 - ON_STOP) * stroke_m)?;
+    let [middle_s, there_s] = [middle, there].map(|row| data.times_s[row]);
+    (middle_s > since_s && rests_s - there_s < SETTLED * (there_s - middle_s)).then_some(middle_s)
 }
 
 /// How long the beginning of a cycle is looked at, s.
@@ -127,7 +149,17 @@ fn begins_before(
     happens_s: f64,
     (stroke_m, travel_s): (f64, f64),
 ) -> Option<(f64, Beginning)> {
-    let first = data.times_s.partition_point(|time| *time < happens_s - AHEAD * judged_over_s(data, travel_s));
+    begins_at(recorded, data, happens_s - AHEAD * judged_over_s(data, travel_s), (stroke_m, travel_s))
+}
+
+/// The first row at or after a time, s of the record, and how a cycle begins there.
+fn begins_at(
+    recorded: &RecordedRun,
+    data: &RunData,
+    earliest_s: f64,
+    (stroke_m, travel_s): (f64, f64),
+) -> Option<(f64, Beginning)> {
+    let first = data.times_s.partition_point(|time| *time < earliest_s);
     let from_s = *data.times_s.get(first)?;
     let times: Vec<f64> = data.times_s[first..].iter().map(|time| time - from_s).collect();
     let mut edges = recorded.commands.clone();
