@@ -58,7 +58,7 @@ pub struct CompareArgs {
 The parameters named in [tolerance] are fitted, each with its tolerance as what is
 known beforehand. A fit that needs a parameter far beyond its tolerance, or leaves
 more than noise and the variability of strokes, is reported as a sign of missing
-physics; values that contradict their tolerances are not written (exit code 1)
+physics; values that would only stand in for it are not written (exit code 1)
 unless --force says so. How strokes differ from one to the next is taken from
 repeats; where there are none, it is estimated from what the fit leaves of three
 strokes or more, and said so.
@@ -74,7 +74,7 @@ pub struct CalibrateArgs {
     /// Where the calibrated valve file goes; without it, none is written
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
-    /// Replace outputs that exist, and write values that contradict their tolerances
+    /// Replace outputs that exist, and write values where physics is missing
     #[arg(long)]
     pub force: bool,
     /// Draw how far each parameter moved to an .svg or .png file

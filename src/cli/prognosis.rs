@@ -70,7 +70,7 @@ pub struct PrognoseArgs {
     #[arg(long, value_name = "TIME", value_parser = duration_s)]
     pub noise: Option<f64>,
     /// Risk of an end in service of a valve that is replaced at the latest `replace_by_cycle`
-    #[arg(long, value_name = "FRACTION", value_parser = risk, default_value = "0.05")]
+    #[arg(long, value_name = "FRACTION", value_parser = risk, default_value_t = USUAL_RISK)]
     pub risk: f64,
     /// What sister valves have taught, as `valve learn` writes it
     #[arg(long, value_name = "FILE")]
@@ -138,6 +138,37 @@ pub struct PrognoseArgs {
     #[command(flatten)]
     pub broker: BrokerArgs,
 }
+
+impl PrognoseArgs {
+    /// The options without which another call would estimate something else, as they are written.
+    pub fn estimate_words(&self) -> Vec<String> {
+        let mut words = Vec::new();
+        let mut add = |option: &str, value: Option<String>| {
+            words.extend(value.into_iter().flat_map(|value| [option.to_owned(), value]));
+        };
+        let path = |path: &Option<PathBuf>| path.as_ref().map(|path| path.display().to_string());
+        add("--valve", path(&self.valve));
+        add("--method", (self.method != MethodName::Bayes).then(|| name_of(self.method)));
+        add("--noise", self.noise.map(|noise_s| format!("{noise_s} s")));
+        add("--risk", (self.risk != USUAL_RISK).then(|| self.risk.to_string()));
+        add("--prior", path(&self.prior));
+        add("--expect-supply", self.expect_supply.as_ref().map(ToString::to_string));
+        add("--start", (self.start != StartName::Healthy).then(|| name_of(self.start)));
+        add("--growth", self.growth.map(name_of));
+        add("--life", self.life.map(|cycles| cycles.to_string()));
+        words.extend(self.empty_is_stalled.then(|| "--empty-is-stalled".to_owned()));
+        words.extend(self.columns.words());
+        words
+    }
+}
+
+/// A choice as it is written.
+fn name_of(choice: impl ValueEnum) -> String {
+    choice.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+}
+
+/// The risk that is taken where none is stated.
+const USUAL_RISK: f64 = 0.05;
 
 /// Options of readings that come from an MQTT broker.
 #[derive(Debug, Args)]

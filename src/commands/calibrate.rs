@@ -35,7 +35,7 @@ pub fn run(args: &CalibrateArgs) -> anyhow::Result<Answer> {
     let calibration = Calibration::new(&input.file, &input.campaign, Stop::never())?;
     drop(line);
     // Values that only stand in for missing physics are in nobody's valve.
-    let withheld = calibration.has_prior_conflict && !args.force;
+    let withheld = calibration.verdict == Verdict::BeyondTolerance && !args.force;
     let written = args.out.as_deref().filter(|_| !withheld);
     if let Some(out) = out.filter(|_| !withheld) {
         out.write_whole(calibration.adopted(&input.file, &input.campaign.name)?.text().as_bytes())?;

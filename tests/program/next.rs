@@ -122,3 +122,30 @@ fn values_that_strayed_are_written_only_if_forced() {
     assert_eq!(forced.status.code(), Some(0), "{}", shown(&forced));
     assert!(sandbox.read("new.toml").contains("[[history]]"));
 }
+
+#[test]
+fn values_are_withheld_wherever_physics_is_missing() {
+    let sandbox = Sandbox::new();
+    // Friction that the only tolerated parameter cannot stand in for: no value strays, and a lot is left.
+    Recording::default().write(&sandbox, &VALVE.replace("600 N s/m", "2400 N s/m"));
+    let valve = sandbox.read("valve.toml");
+    let (before, _) = valve.split_once("[tolerance]").expect("tolerances");
+    sandbox.write("valve.toml", &format!("{before}[tolerance]\n\"actuator.dead_volume\" = 0.5\n"));
+    let told = sandbox.valve(&["calibrate", "valve.toml", "campaign.toml", "--format", "json"]);
+    assert!(shown(&told).contains("\"prior_data_conflict\": false"), "{}", shown(&told));
+    let withheld = sandbox.valve(&["calibrate", "valve.toml", "campaign.toml", "--out", "new.toml"]);
+    assert_eq!(withheld.status.code(), Some(1), "{}", shown(&withheld));
+    assert!(shown(&withheld).contains("physics is missing") && !sandbox.path("new.toml").exists());
+}
+
+#[test]
+fn a_log_is_looked_at_as_it_was_read() {
+    let sandbox = Sandbox::with_tables();
+    let call = ["prognose", "log.csv", "--tables", "tables", "--noise", "20 ms", "--growth", "linear", "--risk", "0.1"];
+    let said = String::from_utf8(sandbox.valve(&call).stdout).unwrap();
+    let next = next_steps(&said).remove(0).join(" ");
+    assert!(next.contains("--noise '0.02 s' --risk 0.1 --growth linear"), "{next}");
+    let plain = String::from_utf8(sandbox.valve(&call[..4]).stdout).unwrap();
+    let next = next_steps(&plain).remove(0).join(" ");
+    assert!(next.ends_with("prognose log.csv --tables tables --plot life.svg"), "{next}");
+}

@@ -157,9 +157,9 @@ fn next(args: &PrognoseArgs, ends: &Ends) -> String {
     let (log, tables) = (args.log.display().to_string(), args.tables.display().to_string());
     let name = worst.row().valve.as_str();
     let picture = free_name("life.svg");
-    let columns = args.columns.words();
+    let options = args.estimate_words();
     let mut words = vec!["prognose", &log, "--tables", &tables, "--plot", &picture];
-    words.extend(columns.iter().map(String::as_str));
+    words.extend(options.iter().map(String::as_str));
     if ends.len() > 1 {
         words.extend(["--plot-valve", name]);
     }

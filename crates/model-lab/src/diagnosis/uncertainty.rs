@@ -323,16 +323,20 @@ fn moved(
     value: impl Fn(f64) -> f64,
 ) -> MovedParameter {
     let pull = |u: &[f64]| u[index];
-    let half = certainty.half_width_90(problem, &fit.u, pull);
+    let normal_90 = t_quantile_95(f64::INFINITY);
+    // However much records disagree by, no less is known than the tolerance said before.
+    let half = certainty.half_width_90(problem, &fit.u, pull).min(normal_90);
+    let pull_sigma = certainty.sigma(problem, &fit.u, pull);
+    let known = if pull_sigma > 1.0 { pull_sigma.recip() } else { 1.0 };
     MovedParameter {
         id,
         before: problem.space.parameters().get(id),
         after: value(fit.u[index]),
-        sigma: certainty.sigma(problem, &fit.u, |u| value(u[index])),
+        sigma: known * certainty.sigma(problem, &fit.u, |u| value(u[index])),
         interval_90: (value(fit.u[index] - half), value(fit.u[index] + half)),
         tolerance,
         pull: fit.u[index],
-        pull_sigma: certainty.sigma(problem, &fit.u, pull),
+        pull_sigma: known * pull_sigma,
         is_at_bound: fit.held[index],
     }
 }
