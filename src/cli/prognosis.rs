@@ -148,13 +148,13 @@ impl PrognoseArgs {
         };
         let path = |path: &Option<PathBuf>| path.as_ref().map(|path| path.display().to_string());
         add("--valve", path(&self.valve));
-        add("--method", (self.method != MethodName::Bayes).then(|| name_of(self.method)));
+        add("--method", (self.method != MethodName::Bayes).then(|| name_of(&self.method)));
         add("--noise", self.noise.map(|noise_s| format!("{noise_s} s")));
         add("--risk", (self.risk != USUAL_RISK).then(|| self.risk.to_string()));
         add("--prior", path(&self.prior));
         add("--expect-supply", self.expect_supply.as_ref().map(ToString::to_string));
-        add("--start", (self.start != StartName::Healthy).then(|| name_of(self.start)));
-        add("--growth", self.growth.map(name_of));
+        add("--start", (self.start != StartName::Healthy).then(|| name_of(&self.start)));
+        add("--growth", self.growth.as_ref().map(name_of));
         add("--life", self.life.map(|cycles| cycles.to_string()));
         words.extend(self.empty_is_stalled.then(|| "--empty-is-stalled".to_owned()));
         words.extend(self.columns.words());
@@ -163,7 +163,7 @@ impl PrognoseArgs {
 }
 
 /// A choice as it is written.
-fn name_of(choice: impl ValueEnum) -> String {
+fn name_of(choice: &impl ValueEnum) -> String {
     choice.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
 }
 
