@@ -54,7 +54,12 @@ pub fn smoothed(recorded: Prescribed, noise_pa: impl Fn(&[f64]) -> f64) -> Drivi
         knots.sort_unstable();
     }
     let of = |weight: fn(usize, usize) -> f64| {
-        let through = |samples: &Vec<f64>| lines(time_s, samples, &knots, weight);
+        let through = |samples: &Vec<f64>| {
+            // A line beside a jump may pass what was recorded, and no gas has less than no pressure.
+            let range = |(least, most): (f64, f64), one: &f64| (least.min(*one), most.max(*one));
+            let (least, most) = samples.iter().fold((f64::INFINITY, f64::NEG_INFINITY), range);
+            lines(time_s, samples, &knots, weight).into_iter().map(|value| value.clamp(least, most)).collect()
+        };
         Arc::new(Prescribed {
             time_s: knots.iter().map(|row| time_s[*row]).collect(),
             pipe_pressure_pa: pipe_pressure_pa.as_ref().map(through),
