@@ -56,9 +56,9 @@ pub fn smoothed(recorded: Prescribed, noise_pa: impl Fn(&[f64]) -> f64) -> Drivi
     let of = |weight: fn(usize, usize) -> f64| {
         let through = |samples: &Vec<f64>| {
             // A line beside a jump may pass what was recorded, and no gas has less than no pressure.
-            let range = |(least, most): (f64, f64), one: &f64| (least.min(*one), most.max(*one));
-            let (least, most) = samples.iter().fold((f64::INFINITY, f64::NEG_INFINITY), range);
-            lines(time_s, samples, &knots, weight).into_iter().map(|value| value.clamp(least, most)).collect()
+            let least = samples.iter().copied().fold(f64::INFINITY, f64::min);
+            let passes = |value: f64| if value > 0.0 { value } else { least };
+            lines(time_s, samples, &knots, weight).into_iter().map(passes).collect()
         };
         Arc::new(Prescribed {
             time_s: knots.iter().map(|row| time_s[*row]).collect(),
