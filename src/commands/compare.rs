@@ -312,11 +312,12 @@ fn noise_words(input: &CampaignInput, Compared { comparison, allowing, .. }: &Co
         let unit = told_in(Dimension::Length);
         let _ = write!(text, "noise of the position: {} {} ({source})", unit.number(noise, 4), unit.name());
         let counted_m = allowing.errors.rmse_m.map_or(noise, |rmse_m| rmse_m / allowing.errors.normalised_rms);
-        text.push_str(if counted_m < noise / MEANS {
-            "; errors are counted in the smaller noise of means over several readings\n"
-        } else {
-            "\n"
-        });
+        if counted_m < noise / MEANS {
+            let counted = unit.number(counted_m, 4);
+            let _ =
+                write!(text, "; errors are counted in that of means over several readings, {counted} {}", unit.name());
+        }
+        text.push('\n');
     }
     if let Some(noise) = comparison.timing_noise_s {
         let _ = writeln!(text, "noise of stroke times: {:.2} ms ({source})", noise * 1e3);

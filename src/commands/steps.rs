@@ -38,7 +38,7 @@ pub fn rows(steps: &[StepReport]) -> TextTable {
     for step in steps {
         let held_out = step.held_out.as_ref();
         table.row(vec![
-            step.step.clone(),
+            step.told(),
             size(&step.errors),
             or_dash(held_out.map(size)),
             format!("{:.3}", step.errors.normalised_rms),

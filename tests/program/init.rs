@@ -481,9 +481,11 @@ fn at_a_terminal_each_question_is_asked_once() {
         sandbox.write(name, &with_supply("Versorgungsdruck [psig]", 6894.757, late_s));
     }
     let arguments = "init campaign a.csv b.csv c.csv --valve valve.toml";
-    let Some(said) = at_a_terminal(&sandbox, arguments, "30 degC\n") else { return };
+    let Some(said) = at_a_terminal(&sandbox, arguments, "30 degC\nb.csv=supply:0.05mm2\n") else { return };
     assert_eq!(said.matches("Temperature of the recordings, such as 20 degC").count(), 1, "{said}");
     assert_eq!(sandbox.read("campaign.toml").matches("\ntemperature = \"30 degC\"").count(), 3);
+    assert_eq!(said.matches("Leaks that were opened on purpose").count(), 1, "{said}");
+    assert_eq!(sandbox.read("campaign.toml").matches("leak_from_supply = \"0.05mm2\"").count(), 1);
     let arguments = "init --out new.toml --stroke '25.4 mm' --bore '63 mm' --supply '5.2 barg'";
     // Bench set, mass, volume, friction, solenoid, port and pipe; gas; limits.
     let Some(said) = at_a_terminal(&sandbox, arguments, "1.8..3.1 barg\n\n\n\n\n\n\nN2\n\n9 s\n") else { return };

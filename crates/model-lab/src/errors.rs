@@ -187,6 +187,13 @@ pub fn at(problem: &ValveProblem<'_>, u: &[f64]) -> Option<Errors> {
     Some(Errors::of(problem, &residuals(problem, &predicted)))
 }
 
+/// The step of a model as a datasheet states it.
+const DATASHEET: &str = "datasheet";
+/// The step of a model as a file states it that was fitted before.
+const VALVE_FILE: &str = "valve file";
+/// The step of a model whose parameters were fitted within their tolerances.
+pub const CALIBRATED: &str = "calibrated";
+
 /// One step of the model sequence.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StepReport {
@@ -205,7 +212,13 @@ pub struct StepReport {
 impl StepReport {
     /// Of a model as its file states it: by a datasheet, or by the steps in its history.
     pub fn as_stated(subject: &Subject, errors: Errors) -> Self {
-        Self::of(if subject.was_fitted { "valve file" } else { "datasheet" }, errors, None)
+        Self::of(if subject.was_fitted { VALVE_FILE } else { DATASHEET }, errors, None)
+    }
+
+    /// Its name for people: steps come on top of one another, so that an effect is told as added to those before.
+    pub fn told(&self) -> String {
+        let is_model = [DATASHEET, VALVE_FILE, CALIBRATED].contains(&self.step.as_str());
+        if is_model { self.step.clone() } else { format!("+ {}", self.step) }
     }
 
     /// Of errors alone.

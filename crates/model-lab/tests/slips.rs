@@ -38,7 +38,7 @@ fn sticking() -> Campaign {
 }
 
 #[test]
-#[cfg_attr(debug_assertions, ignore = "slow: runs with --release")]
+#[ignore = "takes most of a minute: a whole search for each run that may be mistyped"]
 fn a_run_under_a_mistyped_pressure_is_named_with_the_right_one() {
     let mut mistyped = sticking();
     mistyped.runs[1].conditions.supply_pressure_pa = AMBIENT_PA + 58.0 * PSI_PA;

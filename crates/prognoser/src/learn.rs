@@ -262,6 +262,7 @@ impl Learned {
         let config = BayesConfig::default();
         BayesConfig {
             life_median_cycles: self.life_median_cycles,
+            life_is_stated: true,
             life_ln_sd: self.life_ln_sd,
             unit_sd: self.unit_sd,
             noise: Noise::Estimated { prior_readings: 2.0, prior_sd_s: self.noise_sd_s },

@@ -94,6 +94,8 @@ pub enum Notice {
     Repaired,
     /// The wear stepped up.
     GrowthChanged,
+    /// Nothing that was known of the valve explains its last rows: the estimate starts anew.
+    BegunAnew,
     /// The wear grows along a curve rather than by the same amount every cycle.
     GrowthCurved,
     /// The wear rests.
@@ -145,6 +147,7 @@ impl Notice {
             Self::Glitch { .. } => "glitch",
             Self::Repaired => "repaired",
             Self::GrowthChanged => "growth-changed",
+            Self::BegunAnew => "begun-anew",
             Self::GrowthCurved => "growth-curved",
             Self::GrowthRests => "growth-rests",
             Self::NoiseLarger { .. } => "noise-larger",
@@ -165,6 +168,7 @@ impl Notice {
             self,
             Self::Repaired
                 | Self::GrowthChanged
+                | Self::BegunAnew
                 | Self::CounterRestarted
                 | Self::Glitch { .. }
                 | Self::AboveLimit { .. }
@@ -239,6 +243,10 @@ impl fmt::Display for Notice {
             }
             Self::Repaired => write!(f, "the wear fell: the valve was repaired, or mended itself"),
             Self::GrowthChanged => write!(f, "the wear stepped up; the estimate goes on from there"),
+            Self::BegunAnew => write!(
+                f,
+                "nothing that was known of this valve explains its last rows: the estimate starts anew, and takes nothing for granted of how worn it is"
+            ),
             Self::GrowthCurved => {
                 write!(f, "the wear grows along a curve rather than by the same amount every cycle")
             }
@@ -272,7 +280,7 @@ impl fmt::Display for Notice {
 fn write_offset(f: &mut fmt::Formatter<'_>, stroke: Stroke, share: f64, begins_healthy: bool) -> fmt::Result {
     write!(
         f,
-        "the {stroke} time of this valve is {:+.1} % off the tables throughout, which is allowed for; either it is counted from or to another moment than theirs, from the command to the stop or what [switches] says, or this valve is not as its file describes it: `valve compare` and `valve explain` on a recording tell",
+        "the {stroke} time of this valve is {:+.1} % off the tables from its first row on, beside what wears, which is allowed for; either it is counted from or to another moment than theirs, from the command to the stop or what [switches] says, or this valve is not as its file describes it: `valve compare` and `valve explain` on a recording tell",
         100.0 * share
     )?;
     if begins_healthy {

@@ -86,6 +86,7 @@ pub(crate) fn remark(tables: &TableBundle, reading: &Reading, estimate: &BayesEs
     notices.extend(estimate.change.map(|change| match change {
         Change::Repaired => Notice::Repaired,
         Change::Stepped => Notice::GrowthChanged,
+        Change::Anew => Notice::BegunAnew,
     }));
 }
 

@@ -12,11 +12,11 @@ pub enum QuantityError {
         expected: String,
     },
     /// A comma stands where the decimal point should.
-    #[error("\"{found}\" has a decimal comma; write a decimal point, as in \"{fixed}\"")]
+    #[error("\"{found}\" has a decimal comma; write a decimal point, as in {fixed}")]
     DecimalComma {
         /// The whole text.
         found: String,
-        /// The text with a point.
+        /// The text with a point, in quotes; one for gauge and one for absolute where its pressure would not say.
         fixed: String,
     },
     /// Not a finite number, where only a finite one makes sense.

@@ -133,13 +133,26 @@ fn split(text: &str, dimension: Dimension) -> Result<(f64, &str), QuantityError>
     if rest.starts_with(',') && rest[1..].starts_with(|next: char| next.is_ascii_digit()) {
         return Err(QuantityError::DecimalComma {
             found: shortened(text),
-            fixed: shortened(&text.replacen(',', ".", 1)),
+            fixed: with_point(&text.replacen(',', ".", 1), dimension),
         });
     }
     if number.is_infinite() && !front.to_ascii_lowercase().contains("inf") {
         return Err(QuantityError::NotFinite { found: shortened(text), expected: dimension.expectation() });
     }
     Ok((number, rest))
+}
+
+/// A text that has its decimal point, as a message shows it: a pressure that does not say from where it counts would be
+/// refused in turn, and shows what it may be.
+fn with_point(text: &str, dimension: Dimension) -> String {
+    let quantity = Quantity::parse(text, dimension).ok();
+    let is_ambiguous = quantity.is_some_and(|quantity| quantity.unit.reference() == Reference::Ambiguous);
+    let text = shortened(text);
+    if is_ambiguous {
+        format!("\"{text}g\" (above the atmosphere) or \"{text}a\" (absolute)")
+    } else {
+        format!("\"{text}\"")
+    }
 }
 
 /// How many bytes at the front are a number: sign, digits, point, exponent; or "inf".

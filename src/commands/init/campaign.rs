@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
-use campaign::guess::{Conflict, DraftRun, Hints, Recording, Understanding, Unknown, draft, understand};
+use campaign::guess::{ColumnGuess, Conflict, DraftRun, Hints, Recording, Understanding, Unknown, draft, understand};
 use campaign::{Campaign, ValveFacts};
 use model_lab::data::valve_facts;
 use quantity::{Dimension, Quantity, Reference, Unit, pressure_pa};
@@ -193,7 +193,7 @@ fn settled(recordings: &[Recording], hints: &mut Hints) -> anyhow::Result<Unders
         agreed(&found.conflicts)?;
         let Some(unknown) = found.unknown.first().copied() else { return Ok(found) };
         let names = recordings[0].listed();
-        let (what, option) = described(unknown);
+        let (what, option) = described(unknown, &found);
         if !dialogue::is_possible() {
             let said = found.said.iter().fold(String::new(), |text, said| text + "\n  " + said);
             return Err(Hinted::error(
@@ -220,20 +220,29 @@ fn agreed(conflicts: &[Conflict]) -> anyhow::Result<()> {
     Err(Hinted::error(conflicts.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"), hint))
 }
 
-fn described(unknown: Unknown) -> (String, String) {
+/// What is not known, and the option that says it.
+fn described(unknown: Unknown, found: &Understanding) -> (String, String) {
+    let name_of = |channel: &str| {
+        let column = found.columns.iter().find(|column| column.channel == channel);
+        column.map_or("NAME", ColumnGuess::bare_name).to_owned()
+    };
     let (what, option) = match unknown {
         Unknown::Time => ("which column is the time", "--column time=NAME"),
         Unknown::Position => ("which column is the position", "--column position=NAME"),
-        Unknown::PositionUnit => (
-            "in which unit the position is",
-            "--column \"position=NAME [mm]\" (or [-] where its ends are the stops), beside --valve valve.toml or \
-             --stroke \"25.4 mm\"",
-        ),
+        Unknown::PositionUnit => {
+            let option = format!(
+                "--column \"position={} [mm]\" (or [-] where its ends are the stops), beside --valve valve.toml or \
+                 --stroke \"25.4 mm\"",
+                name_of("position")
+            );
+            return ("in which unit the position is".to_owned(), option);
+        }
         Unknown::PressureUnit(channel) => {
             let what = format!("in which unit the {} is", channel.replace('_', " "));
             let option = format!(
-                "--column \"{channel}=NAME [barg]\" (or bara, psig, psia, kPa and so on), or --column {channel}=none to \
-                 do without it"
+                "--column \"{channel}={} [barg]\" (or bara, psig, psia, kPa and so on), or --column {channel}=none to \
+                 do without it",
+                name_of(channel)
             );
             return (what, option);
         }

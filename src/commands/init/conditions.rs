@@ -9,6 +9,9 @@ use super::dialogue;
 use crate::cli::InitCampaignArgs;
 use crate::failure::Hinted;
 
+/// A leak that was opened on purpose: its key in the campaign file, and its area.
+type Leak = (&'static str, String);
+
 /// What an option says, of one file or of all.
 struct Given {
     file: Option<String>,
@@ -82,8 +85,8 @@ impl Stated {
         DraftRun { file: shown_as, supply_pressure, supply_from, temperature: of(&self.temperature), leak }
     }
 
-    /// Asks for what is not known: the supply pressure of each recording, the temperature of all at once. Without a
-    /// terminal the former is refused and the latter left to the valve file.
+    /// Asks for what is not known: the supply pressure of each recording, the temperature of all at once, the leaks that were
+    /// opened. Without a terminal the first is refused, the second left to the valve file, and of the third there are none.
     pub fn ask(&self, runs: &mut [DraftRun]) -> anyhow::Result<()> {
         if !dialogue::is_possible() {
             let missing: Vec<&str> =
@@ -105,8 +108,20 @@ impl Stated {
         if self.temperature.is_empty() {
             let question = "Temperature of the recordings, such as 20 degC; empty for that of the valve file";
             let answer = dialogue::ask(question, true, temperature)?.map(|(text, ())| text);
-            for run in runs {
+            for run in runs.iter_mut() {
                 run.temperature.clone_from(&answer);
+            }
+        }
+        if self.leak.is_empty() {
+            let example = runs.first().map_or("run-01.csv", |run| crate::output::short_name(&run.file));
+            let question = format!(
+                "Leaks that were opened on purpose, such as {example}=atmosphere:0.15mm2, with commas between them; empty if \
+                 there were none"
+            );
+            let opened =
+                dialogue::ask(&question, true, |text| opened(text, runs))?.map_or_else(Vec::new, |(_, opened)| opened);
+            for (index, leak) in opened {
+                runs[index].leak = Some(leak);
             }
         }
         Ok(())
@@ -125,8 +140,8 @@ fn temperature(text: &str) -> Result<(), String> {
     Quantity::parse(text, Dimension::Temperature).map(|_| ()).map_err(|error| error.to_string())
 }
 
-/// A leak that was opened on purpose: its key in the campaign file, and its area.
-fn leak(text: &str) -> Result<(&'static str, String), String> {
+/// Reads a leak that was opened on purpose.
+fn leak(text: &str) -> Result<Leak, String> {
     let expected = "a leak is such as atmosphere:0.15mm2 (from the chamber) or supply:0.05mm2 (into it)";
     let (place, area) = text.split_once(':').ok_or_else(|| format!("\"{text}\" has no place; {expected}"))?;
     let key = match place.trim() {
@@ -143,9 +158,51 @@ fn leak(text: &str) -> Result<(&'static str, String), String> {
     }
 }
 
+/// Which recording was made with which leak.
+fn opened(text: &str, runs: &[DraftRun]) -> Result<Vec<(usize, Leak)>, String> {
+    let one = |text: &str| {
+        let given = Given::new(text);
+        let leak = leak(&given.value)?;
+        let is_meant = |run: &&DraftRun| given.file.is_none() || given.is_of(&run.file);
+        let meant: Vec<usize> =
+            runs.iter().enumerate().filter(|(_, run)| is_meant(run)).map(|(index, _)| index).collect();
+        let files = || runs.iter().map(|run| run.file.as_str()).collect::<Vec<_>>();
+        match (&given.file, &meant[..]) {
+            (Some(name), []) => {
+                let meant = quantity::suggest::did_you_mean(name, files());
+                Err(format!("there is no recording \"{name}\"{meant}; there are {}", files().join(", ")))
+            }
+            _ => Ok(meant.into_iter().map(|index| (index, leak.clone())).collect::<Vec<_>>()),
+        }
+    };
+    let all: Result<Vec<_>, String> = text.split(',').map(|text| one(text.trim())).collect();
+    Ok(all?.concat())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn answers_about_leaks_name_their_recordings() {
+        let run = |file: &str| DraftRun {
+            file: file.to_owned(),
+            supply_pressure: "75 psig".to_owned(),
+            supply_from: "as you said".to_owned(),
+            temperature: None,
+            leak: None,
+        };
+        let runs = [run("traces/run-01.csv"), run("traces/run-02.csv")];
+        let leak = |index, area: &str| (index, ("leak_to_atmosphere", area.to_owned()));
+        assert_eq!(opened("run-02.csv=atmosphere:0.15mm2", &runs).unwrap(), [leak(1, "0.15mm2")]);
+        assert_eq!(
+            opened("run-01.csv=atmosphere:0.1mm2, run-02.csv=atmosphere:0.2mm2", &runs).unwrap(),
+            [leak(0, "0.1mm2"), leak(1, "0.2mm2")]
+        );
+        assert_eq!(opened("atmosphere:0.1 mm2", &runs).unwrap(), [leak(0, "0.1 mm2"), leak(1, "0.1 mm2")]);
+        assert!(opened("run-03.csv=atmosphere:0.1mm2", &runs).unwrap_err().contains("there is no recording"));
+        assert!(opened("none", &runs).unwrap_err().contains("such as atmosphere:0.15mm2"));
+    }
 
     #[test]
     fn leaks_have_a_place_and_an_area() {

@@ -16,8 +16,9 @@ pub fn ask<T>(
     read: impl Fn(&str) -> Result<T, String>,
 ) -> anyhow::Result<Option<(String, T)>> {
     loop {
+        let shown = crate::output::laid_out_for_stderr(&format!("{question} >"));
         let mut stderr = io::stderr().lock();
-        write!(stderr, "{question} > ").and_then(|()| stderr.flush()).context("the terminal cannot be written")?;
+        write!(stderr, "{shown} ").and_then(|()| stderr.flush()).context("the terminal cannot be written")?;
         drop(stderr);
         let mut line = String::new();
         let length = io::stdin().lock().read_line(&mut line).context("the terminal cannot be read")?;

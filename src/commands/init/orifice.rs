@@ -22,11 +22,17 @@ pub fn area_m2(text: &str) -> Result<f64, String> {
             return positive(number * effective_m2 / DISCHARGE);
         }
     }
+    for name in ["DN", "NW", "Ø", "ø"] {
+        let number = text.strip_prefix(name).map(|rest| rest.trim().trim_end_matches("mm").trim_end());
+        if let Some(diameter_mm) = number.and_then(|number| number.parse::<f64>().ok()) {
+            return positive(0.25 * std::f64::consts::PI * (1e-3 * diameter_mm).powi(2));
+        }
+    }
     if let Ok(diameter) = Quantity::parse(text, Dimension::Length) {
         return positive(0.25 * std::f64::consts::PI * diameter.si().powi(2));
     }
     let area = Quantity::parse(text, Dimension::Area);
-    let expected = "a diameter such as \"1.2 mm\", an area such as \"0.5 mm2\", or \"Kv 0.03\", \"Cv 0.04\", \"C 0.1\"";
+    let expected = "a diameter such as \"1.2 mm\" or \"DN 1.2\", an area such as \"0.5 mm2\", or \"Kv 0.03\", \"Cv 0.04\", \"C 0.1\"";
     positive(area.map_err(|error| format!("{error}; an orifice is {expected}"))?.si())
 }
 
@@ -46,6 +52,10 @@ mod tests {
         };
         near("1.2 mm", 1.131);
         near("0.5 mm2", 0.5);
+        // Nominal bores are diameters in mm, with and without the unit.
+        for text in ["DN 1.2", "DN1.2", "NW 1.2 mm", "Ø 1.2 mm"] {
+            near(text, 1.131);
+        }
         // A Kv of 1 is an effective area of 19.6 mm2, a sonic conductance of 1 l/(s bar) one of 5.0 mm2.
         near("Kv 0.1", 1.964 / 0.86);
         near("Cv 0.1", 1.699 / 0.86);

@@ -1,7 +1,8 @@
 //! How all valves stand in the end, the worst first.
 
+use leak_table::Limits;
 use prognoser::{FaultCall, Prognosis, Status};
-use quantity::Dimension;
+use quantity::{Dimension, format_number};
 use report::html::Cell;
 
 use super::standing::Standing;
@@ -101,6 +102,15 @@ impl Ends {
         }
         table
     }
+}
+
+/// What counts as the end of life: nobody is to take a limit for granted that was assumed when the valve file was made.
+pub fn limits_words(limits: &Limits) -> String {
+    format!(
+        "End of life: a closing of more than {} s or an opening of more than {} s, the [limits] of the tables' valve file.",
+        format_number(limits.close_within_s),
+        format_number(limits.open_within_s)
+    )
 }
 
 /// By when to replace a valve, and when it ends, as people say dates.

@@ -32,7 +32,7 @@ use crate::commands::log_input;
 use crate::failure::{Answer, Hinted};
 use crate::output::{self, Outputs, PlotFile, free_name, next_step};
 
-pub use ends::{End, Ends};
+pub use ends::{End, Ends, limits_words};
 
 /// Reads the log to its end and prints a line for every row, or how all valves
 /// stand.
@@ -116,8 +116,11 @@ pub fn run(args: &PrognoseArgs) -> anyhow::Result<Answer> {
         }
     }
     if args.format == StreamFormat::Text && !live {
-        if settings::begins_healthy(&method) && ends.iter().any(|end| end.row().fault.wears()) {
-            output::print_text(BEGINS_HEALTHY)?;
+        if ends.iter().any(|end| end.row().fault.wears()) {
+            output::print_text(&format!("\n{}\n", limits_words(&tables.manifest().limits)))?;
+            if settings::begins_healthy(&method) {
+                output::print_text(BEGINS_HEALTHY)?;
+            }
         }
         output::print_text(&next(args, &ends))?;
     }
@@ -131,7 +134,7 @@ pub fn run(args: &PrognoseArgs) -> anyhow::Result<Answer> {
 
 /// What the numbers of a named fault rest on.
 const BEGINS_HEALTHY: &str =
-    "\nEach valve counts as healthy at its first row. Of a log that begins later in life: --start unknown.\n";
+    "Each valve counts as healthy at its first row. Of a log that begins later in life: --start unknown.\n";
 
 /// How many valves stood where when the states were kept.
 fn stood(keeping: Option<&Keeping>) -> anyhow::Result<Batch> {

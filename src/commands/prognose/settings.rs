@@ -96,6 +96,7 @@ pub fn method(args: &PrognoseArgs, tables: &TableBundle) -> anyhow::Result<Metho
     }
     if let Some(life) = args.life {
         config.life_median_cycles = life;
+        config.life_is_stated = true;
     }
     Ok(Method::Bayes(config))
 }

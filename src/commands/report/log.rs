@@ -13,7 +13,7 @@ use serde_json::json;
 use super::Part;
 use crate::cli::LogColumnArgs;
 use crate::commands::log_input::LogInput;
-use crate::commands::prognose::Ends;
+use crate::commands::prognose::{Ends, limits_words};
 use crate::output;
 use answers::figures::life::History;
 
@@ -50,6 +50,7 @@ pub fn part(path: &Path, columns: &LogColumnArgs, tables: &Arc<TableBundle>) -> 
     still.extend(pictures(path, columns, tables, &worst)?);
     let mut blocks = vec![Block::View(View { kind: "fleet", of: "log", still })];
     if ends.iter().any(|end| end.row().fault.wears()) {
+        blocks.push(Block::Text(limits_words(&tables.manifest().limits)));
         blocks.push(Block::Text(
             "Each valve counts as healthy at its first row; `valve prognose --start unknown` is for a log that begins later in life."
                 .to_owned(),

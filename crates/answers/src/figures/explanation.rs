@@ -2,7 +2,7 @@
 
 use model_lab::diagnosis::discrepancy::ModelDiscrepancy;
 use model_lab::diagnosis::{CandidateReport, Explanation};
-use model_lab::errors::StepReport;
+use model_lab::errors::{CALIBRATED, StepReport};
 use model_lab::forward::{Predicted, record};
 use report::figures::{
     Candidate, ExperimentFigure, LeaderboardFigure, MissingPoint, Prediction, StaircaseFigure, StaircaseStep, Standing,
@@ -80,7 +80,7 @@ pub fn leaderboard(answer: &Explanation, campaign: &str, headline: &str) -> Lead
         candidates.push(found(joined(&answer.recommended), last));
     }
     candidates.extend(formula_step(answer).map(|step| found(step.step.clone(), &step)));
-    let calibrated = answer.steps.iter().find(|step| step.step == "calibrated");
+    let calibrated = answer.steps.iter().find(|step| step.step == CALIBRATED);
     LeaderboardFigure {
         title: campaign.to_owned(),
         subtitle: headline.to_owned(),
@@ -163,7 +163,7 @@ pub fn staircase(title: &str, subtitle: &str, steps: &[StepReport]) -> Staircase
         steps: steps
             .iter()
             .map(|step| StaircaseStep {
-                name: step.step.clone(),
+                name: step.told(),
                 fitted: step.errors.normalised_rms,
                 held_out: step.held_out.map(|errors| errors.normalised_rms),
             })

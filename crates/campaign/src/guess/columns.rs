@@ -212,7 +212,12 @@ fn take(
                     found
                         .unknown
                         .extend((dimension(channel) == Dimension::Pressure).then_some(Unknown::PressureUnit(channel)));
-                    "in a unit that it does not say".to_owned()
+                    match &written {
+                        Some(unit) if unit.reference() == Reference::Ambiguous => {
+                            format!("in {}, which does not say from where it counts", unit.text())
+                        }
+                        _ => "in a unit that it does not say".to_owned(),
+                    }
                 }
             },
         },

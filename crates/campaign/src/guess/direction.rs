@@ -124,9 +124,15 @@ fn turn_position(recordings: &[&Recording], hints: &Hints, grows_to_open: bool, 
     // by the same at both ends as far as anybody knows.
     let closed_m = si(if grows_to_open { low } else { high }, position);
     let even_m = || hints.stroke_m.map_or(0.0, |stroke_m| 0.5 * (span_m - stroke_m).max(0.0));
-    let give_m = hints.rests_m.map_or_else(even_m, |[closed_m, _]| -closed_m);
+    // A model whose stops were guessed knows nothing of that: it has to tell how far the valve moves better than stops that do not
+    // give way at all.
+    let tells_span = |[closed_m, open_m]: &[f64; 2]| {
+        hints.stroke_m.is_none_or(|stroke_m| (open_m - closed_m - span_m).abs() < (stroke_m - span_m).abs())
+    };
+    let rests_m = hints.rests_m.filter(tells_span);
+    let give_m = rests_m.map_or_else(even_m, |[closed_m, _]| -closed_m);
     let short = hints.stroke_m.is_some_and(|stroke_m| span_m < SHORT * stroke_m);
-    let off_m = if hints.rests_m.is_some() { closed_m + give_m } else { closed_m };
+    let off_m = if rests_m.is_some() { closed_m + give_m } else { closed_m };
     let far = off_m.abs() > ZERO_IS_RIGHT * hints.stroke_m.unwrap_or(span_m);
     let is_percent =
         hints.stroke_m.is_some_and(|stroke_m| (si(100.0, position).abs() - stroke_m).abs() < 1e-6 * stroke_m);

@@ -14,7 +14,7 @@ mod supply;
 pub use draft::{DraftRun, draft};
 pub use recording::Recording;
 
-use column_source::{Heading, other_unit_at_end};
+use column_source::{Heading, other_unit_at_end, without_unit};
 use quantity::Unit;
 
 /// What the user knows already.
@@ -115,6 +115,12 @@ impl ColumnGuess {
     #[must_use]
     pub fn is_plain(&self, found_by_itself: bool) -> bool {
         found_by_itself && self.unit.is_none() && self.scale == 1.0 && self.offset == 0.0
+    }
+
+    /// Its name in the first file without the unit in it.
+    #[must_use]
+    pub fn bare_name(&self) -> &str {
+        without_unit(&self.name)
     }
 }
 

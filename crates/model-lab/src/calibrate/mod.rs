@@ -21,7 +21,7 @@ pub use verdict::Verdict;
 use crate::data::Dataset;
 use crate::diagnosis::uncertainty::{Certainty, found_beside, moved_parameters};
 use crate::diagnosis::{MovedParameter, NuisanceReport, nuisance_reports};
-use crate::errors::{self, StepReport};
+use crate::errors::{self, CALIBRATED, StepReport};
 use crate::identification::{NuisanceSizes, Subject};
 
 /// Why nothing could be calibrated.
@@ -107,7 +107,7 @@ impl Calibration {
             beside,
             correlations: correlations(&covariance),
             non_identifiable: non_identifiable(&model.problem.space, &covariance),
-            steps: [StepReport::as_stated(&subject, datasheet), StepReport::new("calibrated", &model)],
+            steps: [StepReport::as_stated(&subject, datasheet), StepReport::new(CALIBRATED, &model)],
             nuisances,
             verdict,
             reasons,
@@ -126,7 +126,7 @@ impl Calibration {
         let values: Vec<(ParameterId, f64)> = self.found().map(|one| (one.id, one.after)).collect();
         let [before, after] = [0, 1].map(|step| self.steps[step].errors.normalised_rms);
         let found = self.found().filter_map(MovedParameter::found).collect();
-        let entry = HistoryEntry::new("calibrated", campaign_name, before, after).with_found(found);
+        let entry = HistoryEntry::new(CALIBRATED, campaign_name, before, after).with_found(found);
         Ok(file.with_parameters(&values)?.with_history(entry)?)
     }
 }

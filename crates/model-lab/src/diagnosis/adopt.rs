@@ -12,7 +12,7 @@ use valve_model::{EffectKind, ParameterId};
 use super::answer::{FittedParameter, MovedParameter, NuisanceReport};
 use super::report::nuisance_reports;
 use super::uncertainty::{Certainty, effect_parameters, found_beside, moved_parameters};
-use crate::errors::{self, StepReport};
+use crate::errors::{self, CALIBRATED, StepReport};
 use crate::identification::{Catalogue, NuisanceSizes, Subject, ValveProblem};
 use crate::space::Space;
 
@@ -77,7 +77,7 @@ pub fn sequence(file: &ValveFile, campaign: &Campaign, additions: &[Addition], s
     let u = start[..space.coordinates.len()].to_vec();
     let mut rungs = vec![Rung { step: datasheet, space: space.clone(), u, beside: Vec::new() }];
     let mut model = subject.calibrated(stop)?;
-    rungs.push(rung("calibrated", &model));
+    rungs.push(rung(CALIBRATED, &model));
     let calibrated = model.clone();
     let mut plain = space.clone();
     for addition in additions {

@@ -15,7 +15,7 @@ use super::discrepancy::{ModelDiscrepancy, model_discrepancy, without_effects};
 use super::experiment::{Hypothesis, best_experiment};
 use super::uncertainty::{Certainty, effect_parameters, is_of_datasheet, is_told, moved_parameters, stands_for};
 use super::{DiagnoseOptions, Formula, Progress};
-use crate::errors::{self, StepReport};
+use crate::errors::{self, CALIBRATED, StepReport};
 use crate::identification::setup::{Kind, Recording};
 use crate::identification::{Catalogue, Known, ValveProblem};
 
@@ -159,12 +159,15 @@ fn enough_alone<'f, 'a>(
     (needed < options.select.accept && !catalogue.stop.is_asked()).then_some((base, alone, words))
 }
 
-/// Whether the noise of the pressures that drive a model makes as large a model error as it leaves; one draw of that noise tells
-/// the variance within a factor of two. It differs from stroke to stroke: what takes most of it away where it was held out is no
-/// answer to it.
+/// Whether the noise of the pressures that drive a model makes as large a model error as it leaves.
 fn is_noise_of_driving(model: &Fitted<'_>) -> bool {
     let left = model.fit.noise.groups[0].discrepancy;
-    errors::by_driving(model).is_some_and(|driven| left * left < 2.0 * driven.share * driven.share)
+    errors::by_driving(model).is_some_and(|driven| makes_as_much(driven.share, left))
+}
+
+/// Whether what noise makes of an error is all of it; one draw of the noise tells the variance within a factor of two.
+fn makes_as_much(by_noise: f64, left: f64) -> bool {
+    left * left < 2.0 * by_noise * by_noise
 }
 
 /// A fitted model with what the data leave open about it.
@@ -196,7 +199,12 @@ fn held_out_errors<const N: usize>(models: [&Fitted<'_>; N], noise_of: &Fitted<'
 
 /// Whether a model takes away most of an error beyond the noise that another one leaves on records that were held out.
 fn takes_most(without: &Fitted<'_>, with: &Fitted<'_>) -> bool {
-    held_out_errors([without, with], with).is_some_and(|[without, with]| without > 1.0 && with < NAMED_SHARE * without)
+    held_out_errors([without, with], with).is_some_and(is_most_gone)
+}
+
+/// Whether most of an error beyond the noise is gone, with both in units of the noise.
+fn is_most_gone([without, with]: [f64; 2]) -> bool {
+    without > 1.0 && with < NAMED_SHARE * without
 }
 
 /// The model whose effects are named: the accepted one, but for effects that the evidence has for reasons that it does not
@@ -226,6 +234,7 @@ fn named<'f, 'a>(
             sure = alone;
         }
     }
+    // That noise differs from stroke to stroke: what takes most of an error away where it was held out is no answer to it.
     let is_noise = |base: &&Fitted<'_>| is_noise_of_driving(base) && !takes_most(base, sure);
     let Some(base) = found.model(&[]).filter(|_| !sure.set.is_empty()).filter(is_noise) else {
         return sure;
@@ -441,7 +450,7 @@ fn steps(
             .filter(|kind| kinds.contains(kind) && !shown.contains(kind))
             .map(|kind| kind.id())
             .collect();
-        let name = if set.is_empty() { "calibrated".to_owned() } else { new.join(" + ") };
+        let name = if set.is_empty() { CALIBRATED.to_owned() } else { new.join(" + ") };
         shown.extend(kinds);
         steps.push(StepReport::new(name, model));
     }
@@ -655,7 +664,18 @@ fn indistinguishable(
 
 #[cfg(test)]
 mod tests {
-    use super::short_of;
+    use super::{is_most_gone, makes_as_much, short_of};
+
+    #[test]
+    fn noise_answers_for_what_it_makes_and_not_for_what_goes_where_it_was_held_out() {
+        // As much as was drawn of it, and half as much again.
+        assert!(makes_as_much(0.010, 0.010) && makes_as_much(0.010, 0.014) && !makes_as_much(0.010, 0.015));
+        assert!(!makes_as_much(0.0, 0.001));
+        // An error that is of the same noise in all strokes stays where it was held out.
+        assert!(!is_most_gone([1.4, 1.0]) && !is_most_gone([96.0, 60.0]) && is_most_gone([96.0, 5.3]));
+        // Below the noise there is nothing to take.
+        assert!(!is_most_gone([0.8, 0.1]));
+    }
 
     #[test]
     fn a_fit_that_is_done_is_not_doubted() {

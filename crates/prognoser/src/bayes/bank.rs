@@ -5,9 +5,11 @@ use super::config::BayesConfig;
 use super::hypothesis::{Cause, Hypothesis, Mode, SIZE};
 use super::law::Law;
 use super::motion::{advance, late, turn};
+use super::noise::NoiseState;
 use super::plant::Plant;
 use super::rate_prior::RatePrior;
 use super::special::{normal_tail, quick_ln};
+use super::start::{drifting, share};
 use super::workspace::Turning;
 
 /// Most hypotheses kept.
@@ -20,6 +22,8 @@ const LN_DROP_OTHER: f64 = -14.0;
 /// [`SETTLED`] readings: it then goes into the growth since later.
 const LN_SETTLED: f64 = -7.0;
 const SETTLED: f64 = 30.0;
+/// Probability of white noise below which what a hypothesis leaves is believed to go on from cycle to cycle.
+const CORRELATED: f64 = 0.5;
 /// Weight below which one of two ways to meet a reading is forgotten.
 const LN_MINOR: f64 = -9.0;
 
@@ -64,9 +68,13 @@ pub(crate) fn step(
         if matches!(hypothesis.cause, Cause::Wear(_)) && hypothesis.mode != Mode::Steady {
             after.keep_positive(0, observed.shape);
         }
-        if hypothesis.cause == Cause::Both && hypothesis.mode == Mode::Late {
-            after.keep_positive(0, observed.shape);
-            after.keep_positive(1, observed.shape);
+        if hypothesis.cause == Cause::Both {
+            for leak in 0..2 {
+                // Cut row by row, what lies below none of leaks that grow from the first row on would count again and again.
+                if hypothesis.mode == Mode::Late || after.is_below_none(leak, observed.shape) {
+                    after.keep_positive(leak, observed.shape);
+                }
+            }
         }
         let mut jumped = None;
         if update.is_outlying && cycles > 0.0 && matches!(hypothesis.cause, Cause::Wear(_)) {
@@ -96,8 +104,49 @@ pub(crate) fn step(
         }
         hypotheses.push(after);
     }
+    if cycles > 0.0 {
+        reconsider(hypotheses, plant, config, observed.shape, readings);
+    }
     prune(hypotheses, observed.shape, readings);
     outcome
+}
+
+/// Brings back what was given up, where what is believed now speaks for it: nothing where the wear of the likeliest hypothesis
+/// can no longer be told from none, and a drift that no table has where what it leaves goes on from cycle to cycle. Wear that noise
+/// once looked like would else be believed for good, since other wear begins on a healthy valve.
+fn reconsider(hypotheses: &mut Vec<Hypothesis>, plant: &Plant, config: &BayesConfig, shape: f64, readings: f64) {
+    let prior = &config.growth_prior;
+    let heaviest = hypotheses.iter().max_by(|a, b| a.ln_weight.total_cmp(&b.ln_weight));
+    let Some(heaviest) = heaviest.filter(|heaviest| matches!(heaviest.cause, Cause::Wear(_))).copied() else { return };
+    let has = |cause: Cause| hypotheses.iter().any(|hypothesis| hypothesis.cause == cause);
+    let (has_none, has_other) = (has(Cause::None), has(Cause::Other));
+    if !has_none && !heaviest.is_seen(shape) {
+        hypotheses.push(as_good_as_new(&heaviest, prior.repair));
+    }
+    if !has_other && heaviest.noise.weight[0] < CORRELATED {
+        let probability = prior.onset_after(readings) * share(Cause::Other, plant);
+        hypotheses.push(drifting_from(&heaviest, plant, probability, shape, config.noise.expected_sd_s()));
+    }
+}
+
+/// A drift that no table has, from where a hypothesis of wear stands, with the noise that is expected of any valve: what the
+/// hypothesis had to take for noise may have been the drift.
+fn drifting_from(hypothesis: &Hypothesis, plant: &Plant, probability: f64, shape: f64, noise_sd_s: f64) -> Hypothesis {
+    let Cause::Wear(wear) = hypothesis.cause else { return *hypothesis };
+    let times = plant.times_and_slopes(wear, hypothesis.law.severity(hypothesis.mean[0]).0);
+    let noise = NoiseState::default();
+    let mut healthy = as_good_as_new(hypothesis, probability);
+    // The times may be as far off what it expects as what it takes for noise.
+    let off_s2 = hypothesis.inflation * hypothesis.scale / shape;
+    let sigma2 = noise_sd_s * noise_sd_s;
+    healthy.scale = shape * sigma2;
+    healthy.cov = [[0.0; SIZE]; SIZE];
+    for (stroke, (time_s, _)) in times.into_iter().enumerate() {
+        let healthy_s = plant.healthy_s(stroke);
+        healthy.mean[2 + stroke] = time_s * (1.0 + hypothesis.mean[2 + stroke]) / healthy_s - 1.0;
+        healthy.cov[2 + stroke][2 + stroke] = off_s2 / (sigma2 * healthy_s * healthy_s);
+    }
+    drifting(&Hypothesis { noise, inflation: noise.inflation(), ..healthy }, plant, shape)
 }
 
 /// The hypothesis with a step in this cycle, and the size of it.

@@ -3,6 +3,9 @@
 use super::hypothesis::Mode;
 use super::law::Law;
 
+/// Smallest noise that can be stated, in s; a log is rounded more coarsely.
+const SMALLEST_NOISE_S: f64 = 1e-6;
+
 /// What is known about the noise of the timings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Noise {
@@ -19,6 +22,15 @@ pub enum Noise {
         /// Standard deviation at which the prior is centred, in s.
         prior_sd_s: f64,
     },
+}
+
+impl Noise {
+    /// The standard deviation at which it is expected beforehand, in s.
+    pub fn expected_sd_s(self) -> f64 {
+        match self {
+            Self::Known { sd_s } | Self::Estimated { prior_sd_s: sd_s, .. } => sd_s.max(SMALLEST_NOISE_S),
+        }
+    }
 }
 
 /// What is known about the wear at the first cycle of a log.
@@ -107,6 +119,8 @@ pub struct BayesConfig {
     pub wrong_start: f64,
     /// Cycles from health to end of life: median of a log-normal prior.
     pub life_median_cycles: f64,
+    /// Whether those cycles are the counter's, stated or learnt. Else they are rows where a log has one only every so many cycles.
+    pub life_is_stated: bool,
     /// Standard deviation of the logarithm of those cycles.
     pub life_ln_sd: f64,
     /// Probability, before any data, that nothing wears at the first cycle.
@@ -186,6 +200,7 @@ impl Default for BayesConfig {
             start: StartPrior::Healthy,
             wrong_start: 0.05,
             life_median_cycles: 50.0,
+            life_is_stated: false,
             life_ln_sd: 1.25,
             no_fault: 0.5,
             unit_exact: 0.6,

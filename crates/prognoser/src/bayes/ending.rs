@@ -68,7 +68,7 @@ impl Line {
     }
 
     /// Its most likely end, and the standard deviation of it.
-    fn end(&self) -> (f64, f64) {
+    pub(crate) fn end(&self) -> (f64, f64) {
         let growth = self.growth.max(SMALLEST_GROWTH);
         let t = ((1.0 - self.level) / growth).max(0.0);
         let variance = self.variance(t);

@@ -16,6 +16,8 @@ pub enum Change {
     Repaired,
     /// It stepped up.
     Stepped,
+    /// Nothing that was thought of the valve explains its last rows: the estimate began anew.
+    Anew,
 }
 
 /// Probability of each hypothesis.

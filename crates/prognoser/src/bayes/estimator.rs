@@ -2,9 +2,9 @@
 
 use leak_table::TableBundle;
 
-use super::assimilate::Observation;
+use super::assimilate::{Observation, PROPER_FROM};
 use super::bank::{self, Outcome};
-use super::config::{BayesConfig, Noise};
+use super::config::{BayesConfig, Noise, StartPrior};
 use super::ending::{Block, Ending, LONGEST, Line, Quantiles, waits};
 use super::estimate::{BayesEstimate, Change, EndEstimate, FaultProbability, Wanted, fault_call};
 use super::hypothesis::{Cause, Hypothesis, Mode, SEEN_FROM};
@@ -19,8 +19,6 @@ use super::two_leaks::TwoLeaks;
 use super::workspace::Workspace;
 use crate::reading::Reading;
 
-/// Smallest noise that can be stated, in s; a log is rounded more coarsely.
-const SMALLEST_NOISE_S: f64 = 1e-6;
 /// Shape of the noise's posterior where the noise is known.
 const KNOWN_SHAPE: f64 = 1e6;
 /// Shape up to which readings are remembered for the noise.
@@ -32,6 +30,8 @@ const LN_IDLE: f64 = -9.0;
 /// Shares up to which a hypothesis is told roughly, and less finely.
 const SMALL: f64 = 0.03;
 const LARGE: f64 = 0.3;
+/// Halvings by which the severity of a table at a time is found, to a hundredth of a percent.
+const BISECTIONS: usize = 13;
 /// Share of the risk that is always left.
 const LEAST_RISK: f64 = 0.25;
 /// A pace of wear that has turned by this share of itself, one standard deviation, would be negative one time in twenty if it were
@@ -76,6 +76,19 @@ impl BayesEstimator {
         reading: &Reading,
         wanted: Wanted,
     ) -> BayesEstimate {
+        let start = self.config.start;
+        self.meet(workspace, tables, reading, wanted, start)
+    }
+
+    /// The same, of a valve of whose first reading something is known.
+    fn meet(
+        &mut self,
+        workspace: &mut Workspace,
+        tables: &TableBundle,
+        reading: &Reading,
+        wanted: Wanted,
+        start: StartPrior,
+    ) -> BayesEstimate {
         let stated =
             CycleConditions { supply_pressure_pa: reading.supply_pressure_pa, temperature_k: reading.temperature_k };
         let plant = Plant::new(tables, stated);
@@ -85,13 +98,18 @@ impl BayesEstimator {
         let shape = f64::from(record.shape);
         let Workspace { hypotheses, turning, meeting, .. } = workspace;
         if first {
-            let sd = match config.noise {
-                Noise::Known { sd_s } | Noise::Estimated { prior_sd_s: sd_s, .. } => sd_s.max(SMALLEST_NOISE_S),
-            };
-            *hypotheses = start::hypotheses(&plant, config, shape, shape * sd * sd);
+            let sd = config.noise.expected_sd_s();
+            *hypotheses = start::hypotheses(&plant, &BayesConfig { start, ..*config }, shape, shape * sd * sd);
         } else {
             record.unpack(hypotheses);
         }
+        let cycles = if first { 0 } else { reading.cycle.saturating_sub(record.cycle) };
+        if let Some(longer) = (cycles > 0).then(|| record.pace(cycles)).flatten() {
+            for hypothesis in hypotheses.iter_mut() {
+                hypothesis.rescale(longer);
+            }
+        }
+        let unit = f64::from(record.unit);
         let weight = 1.0 / f64::from(record.inflation);
         let observed = Observation {
             time_s: [reading.close_time_s, reading.open_time_s],
@@ -101,17 +119,22 @@ impl BayesEstimator {
             shape,
             ln_idle: LN_IDLE,
         };
-        let cycles = if first { 0.0 } else { reading.cycle.saturating_sub(record.cycle) as f64 };
-        let rates = RatePrior::new(config);
+        let rates = RatePrior::new(config, unit);
         let outcome = bank::step(
             (hypotheses, turning, meeting),
             &plant,
             config,
             &rates,
             &observed,
-            cycles,
+            cycles as f64 / unit,
             record.readings as f64,
         );
+        let proper = |stroke: usize| observed.time_s[stroke].is_none() || outcome.update.inlier[stroke] >= PROPER_FROM;
+        if record.doubted(proper(0) && proper(1)) {
+            *record = record.anew(noise_shape(config));
+            let estimate = self.meet(workspace, tables, reading, wanted, StartPrior::Unknown);
+            return BayesEstimate { change: Some(Change::Anew), ..estimate };
+        }
         let told = observed.time_s.iter().zip(outcome.update.inlier).filter(|(time, _)| time.is_some());
         let gained: f64 = told.map(|(_, inlier)| 0.5 * inlier * weight).sum();
         let grown = shape + gained;
@@ -249,7 +272,7 @@ impl BayesEstimator {
             }
             let (severity, growth) = severity_of(hypothesis, plant);
             estimate.severity += own * severity;
-            estimate.growth += own * growth;
+            estimate.growth += own * growth / f64::from(self.record.unit);
             estimate.curved += if hypothesis.law == Law::Linear { 0.0 } else { own };
             estimate.rough += if matches!(hypothesis.mode, Mode::Rough | Mode::Wander) { own } else { 0.0 };
             estimate.resting += if hypothesis.mode == Mode::Rest { own } else { 0.0 };
@@ -261,18 +284,20 @@ impl BayesEstimator {
     /// The end that some lines lead to.
     fn end(&self, lines: &mut Vec<Line>, blocks: &mut Vec<Block>, cycle: f64, wanted: Wanted) -> EndEstimate {
         let ending = Ending::new(lines);
+        let unit = f64::from(self.record.unit);
         if let Wanted::Standing(cycles) = wanted
-            && let Some((at_least, soon)) = ending.standing(self.risk_left(), cycles, blocks)
+            && let Some((at_least, soon)) =
+                ending.standing(self.risk_left(), cycles.map(|cycles| cycles / unit), blocks)
         {
-            let at = cycle + at_least;
+            let at = cycle + at_least * unit;
             return EndEstimate { cycle: at, quantiles: Quantiles { p05: at, p50: at, p95: at }, at_risk: at, soon };
         }
         let (left, soon) = ending.quantiles([0.05, 0.5, 0.95, self.risk_left()], blocks);
-        let at = left.map(|left| cycle + left.min(LONGEST));
+        let at = left.map(|left| cycle + left.min(LONGEST) * unit);
         EndEstimate {
             cycle: match ending.best(blocks) {
-                0.0 => (cycle - ending.ago()).max(0.0),
-                left => cycle + left.min(LONGEST),
+                0.0 => (cycle - ending.ago() * unit).max(0.0),
+                left => cycle + left.min(LONGEST) * unit,
             },
             quantiles: Quantiles { p05: at[0], p50: at[1], p95: at[2] },
             at_risk: at[3],
@@ -305,7 +330,10 @@ impl BayesEstimator {
                 let two = TwoLeaks { hypothesis, plant, sigma2, ends };
                 return two.lines(prior, weight, weight > SMALL, lines);
             }
-            _ => return lines.push(Line { weight, ..crossing(hypothesis, plant, sigma2) }),
+            Cause::Both => return lines.push(Line { weight, ..crossing(hypothesis, plant, sigma2) }),
+            Cause::Other | Cause::None => {
+                return drift_lines(hypothesis, plant, sigma2, weight, weight > SMALL, lines);
+            }
         };
         let by_unit = plant.end_shift(wear);
         let slope = hypothesis.law.severity(1.0).1;
@@ -432,19 +460,80 @@ fn severity_of(hypothesis: &Hypothesis, plant: &Plant) -> (f64, f64) {
     }
 }
 
-/// Where times that are not of a single table cross their limit: as a line
-/// whose level counts the cycles.
+/// The ways of times that drift freely to the limit of the stroke that comes there first; levels are shares of what lies between
+/// its healthy time and its limit. Where it is looked at closely, straight on is one way of several: the nearer a stroke is to its
+/// end, the more it slows down for the same wear, in each table in another way.
+fn drift_lines(hypothesis: &Hypothesis, plant: &Plant, sigma2: f64, weight: f64, closely: bool, lines: &mut Vec<Line>) {
+    let turn = drift_turn(hypothesis.cause, plant);
+    let of = |stroke: usize| {
+        let room = plant.limit_s(stroke) - plant.healthy_s(stroke);
+        let (level, pace) = (stroke, 2 + stroke);
+        let growth = hypothesis.mean[pace] / room;
+        let by_room = |i: usize, j: usize| hypothesis.cov[i][j] * sigma2 / (room * room);
+        let line = Line {
+            level: hypothesis.mean[level] / room,
+            growth,
+            var_level: by_room(level, level),
+            cov: by_room(level, pace),
+            var_growth: by_room(pace, pace),
+            turns: (turn * growth).powi(2),
+            turns_until: (LARGEST_TURN / turn).powi(2),
+            ..Line::default()
+        };
+        (stroke, line)
+    };
+    let [close, open] = [of(0), of(1)];
+    let first = close.1.end().0.total_cmp(&open.1.end().0).then(open.1.level.total_cmp(&close.1.level));
+    let (stroke, straight) = if first.is_le() { close } else { open };
+    let begun = lines.len();
+    lines.push(straight);
+    if closely && straight.growth > 0.0 {
+        let time_s = plant.healthy_s(stroke) + hypothesis.mean[stroke];
+        let quicker = (0..plant.wears()).filter_map(|wear| quicker_than_straight(plant, wear, stroke, time_s));
+        lines.extend(quicker.map(|by| Line {
+            growth: by * straight.growth,
+            cov: by * straight.cov,
+            var_growth: by * by * straight.var_growth,
+            turns: by * by * straight.turns,
+            ..straight
+        }));
+    }
+    // As likely as not it is one of them.
+    let others = lines.len() - begun - 1;
+    let of_straight = if others > 0 { 0.5 } else { 1.0 };
+    lines[begun].weight = of_straight * weight;
+    for line in &mut lines[begun + 1..] {
+        line.weight = (1.0 - of_straight) * weight / others as f64;
+    }
+}
+
+/// How many times sooner than straight on a stroke that takes so long comes to its end if it slows down as by a wear; nothing where
+/// that wear does not slow it down, or has ended before.
+fn quicker_than_straight(plant: &Plant, wear: u8, stroke: usize, time_s: f64) -> Option<f64> {
+    let at = |severity: f64| plant.times_and_slopes(wear, severity)[stroke];
+    if time_s <= at(0.0).0 || time_s >= at(1.0).0 {
+        return None;
+    }
+    let (mut low, mut high) = (0.0, 1.0);
+    for _ in 0..BISECTIONS {
+        let middle = f64::midpoint(low, high);
+        if at(middle).0 < time_s {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    let straight = (plant.limit_s(stroke) - time_s) / at(low).1;
+    let quicker = straight / (1.0 - low);
+    (quicker.is_finite() && quicker > 1.0).then_some(quicker)
+}
+
+/// Where two leaks of which there is no table cross their limit: as a line whose level counts the cycles.
 fn crossing(hypothesis: &Hypothesis, plant: &Plant, sigma2: f64) -> Line {
     let time_and_slope = |stroke: usize, t: f64| -> (f64, [f64; 4]) {
-        if hypothesis.cause == Cause::Both {
-            let at = [0, 1].map(|i| hypothesis.mean[i] + t * hypothesis.mean[2 + i]);
-            let (time, [by_first, by_second]) = plant.both_leaks(at)[stroke];
-            return (time, [by_first, by_second, t * by_first, t * by_second]);
-        }
-        let mut slope = [0.0; 4];
-        slope[stroke] = 1.0;
-        slope[2 + stroke] = t;
-        (plant.healthy_s(stroke) + hypothesis.mean[stroke] + t * hypothesis.mean[2 + stroke], slope)
+        let at = [0, 1].map(|i| hypothesis.mean[i] + t * hypothesis.mean[2 + i]);
+        let (time, [by_first, by_second]) = plant.both_leaks(at)[stroke];
+        (time, [by_first, by_second, t * by_first, t * by_second])
     };
     let end = |stroke: usize| -> Option<f64> {
         let over = |t: f64| time_and_slope(stroke, t).0 >= plant.limit_s(stroke);

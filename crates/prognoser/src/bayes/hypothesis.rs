@@ -106,6 +106,12 @@ impl Hypothesis {
         self.mean[0] > 0.0 && self.mean[0] * self.mean[0] * shape > square
     }
 
+    /// Whether a severity is told to be negative.
+    pub(crate) fn is_below_none(&self, number: usize, shape: f64) -> bool {
+        let square = SEEN_FROM * SEEN_FROM * self.cov[number][number] * self.scale;
+        self.mean[number] < 0.0 && self.mean[number] * self.mean[number] * shape > square
+    }
+
     /// Whether so much more is known of the noise that the priors have to be weighed anew.
     #[inline]
     pub(crate) fn is_untuned(&self, sigma2: f64) -> bool {
@@ -222,6 +228,24 @@ impl Hypothesis {
         }
         self.mean[1] = mean;
         self.cov[1][1] = sd * sd / sigma2;
+    }
+
+    /// Tells its paces in a unit that is so many times as long.
+    pub(crate) fn rescale(&mut self, by: f64) {
+        let paces: &[usize] = match self.cause {
+            Cause::None => &[],
+            Cause::Wear(_) => &[1],
+            Cause::Both | Cause::Other => &[2, 3],
+        };
+        for &pace in paces {
+            self.mean[pace] *= by;
+            for i in 0..SIZE {
+                self.cov[pace][i] *= by;
+            }
+            for i in 0..SIZE {
+                self.cov[i][pace] *= by;
+            }
+        }
     }
 
     /// Lets the growth go on at a pace that is off by some share.

@@ -79,8 +79,10 @@ impl Corrected {
 }
 
 impl RatePrior {
-    pub(crate) fn new(config: &BayesConfig) -> Self {
-        let (ln_median, ln_sd) = (-config.life_median_cycles.ln(), config.life_ln_sd);
+    /// For paces in so many cycles.
+    pub(crate) fn new(config: &BayesConfig, unit: f64) -> Self {
+        let life = if config.life_is_stated { config.life_median_cycles / unit } else { config.life_median_cycles };
+        let (ln_median, ln_sd) = (-life.ln(), config.life_ln_sd);
         Self { ln_median, ln_sd, slow_share: normal_tail((ln_median - SLOW_BELOW.ln()) / ln_sd).clamp(0.01, 0.99) }
     }
 
@@ -196,7 +198,7 @@ mod tests {
 
     #[test]
     fn registers_of_any_width_give_the_same_bits() {
-        let prior = RatePrior::new(&BayesConfig::default());
+        let prior = RatePrior::new(&BayesConfig::default(), 1.0);
         for (mean, sd) in [(0.02, 0.06), (-0.01, 0.02), (0.03, 0.005), (0.001, 0.01), (0.5, 0.2)] {
             for mode in [Mode::Steady, Mode::Slow, Mode::Late] {
                 let nodes = || Nodes { prior: &prior, mean, sd, mode };

@@ -10,7 +10,17 @@ use super::law::Law;
 use super::noise::NoiseState;
 
 /// Version of [`ValveRecord`]. A record of another version is not understood.
-pub const STATE_VERSION: u32 = 8;
+pub const STATE_VERSION: u32 = 9;
+
+/// Ratio of the usual number of cycles between rows to the unit from which on the unit is another one: priors of paces and of
+/// changes are wider than that.
+const UNIT_APART: f64 = 4.0;
+/// Share of the readings that are improper though a hypothesis is right, with some more than the outliers and strays that are
+/// allowed for.
+const USUALLY_IMPROPER: f64 = 0.05;
+/// Nats for half of the readings being improper from which on no hypothesis is believed: more than once in a million rows by
+/// chance is an alarm too many.
+const NATS_OF_DOUBT: f64 = 14.0;
 
 /// Numbers of a symmetric matrix.
 const HALF: usize = SIZE * (SIZE + 1) / 2;
@@ -48,6 +58,13 @@ pub struct ValveRecord {
     pub(crate) cycle: u64,
     /// Number of readings.
     pub(crate) readings: u64,
+    /// Cycles that count as one: about as many as lie between two rows. Wear is looked for at paces a row, whatever the counter
+    /// counts: with thousands of strokes a day a life is as many rows as with one.
+    pub(crate) unit: u32,
+    /// Cycles between the rows before, the latest first.
+    gaps: [u32; 2],
+    /// Evidence that no hypothesis is right, nats: [`doubted`](Self::doubted).
+    improper: f32,
     /// Shape of the inverse gamma posterior of the noise variance.
     pub(crate) shape: f32,
     /// By how much a reading counts less because noise goes on.
@@ -64,11 +81,47 @@ impl ValveRecord {
             version: STATE_VERSION,
             cycle: 0,
             readings: 0,
+            unit: 1,
+            gaps: [0; 2],
+            improper: 0.0,
             shape: single(shape),
             inflation: 1.0,
             spent: 0.0,
             hypotheses: Vec::new(),
         }
+    }
+
+    /// The same of a valve of which nothing is known but how its cycles are counted.
+    pub(crate) fn anew(&self, shape: f64) -> Self {
+        Self { unit: self.unit, gaps: self.gaps, ..Self::new(shape) }
+    }
+
+    /// Takes in how many cycles lie before a reading. Where the usual number has become another one, by how much the unit has
+    /// grown; of three the middle one is usual, so that a row that is missing does not count.
+    pub(crate) fn pace(&mut self, cycles: u64) -> Option<f64> {
+        let cycles = u32::try_from(cycles).unwrap_or(u32::MAX).max(1);
+        let [last, before] = self.gaps;
+        let is_second = last == 0;
+        self.gaps = [cycles, last];
+        let middle = cycles.max(last).min(cycles.min(last).max(before));
+        // After two rows there is but one.
+        let usual = if is_second { cycles } else { middle };
+        let apart = f64::from(usual) / f64::from(self.unit);
+        if usual == 0 || (1.0 / UNIT_APART < apart && apart < UNIT_APART) {
+            return None;
+        }
+        self.unit = usual;
+        Some(apart)
+    }
+
+    /// Takes in whether a reading was a proper one under the likeliest hypothesis, and tells whether so many were not that none
+    /// of the hypotheses can be right: a sequential test (Wald) of half of them being improper against as many as there usually
+    /// are, which begins anew wherever it speaks for the latter (Page's CUSUM).
+    pub(crate) fn doubted(&mut self, is_proper: bool) -> bool {
+        let [usual, doubtful] = [USUALLY_IMPROPER, 0.5];
+        let nats = if is_proper { ((1.0 - doubtful) / (1.0 - usual)).ln() } else { (doubtful / usual).ln() };
+        self.improper = single((f64::from(self.improper) + nats).max(0.0));
+        f64::from(self.improper) > NATS_OF_DOUBT
     }
 
     /// Takes the hypotheses out to work on them.

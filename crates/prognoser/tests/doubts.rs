@@ -1,0 +1,91 @@
+//! What happens to a valve may be nothing that was thought of: the estimate doubts itself instead of going on.
+
+mod common;
+
+use common::{log, noisy, notices, reading, run, tables};
+use leak_table::Fault;
+use prognoser::study::NoiseSource;
+use prognoser::{FaultCall, Method, Reading, Status};
+
+/// A sound valve whose times are changed by hand.
+fn healthy(
+    cycles: u64,
+    seed: u64,
+    sd_s: impl Fn(u64) -> f64,
+    change: impl Fn(u64, [f64; 2]) -> [f64; 2],
+) -> Vec<Reading> {
+    let (tables, mut noise) = (tables(), NoiseSource::new(seed, 0));
+    let one = |cycle| {
+        let sound = reading(&tables, Fault::Atmosphere, cycle, 0.0);
+        let [close, open] = change(cycle, [sound.close_time_s, sound.open_time_s].map(|time| time.expect("it moves")));
+        noisy(Reading { close_time_s: Some(close), open_time_s: Some(open), ..sound }, sd_s(cycle), &mut noise)
+    };
+    (0..cycles).map(one).collect()
+}
+
+#[test]
+fn a_counter_of_strokes_that_is_read_once_a_day_is_as_good_as_one_of_days() {
+    for fault in Fault::ALL {
+        for (seed, strokes) in [(1, 7), (2, 100), (3, 100), (4, 5000)] {
+            let mut readings = log(&tables(), fault, 90, 0.01, seed, |row| row / 100.0);
+            for one in &mut readings {
+                // Not every day is like the other.
+                one.cycle = one.cycle * strokes + one.cycle % 3;
+            }
+            let prognoses = run(Method::default(), &readings);
+            let last = &prognoses[89];
+            assert_eq!(last.fault, FaultCall::from(fault), "{strokes} a row: {last:?}");
+            let (left, truth) = (last.rul_cycles.expect("it leaks"), 11.0 * strokes as f64);
+            assert!((left / truth - 1.0).abs() < 0.3, "{fault}, {strokes} a row: {left} for {truth}");
+            assert!(last.rul_p05.expect("bounds") < truth && truth < last.rul_p95.expect("bounds"), "{last:?}");
+            let rate = last.leak_rate_mm2_per_cycle.expect("it grows") * strokes as f64 * 100.0;
+            let limit = tables().limit_area_m2(fault) * 1e6;
+            assert!((rate / limit - 1.0).abs() < 0.2, "{fault}, {strokes} a row: {rate} of {limit}");
+        }
+    }
+}
+
+#[test]
+fn noise_that_jumps_is_no_end_of_life() {
+    let mut anew = 0;
+    for seed in 0..12 {
+        let readings = healthy(300, seed, |cycle| if cycle < 100 { 0.005 } else { 0.05 }, |_, times| times);
+        let prognoses = run(Method::default(), &readings);
+        assert!(prognoses.iter().all(|one| one.status != Status::EolReached), "{seed}");
+        let last = &prognoses[299];
+        assert!(matches!(last.fault, FaultCall::None | FaultCall::Undecided), "{seed}: {last:?}");
+        assert!(last.noise_s.expect("it is estimated") > 0.02, "{seed}: {last:?}");
+        anew += notices(&prognoses).iter().filter(|(_, kind)| *kind == "begun-anew").count();
+    }
+    assert!(anew > 0, "noise ten times as large leaves no estimate in place");
+}
+
+#[test]
+fn noise_that_stays_as_it_is_leaves_the_estimate_in_place() {
+    for seed in 0..30 {
+        let leak = |cycle: f64| (cycle - 100.0).max(0.0) / 250.0;
+        let prognoses = run(Method::default(), &log(&tables(), Fault::Supply, 300, 0.02, seed, leak));
+        assert!(notices(&prognoses).iter().all(|(_, kind)| *kind != "begun-anew"), "{seed}");
+    }
+}
+
+#[test]
+fn a_time_that_is_off_since_a_day_and_stays_there_is_no_reason_to_hurry() {
+    for seed in 0..8 {
+        let moved = |cycle: u64, [close, open]: [f64; 2]| [if cycle < 60 { close } else { close - 0.08 }, open];
+        let prognoses = run(Method::default(), &healthy(200, seed, |_| 0.008, moved));
+        let last = &prognoses[199];
+        assert!(!matches!(last.status, Status::ActNow | Status::EolReached), "{seed}: {last:?}");
+    }
+}
+
+#[test]
+fn leaks_are_not_negative_to_explain_what_no_leaks_do() {
+    for seed in 0..6 {
+        let slower = |cycle: u64, times: [f64; 2]| times.map(|time| time * (1.0 + 0.004 * cycle as f64));
+        let prognoses = run(Method::default(), &healthy(90, seed, |_| 0.01, slower));
+        for one in &prognoses[30..] {
+            assert_ne!(one.fault, FaultCall::BothLeaks, "{seed}: {one:?}");
+        }
+    }
+}
