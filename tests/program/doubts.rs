@@ -182,6 +182,21 @@ fn one_bad_cell_costs_one_row_wherever_a_log_is_read() {
 }
 
 #[test]
+fn a_log_that_is_sorted_newest_first_is_told_and_its_answer_is_none() {
+    let sandbox = Sandbox::with_tables();
+    let call = ["prognose", "log.csv", "--tables", "tables"];
+    let rows = (1..=20).rev().map(|cycle| format!("A,{cycle}.0,1.{:02},2.13\n", cycle + 4));
+    let told = words(&sandbox, &(HEADER.to_owned() + &rows.collect::<String>()), &call);
+    assert_says(
+        &told,
+        &["exit code: 1", "in 19 of 20 rows the cycle lies before those above: it is sorted newest first"],
+    );
+    let rows = (1..=20).rev().map(|day| format!("A,2026-05-{day:02}T06:00:00Z,1.{:02},2.13\n", day + 4));
+    let dated = "valve,time,close_time_s,open_time_s\n".to_owned() + &rows.collect::<String>();
+    assert_says(&words(&sandbox, &dated, &call), &["exit code: 1", "sort it by date, oldest first"]);
+}
+
+#[test]
 fn a_number_at_which_the_file_ends_is_doubted() {
     let log = HEADER.to_owned() + &rows("A", 10, |_| [1.0, 1.0]).concat();
     let said =

@@ -88,7 +88,7 @@ pub fn run(args: &PrognoseArgs) -> anyhow::Result<Answer> {
     let mut stream = Stream { rows, shards, writer, remarks, keeping, vital, stop, live };
     let ended = stream.run()?;
     let Stream { shards, writer, remarks, keeping, .. } = stream;
-    remarks.finish(&name, &tables);
+    let is_backwards = remarks.finish(&name, &tables);
     if !live {
         shards.skips().refuse_all(writer.rows())?;
     }
@@ -129,7 +129,7 @@ pub fn run(args: &PrognoseArgs) -> anyhow::Result<Answer> {
         plot.write(&figure.ok_or_else(|| no_such_valve(args))?.figure())?;
     }
     let reached = !live && ends.iter().any(|end| end.row().status == Status::EolReached);
-    Ok(if args.fail_on_eol && reached { Answer::BadNews } else { Answer::Fine })
+    Ok(if is_backwards || args.fail_on_eol && reached { Answer::BadNews } else { Answer::Fine })
 }
 
 /// What the numbers of a named fault rest on.

@@ -119,8 +119,9 @@ impl Remarks {
         }
     }
 
-    /// Tells how many there were that were not told, and what they say of the log as a whole.
-    pub fn finish(&self, log: &str, tables: &TableBundle) {
+    /// Tells how many there were that were not told, and what they say of the log as a whole; whether it was read the wrong way
+    /// round, so that nothing that was found holds.
+    pub fn finish(&self, log: &str, tables: &TableBundle) -> bool {
         for (kind, of_kind) in self.kinds.iter().filter(|(_, of_kind)| of_kind.untold > 0) {
             let plural = |count: usize| if count == 1 { "" } else { "s" };
             let (rows, valves) = (of_kind.untold, of_kind.untold_of.len());
@@ -136,6 +137,17 @@ impl Remarks {
         if exchanged > 1 && exchanged as f64 > THROUGHOUT * self.rows as f64 {
             output::note(&format!(
                 "{log}: closing and opening times look exchanged in {exchanged} of {} rows; exchange the two columns",
+                self.rows
+            ));
+        }
+        let backwards = [("out-of-order", "cycle"), ("strange-date", "date")].into_iter().find_map(|(kind, what)| {
+            let rows = count(kind);
+            (rows > 1 && rows as f64 > THROUGHOUT * self.rows as f64).then_some((rows, what))
+        });
+        if let Some((rows, what)) = backwards {
+            output::note(&format!(
+                "{log}: in {rows} of {} rows the {what} lies before those above: it is sorted newest first, and what was found \
+                 of it does not hold; sort it by {what}, oldest first",
                 self.rows
             ));
         }
@@ -169,6 +181,7 @@ impl Remarks {
                 ));
             }
         }
+        backwards.is_some()
     }
 }
 

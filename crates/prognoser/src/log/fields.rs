@@ -55,9 +55,15 @@ pub fn valve(name: &str) -> Result<(), LogErrorKind> {
     Ok(())
 }
 
-/// A cycle as text.
+/// A cycle as text. Programs that have but one kind of number write 7.0, which is whole.
 pub fn cycle_of_text(field: &str) -> Result<u64, LogErrorKind> {
-    field.parse().ok().filter(|cycle| *cycle <= LARGEST_CYCLE).ok_or_else(|| error(COLUMNS[1], field, CYCLE))
+    let whole = field.split_once('.').filter(|(_, part)| !part.is_empty() && part.bytes().all(|digit| digit == b'0'));
+    whole
+        .map_or(field, |(whole, _)| whole)
+        .parse()
+        .ok()
+        .filter(|cycle| *cycle <= LARGEST_CYCLE)
+        .ok_or_else(|| error(COLUMNS[1], field, CYCLE))
 }
 
 /// A cycle as a number, which has to be whole.
@@ -157,6 +163,10 @@ mod tests {
             assert_eq!(pressure.of_number(number).expect("is one"), pressure.of_text(text).expect("is one"));
         }
         assert_eq!(cycle_of_number(7.0).expect("is one"), cycle_of_text("7").expect("is one"));
+        assert_eq!(cycle_of_text("7.00").expect("is whole"), 7);
+        for text in ["7.", "7.5", "7.0e1", ".0", "7.0.0"] {
+            assert!(cycle_of_text(text).is_err(), "{text}");
+        }
     }
 
     #[test]
