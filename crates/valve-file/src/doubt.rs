@@ -107,7 +107,8 @@ impl ValveFile {
             ("limits.open_within", limits.open_within_s, for_s[1]),
         ] {
             if limit_s > for_s {
-                let found = format!("is {limit_s} s, and the cycle leaves {for_s} s for that stroke");
+                let [limit, room] = [limit_s, (for_s * 1e9).round() * 1e-9].map(quantity::format_number);
+                let found = format!("is {limit} s, and the cycle leaves {room} s for that stroke");
                 doubt(key, found, "no time beyond the cycle can be seen: is the cycle right?");
             }
         }

@@ -108,8 +108,15 @@ fn cycle(times: [Option<f64>; 2], given: &Draft) -> (Schedule, [f64; 2]) {
     let limit = |index: usize, fallback: f64| {
         given.limits_s[index].unwrap_or_else(|| times[index].map_or(fallback, |time| up(LIMIT_OVER_TIME * time)))
     };
-    let limits = [limit(0, 3.0), limit(1, 6.0)];
+    // No time beyond a cycle that was given can be seen.
+    let within = |index: usize, limit_s: f64, room_s: f64| {
+        let is_assumed = given.limits_s[index].is_none() && times[index].is_none_or(|time| time < room_s);
+        if is_assumed { limit_s.min((room_s * 1e9).round() * 1e-9) } else { limit_s }
+    };
+    let mut limits = [limit(0, 3.0), limit(1, 6.0)];
+    limits[0] = given.cycle_s[0].map_or(limits[0], |room_s| within(0, limits[0], room_s));
     let open_at_s = given.cycle_s[0].unwrap_or_else(|| up(1.3 * limits[0]));
+    limits[1] = given.cycle_s[1].map_or(limits[1], |end_s| within(1, limits[1], end_s - open_at_s));
     let end_s = given.cycle_s[1].unwrap_or_else(|| open_at_s + up(1.3 * limits[1]));
     (Schedule { close_at_s: 0.0, open_at_s, end_s }, limits)
 }

@@ -1,6 +1,6 @@
 //! Which column is which, and in which unit.
 
-use column_source::listed;
+use column_source::{listed, without_unit};
 use quantity::{Dimension, Reference, Unit};
 
 use super::{ColumnGuess, Hints, Recording, ThresholdGuess, Understanding, Unknown};
@@ -89,7 +89,17 @@ pub(super) fn assign(recordings: &[&Recording], hints: &Hints, found: &mut Under
     }
     if !free.is_empty() {
         let left = listed(free.iter().map(|index| first.names[*index].as_str()));
-        found.said.push(format!("not read: {left}"));
+        let pressure = free.iter().find(|index| {
+            recordings[0].unit(**index).is_some_and(|unit| unit.measures(Dimension::Pressure)) && is_used(first, **index)
+        });
+        let hint = pressure.map_or_else(String::new, |index| {
+            let name = without_unit(&first.bare[*index]);
+            format!(
+                "; where a pressure is taken is not known: --column chamber_pressure=\"{name}\", or pipe_pressure or \
+                 supply_pressure, reads it"
+            )
+        });
+        found.said.push(format!("not read: {left}{hint}"));
     }
 }
 
