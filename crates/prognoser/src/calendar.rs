@@ -56,6 +56,10 @@ impl Calendar {
     pub(crate) fn add(&mut self, cycle: u64, time: &str) -> Dated {
         let Some(now_s) = seconds(time) else { return Dated::Not };
         let now = (cycle, now_s);
+        if self.last.is_some_and(|last| last.0 == cycle) {
+            // The second stroke of a cycle whose date is known.
+            return Dated::Well;
+        }
         if let Some(last) = self.last
             && cycle > last.0
         {

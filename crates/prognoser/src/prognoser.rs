@@ -25,7 +25,7 @@ use crate::status::{ASKED, Ladder};
 /// counts as restarted.
 const RESTART_AFTER: usize = 3;
 
-/// Cycles in a row with a stroke beyond its limit that end a valve's life,
+/// Times in succession that a stroke beyond its limit ends a valve's life,
 /// whatever the reason; a single one may be an outlier.
 const OVER_FROM: u32 = 2;
 
@@ -94,8 +94,10 @@ struct Rows {
     latest: Option<u64>,
     /// Whether a cycle below the latest is already known: the last ones seen.
     seen: [Option<u64>; 8],
-    /// Cycles in a row with a stroke beyond its limit.
-    over: u32,
+    /// Which strokes the rows of the latest cycle tell.
+    told: [bool; 2],
+    /// Cycles in succession whose stroke was beyond its limit, of those that tell it.
+    over: [u32; 2],
     ladder: Ladder,
     calendar: Calendar,
     /// Kinds of findings that were said.
@@ -236,7 +238,9 @@ impl Valve {
         let (name, reading) = (row.valve, &row.reading);
         let mut notices = Vec::new();
         if let Some(latest) = self.rows.latest {
-            if reading.cycle <= latest {
+            if reading.cycle == latest && self.rows.lacks(reading) {
+                self.late.clear();
+            } else if reading.cycle <= latest {
                 if self.rows.seen.contains(&Some(reading.cycle)) && self.late.is_empty() {
                     return self.unused(name, reading, Notice::RepeatedCycle);
                 }
@@ -280,19 +284,25 @@ impl Valve {
         time: Option<&str>,
         mut notices: Vec<Notice>,
     ) -> Prognosis {
+        let written = tells(reading);
         let (reading, dead) = without_zeros(reading, &mut notices);
         let rows = &mut self.rows;
         let (reading, mistaken) = mistakes::left_out(tables, &reading, &mut rows.times, &mut notices);
         let (reading, stuck) = &rows.without_repeats(reading, &mut notices);
-        rows.latest = Some(reading.cycle);
-        rows.seen.rotate_right(1);
-        rows.seen[0] = Some(reading.cycle);
+        if rows.latest != Some(reading.cycle) {
+            rows.latest = Some(reading.cycle);
+            rows.seen.rotate_right(1);
+            rows.seen[0] = Some(reading.cycle);
+            rows.told = [false; 2];
+        }
         let over_limit = limits(tables, reading, &mut notices);
-        let told = reading.close_time_s.is_some() || reading.open_time_s.is_some() || reading.stalled.contains(&true);
-        if over_limit.contains(&true) {
-            rows.over += 1;
-        } else if told {
-            rows.over = 0;
+        for (stroke, is_over) in over_limit.into_iter().enumerate() {
+            rows.told[stroke] |= written[stroke];
+            if is_over {
+                rows.over[stroke] += 1;
+            } else if tells(reading)[stroke] {
+                rows.over[stroke] = 0;
+            }
         }
         let (mut repaired, mut is_odd) = (false, false);
         let mut prognosis = match (&mut self.estimator, method) {
@@ -326,7 +336,7 @@ impl Valve {
                     prognosis.replace_by_cycle.and_then(|cycle| rows.calendar.date_at_the_earliest(cycle as f64));
             }
         }
-        let (status, is_held) = rows.ladder.step(&prognosis, rows.over >= OVER_FROM, repaired);
+        let (status, is_held) = rows.ladder.step(&prognosis, rows.over.iter().any(|rows| *rows >= OVER_FROM), repaired);
         prognosis.status = status;
         if is_held && status > Status::Watch {
             let words = "status of an earlier row, until three calmer ones";
@@ -343,6 +353,11 @@ impl Valve {
         self.last = Some(Prognosis { notices: Vec::new(), ..prognosis.clone() });
         prognosis
     }
+}
+
+/// Which strokes a reading tells.
+fn tells(reading: &Reading) -> [bool; 2] {
+    Stroke::ALL.map(|stroke| reading.time_s(stroke).is_some() || reading.stalled[stroke as usize])
 }
 
 /// A reading without times of zero, which no stroke takes; whether both were.
@@ -365,6 +380,12 @@ fn without_zeros(reading: &Reading, notices: &mut Vec<Notice>) -> (Reading, bool
 }
 
 impl Rows {
+    /// Whether a reading of the latest cycle tells just what the rows of that cycle did not, as in logs with a row for each stroke.
+    fn lacks(&self, reading: &Reading) -> bool {
+        let tells = tells(reading);
+        tells != [false; 2] && tells.iter().zip(self.told).all(|(tells, told)| !(*tells && told))
+    }
+
     /// Adds those notices whose kind was not said before.
     fn once(&mut self, found: Vec<Notice>, notices: &mut Vec<Notice>) {
         for notice in found {

@@ -59,6 +59,47 @@ fn repeated_and_late_rows_are_said_and_not_used() {
 }
 
 #[test]
+fn a_row_for_each_stroke_tells_as_much_as_one_for_both() {
+    let whole = supply_log(5);
+    let strokes: Vec<Reading> = whole
+        .iter()
+        .flat_map(|both| [Reading { open_time_s: None, ..*both }, Reading { close_time_s: None, ..*both }])
+        .collect();
+    let (a, b) = (run(Method::default(), &whole), run(Method::default(), &strokes));
+    assert_eq!(notices(&b), []);
+    for (both, second) in a.iter().zip(b.iter().skip(1).step_by(2)).skip(5) {
+        let [ends, seconds] = [both, second].map(|one| [one.rul_p05, one.rul_p95].map(|left| left.expect("an end")));
+        let wide = ends[1] - ends[0];
+        let is_alike = (0..2).all(|end| (ends[end] - seconds[end]).abs() < 0.2 * wide);
+        assert!(is_alike, "{both:?} {second:?}");
+    }
+    // The same stroke of a cycle again is no new reading.
+    let mut again = strokes.clone();
+    again.insert(11, strokes[10]);
+    again.insert(30, strokes[29]);
+    let said: Vec<_> = notices(&run(Method::default(), &again)).into_iter().map(|(_, kind)| kind).collect();
+    assert_eq!(said, ["repeated-cycle"; 2]);
+}
+
+#[test]
+fn strokes_beyond_their_limit_end_a_life_in_rows_of_their_own_too() {
+    let tables = tables();
+    let limit_s = tables.manifest().limits.close_within_s;
+    let over: Vec<Reading> = (0..4)
+        .flat_map(|cycle| {
+            let blank = Reading { cycle, ..Reading::default() };
+            [
+                Reading { close_time_s: Some(1.02 * limit_s), ..blank },
+                Reading { open_time_s: Some(tables.entry(0).table.points()[0].open_time_s.expect("opens")), ..blank },
+            ]
+        })
+        .collect();
+    let prognoses = run(Method::default(), &over);
+    assert_ne!(prognoses[0].status, Status::EolReached, "one may be an outlier");
+    assert!(prognoses[2..].iter().all(|row| row.status == Status::EolReached));
+}
+
+#[test]
 fn a_counter_that_starts_again_starts_the_estimate_anew() {
     let mut readings = supply_log(3);
     readings.extend(supply_log(4));

@@ -65,7 +65,10 @@ pub(crate) fn grip(valve: &Valve, hidden: &Hidden, x: f64, lean: f64, chamber_pa
         sum.sliding_n += dry.coulomb_n;
         sum.holding_n += dry.static_n;
     }
-    let mut both = hidden.seal_friction_m2 * (chamber_pa - AMBIENT_PA).max(0.0);
+    let pressed_n = hidden.seal_friction_m2 * (chamber_pa - AMBIENT_PA).max(0.0);
+    sum.sliding_n += pressed_n;
+    sum.holding_n += hidden.seal_holds * pressed_n;
+    let mut both = 0.0;
     for effect in &hidden.outside {
         both += match *effect {
             Outside::FrictionBump { height_n, centre_m, width_m } => {

@@ -9,6 +9,10 @@ pub struct Hidden {
     pub dry_friction: Option<DryFriction>,
     /// Seal friction per pressure of the chamber, m2.
     pub seal_friction_m2: f64,
+    /// How many times as much seals hold at rest.
+    pub seal_holds: f64,
+    /// Speed over which that turns into sliding, m/s.
+    pub seal_stribeck_m_per_s: f64,
     /// Relative growth of the spring force over the stroke.
     pub hardening: f64,
     /// Damping and length of the cushion at the closed stop.
@@ -184,6 +188,8 @@ impl Default for Hidden {
             bristles: Bristles::Compliant,
             dry_friction: None,
             seal_friction_m2: 0.0,
+            seal_holds: 1.0,
+            seal_stribeck_m_per_s: 0.01,
             hardening: 0.0,
             closing_cushion: (0.0, 4e-3),
             opening_cushion: (0.0, 4e-3),

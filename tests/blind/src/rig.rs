@@ -192,7 +192,7 @@ impl Rig {
             let grip = body::grip(&self.valve, &self.hidden, x, -1.0, full + AMBIENT_PA, 7.0);
             largest = largest.max(grip.holding_n);
         }
-        let stribeck = self.hidden.dry_friction.map_or(0.01, |dry| dry.stribeck_m_per_s);
+        let stribeck = self.hidden.dry_friction.map_or(self.hidden.seal_stribeck_m_per_s, |dry| dry.stribeck_m_per_s);
         (largest > 0.0).then(|| Bristle::new(self.hidden.bristles, largest, self.valve.mass_kg, stribeck))
     }
 

@@ -90,7 +90,8 @@ pub(super) fn assign(recordings: &[&Recording], hints: &Hints, found: &mut Under
     if !free.is_empty() {
         let left = listed(free.iter().map(|index| first.names[*index].as_str()));
         let pressure = free.iter().find(|index| {
-            recordings[0].unit(**index).is_some_and(|unit| unit.measures(Dimension::Pressure)) && is_used(first, **index)
+            recordings[0].unit(**index).is_some_and(|unit| unit.measures(Dimension::Pressure))
+                && is_used(first, **index)
         });
         let hint = pressure.map_or_else(String::new, |index| {
             let name = without_unit(&first.bare[*index]);

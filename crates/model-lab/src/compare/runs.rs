@@ -10,6 +10,7 @@ use crate::data::{Channel, RunData};
 use crate::errors::Errors;
 use crate::forward::Predicted;
 use crate::identification::ValveProblem;
+use crate::identification::nuisance::Nuisance;
 use crate::identification::setup::Kind;
 
 /// One stroke of a run.
@@ -17,7 +18,8 @@ use crate::identification::setup::Kind;
 pub struct StrokeComparison {
     /// Its command and direction.
     pub window: StrokeWindow,
-    /// When both motions pass each level; the last is the limit switch.
+    /// When both motions pass each level; the last is the limit switch. Where the record falls short of it by less than the zero of
+    /// a sensor is usually off, both are timed that far before it.
     pub levels: Vec<LevelTimes>,
 }
 
@@ -63,6 +65,11 @@ pub struct RunComparison {
     pub predicted: Predicted,
 }
 
+/// Whether only the simulation gets to the limit.
+fn is_short(levels: &[LevelTimes]) -> bool {
+    levels.last().is_some_and(|limit| limit.measured_s.is_none() && limit.simulated_s.is_some())
+}
+
 /// Compares a run, of its index among all, with its simulated record. The residuals are those of all recordings of a problem.
 pub(super) fn compare_run(
     valve: &Valve,
@@ -76,13 +83,21 @@ pub(super) fn compare_run(
     let simulated = Smoothed::new(&data.times_s, &predicted.position_m, samples);
     let stroke_m = valve.parameters().stroke_m;
     let limits = [valve.switches().closed_at * stroke_m, valve.switches().open_at * stroke_m];
+    // A sensor whose zero is off does not show the last of a stroke.
+    let zero_m = problem.nuisances.iter().filter(|entry| matches!(entry.nuisance, Nuisance::Zero(_)));
+    let zero_m = zero_m.map(|entry| entry.size).fold(0.0, f64::max);
     let mut strokes = Vec::new();
     let mut ends = Vec::new();
     for (index, command) in data.run.commands.iter().enumerate() {
         let until_s = data.run.commands.get(index + 1).map_or(f64::INFINITY, |next| next.time_s);
         let window = StrokeWindow { direction: Direction::of(command.closes()), command_s: command.time_s, until_s };
         let limit = limits[usize::from(!command.closes())];
-        let levels = level_times(&window, (&measured, &simulated), (stroke_m, limit), noise_m);
+        let timed = |limit_m: f64| level_times(&window, (&measured, &simulated), (stroke_m, limit_m), noise_m);
+        let mut levels = timed(limit);
+        if is_short(&levels) {
+            let nearly = timed(if command.closes() { limit + zero_m } else { limit - zero_m });
+            levels = if is_short(&nearly) { levels } else { nearly };
+        }
         ends.push(boundaries(&levels, until_s.min(data.run.end_s) - command.time_s));
         strokes.push(StrokeComparison { window, levels });
     }

@@ -62,8 +62,8 @@ impl BayesEstimator {
         &self.record
     }
 
-    /// Takes in one cycle and gives the estimate after it. Cycles must rise;
-    /// sorting out repeats is the caller's work.
+    /// Takes in one row and gives the estimate after it. Cycles must not fall, and may stay where a row tells the stroke that
+    /// the one before did not; sorting out repeats is the caller's work.
     pub fn update(&mut self, tables: &TableBundle, reading: &Reading) -> BayesEstimate {
         self.update_in(&mut Workspace::default(), tables, reading, Wanted::Numbers)
     }
@@ -157,7 +157,9 @@ impl BayesEstimator {
         record.readings += 1;
         record.keep(hypotheses);
         let estimate = self.estimate(workspace, &plant, &rates, &outcome, reading.cycle as f64, wanted);
-        let soon = estimate.end.map_or(0.0, |end| end.soon);
+        // The risk of a cycle counts once, however many rows tell of it.
+        let is_new = first || cycles > 0;
+        let soon = estimate.end.filter(|_| is_new).map_or(0.0, |end| end.soon);
         let spent = if estimate.change == Some(Change::Repaired) { 0.0 } else { f64::from(self.record.spent) };
         self.record.spent = single(spent + soon);
         estimate

@@ -10,7 +10,7 @@ use super::law::Law;
 use super::noise::NoiseState;
 
 /// Version of [`ValveRecord`]. A record of another version is not understood.
-pub const STATE_VERSION: u32 = 9;
+pub const STATE_VERSION: u32 = 10;
 
 /// Ratio of the usual number of cycles between rows to the unit from which on the unit is another one: priors of paces and of
 /// changes are wider than that.

@@ -3,7 +3,7 @@
 
 use super::info::{ActsOn, Allowed, DefaultValue, EffectInfo, EffectParameter, FitRange, Search};
 use super::scales;
-use super::shared::{OPENING_FACTOR, POSITION_SLOPE, TYPICAL_FRICTION, bristle_stiffness, ways};
+use super::shared::{OPENING_FACTOR, POSITION_SLOPE, STRIBECK_VELOCITY, TYPICAL_FRICTION, bristle_stiffness, ways};
 use super::term::{Term, numbers};
 use super::{Assembly, Moment};
 use crate::real::Real;
@@ -44,19 +44,7 @@ pub(super) const INFO: EffectInfo = EffectInfo {
                 upper: 0.92 * scales::force_n(valve),
             },
         },
-        EffectParameter {
-            name: "stribeck_velocity",
-            si_unit: "m/s",
-            meaning: "velocity over which static turns into Coulomb friction, v_s",
-            default: DefaultValue::Value(0.01),
-            search: Search::Shape,
-            allowed: Allowed::POSITIVE,
-            // What the seals and their grease make it, between far below and far above the speed of a stroke.
-            range: |valve| {
-                let speed = scales::speed_m_per_s(valve);
-                FitRange { lower: (0.0068 * speed).min(1e-4), typical: 0.01, upper: (20.0 * speed).max(0.3) }
-            },
-        },
+        STRIBECK_VELOCITY,
         bristle_stiffness("force per travel before it slides"),
         OPENING_FACTOR,
         POSITION_SLOPE,

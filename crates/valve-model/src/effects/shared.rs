@@ -31,6 +31,21 @@ fn bristle_range(valve: &Parameters) -> FitRange {
     }
 }
 
+/// The speed that parts sticking from sliding: what the seals and their grease make it, between far below and far above the
+/// speed of a stroke.
+pub(super) const STRIBECK_VELOCITY: EffectParameter = EffectParameter {
+    name: "stribeck_velocity",
+    si_unit: "m/s",
+    meaning: "velocity over which static turns into Coulomb friction, v_s",
+    default: DefaultValue::Value(0.01),
+    search: Search::Shape,
+    allowed: Allowed::POSITIVE,
+    range: |valve| {
+        let speed = scales::speed_m_per_s(valve);
+        FitRange { lower: (0.0068 * speed).min(1e-4), typical: 0.01, upper: (20.0 * speed).max(0.3) }
+    },
+};
+
 /// How much a friction depends on which way the piston goes. Its size is the mean of both, which motions of both kinds tell
 /// best: at a factor a, 2 a/(1 + a) times that while opening and 2/(1 + a) times while closing.
 pub(super) const OPENING_FACTOR: EffectParameter = EffectParameter {

@@ -63,6 +63,10 @@ pub(crate) fn hide(id: &'static str, strength: f64, shape: Shape, subject: &Subj
         "seal-friction" => {
             let most = 0.4 * force / gauge_pa(valve.supply_psig).max(pressure);
             hidden.seal_friction_m2 = tell("friction_per_pressure", s * most, "m2");
+            // They stick as often as a dry friction does, if not by as much.
+            hidden.seal_holds = if shape.sign > 0.0 { 1.0 } else { Shape::between(shape.first, 1.1, 1.6) };
+            tell("static_friction_per_pressure", s * most * hidden.seal_holds, "m2");
+            hidden.seal_stribeck_m_per_s = tell("stribeck_velocity", Shape::between(shape.second, 0.003, 0.03), "m/s");
         }
         "progressive-spring" => hidden.hardening = tell("hardening", 0.6 * s, ""),
         "closing-cushion" | "opening-cushion" => {
