@@ -27,7 +27,7 @@ pub use tables::{BuildTablesArgs, QuantityRange};
 
 /// Physics-based prognosis of pneumatic valves from their stroke times
 #[derive(Debug, Parser)]
-#[command(name = "valve", version, max_term_width = 100, after_help = CHAIN, disable_help_subcommand = true)]
+#[command(name = "valve", version, max_term_width = 80, after_help = CHAIN, disable_help_subcommand = true)]
 pub struct Cli {
     /// What to do.
     #[command(subcommand)]

@@ -1,7 +1,7 @@
 //! Which column holds which channel, and how its numbers become SI.
 
 use checked_toml::{QuantityKind, Section, TomlFileError};
-use column_source::{ColumnSource, Heading, did_you_mean, named, other_unit_at_end, unit_at_end};
+use column_source::{ColumnSource, Heading, did_you_mean, named, unit_at_end};
 use quantity::{Dimension, Reference, Unit, suggest};
 
 use crate::error::{DataError, DataProblem};
@@ -182,7 +182,7 @@ pub(crate) fn find(
     if own.is_none()
         && !is_stated
         && dimension != Dimension::Pure
-        && let Some((_, unit)) = other_unit_at_end(&heading.name)
+        && let Some(unit) = heading.other_unit()
     {
         let (column, unit) = (heading.name.clone(), unit.to_owned());
         let (expected, usual) = (dimension.expectation(), usual_unit(dimension));

@@ -174,6 +174,12 @@ fn a_column_in_percent_goes_by_its_name_and_is_never_taken_for_mm() {
         let refusal = read_bytes(&format!("{RUN}[columns]\nposition = \"{name}\"\n"), csv.as_bytes()).unwrap_err();
         assert!(refusal.starts_with("a.csv:1: column \"XV-1203.ZT [%]\" is in %; expected a length"), "{refusal}");
     }
+    // The same in a row of units.
+    let below = csv.replacen("time_s,command,XV-1203.ZT [%]\n", "time,command,XV-1203.ZT\ns,-,%\n", 1);
+    let refusal = read_bytes(&format!("{RUN}[columns]\nposition = \"XV-1203.ZT\"\n"), below.as_bytes()).unwrap_err();
+    assert!(refusal.contains("column \"XV-1203.ZT\" is in %; expected a length"), "{refusal}");
+    let scaled = format!("{RUN}[columns]\nposition = {{ name = \"XV-1203.ZT\", unit = \"mm\", scale = 0.2 }}\n");
+    holds_the_strokes(&read(&scaled, &below));
 }
 
 #[test]

@@ -9,6 +9,8 @@ pub struct Heading {
     pub name: String,
     /// The unit that stands in brackets behind it, or in the row of units under it.
     pub unit: Option<Unit>,
+    /// A unit of what this program does not measure in the row of units under it, such as percent.
+    pub other_unit_below: Option<String>,
 }
 
 impl Heading {
@@ -17,7 +19,13 @@ impl Heading {
     pub fn new(name: &str) -> Self {
         let name = name.trim().to_owned();
         let unit = with_unit(&name).map(|(_, unit)| unit);
-        Self { name, unit }
+        Self { name, unit, other_unit_below: None }
+    }
+
+    /// The unit of what this program does not measure that it is in, such as percent, where it says so.
+    #[must_use]
+    pub fn other_unit(&self) -> Option<&str> {
+        other_unit_at_end(&self.name).map(|(_, unit)| unit).or(self.other_unit_below.as_deref())
     }
 
     /// The name without the unit at its end.

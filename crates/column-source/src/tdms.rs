@@ -15,7 +15,7 @@ use quantity::{Dimension, Unit};
 use self::bytes::Fault;
 use self::segment::{Channel, Properties, Property};
 use self::values::Raw;
-use crate::heading::understood;
+use crate::heading::{is_other_unit, understood};
 use crate::table::{TableSource, Values};
 use crate::tables::{self, NamedTable};
 use crate::{ColumnSource, Heading, NoticeKind, RecordError, RecordProblem, any_unit_at_end};
@@ -156,7 +156,9 @@ fn heading(channel: &Channel) -> Heading {
     let mut heading = Heading::new(&channel.name);
     if heading.unit.is_none() && any_unit_at_end(heading.bare()).is_none() {
         let said = ["unit_string", "NI_UnitDescription"].into_iter().filter_map(|name| channel.properties.get(name));
-        heading.unit = said.filter_map(Property::text).find_map(understood).filter(|unit| !unit.text().is_empty());
+        let said: Vec<&str> = said.filter_map(Property::text).collect();
+        heading.unit = said.iter().find_map(|text| understood(text)).filter(|unit| !unit.text().is_empty());
+        heading.other_unit_below = said.into_iter().find(|text| is_other_unit(text)).map(str::to_owned);
     }
     heading
 }

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use csv::ByteRecord;
 use quantity::{Reference, Unit};
 
-use crate::heading::understood;
+use crate::heading::{is_other_unit, understood};
 use crate::layout::{self, Layout};
 use crate::number::{NumberStyle, is_gap, plain_decimal};
 use crate::timestamp::are_a_moment;
@@ -115,7 +115,12 @@ impl TextSource {
         self.heads.push(self.row.clone());
         let mut said = Vec::new();
         for column in 0..self.headings.len().min(self.row.len()) {
-            let unit = understood(&self.text_of(column)).filter(|unit| !unit.text().is_empty());
+            let text = self.text_of(column).into_owned();
+            let unit = understood(&text).filter(|unit| !unit.text().is_empty());
+            if unit.is_none() && is_other_unit(&text) {
+                said.push(format!("{} in {text}", self.headings[column].name));
+                self.headings[column].other_unit_below = Some(text);
+            }
             if let Some(unit) = unit {
                 let column_name = &self.headings[column].name;
                 if let Some(heading) = self.headings[column].unit.clone() {

@@ -19,9 +19,6 @@ const SIGNALS: [(f64, f64); 8] =
 const NEAR_SIGNAL: f64 = 0.03;
 /// How far outside the stops a position in mm or in percent may lie, in strokes.
 const PART_OUTSIDE: f64 = 0.12;
-/// How headings say percent beside the sign for it.
-const PERCENT: [&str; 6] = ["pct", "perc", "percent", "prozent", "pourcent", "percentage"];
-
 /// What each channel measures; a temperature is recognised so that it is taken for nothing else.
 fn dimension(channel: &str) -> Dimension {
     match channel {
@@ -365,19 +362,14 @@ fn scaled_to_stroke(
     column.unit = Some("mm".to_owned());
     column.factor = 1e-3;
     let outside = 100.0 * PART_OUTSIDE;
-    if is_percent(&column.name) && low > -outside && high < 100.0 + outside && high - low > 100.0 * PART_AT_LEAST {
+    if recordings[0].in_percent[index] && low > -outside && high < 100.0 + outside && high - low > 100.0 * PART_AT_LEAST
+    {
         column.scale = 1e3 * stroke_m / 100.0;
         return Some(format!("in percent, as it says: of the stroke of {:.4} mm", stroke_m * 1e3));
     }
     column.scale = 1e3 * stroke_m / (high - low);
     column.offset = -low * column.scale * 1e-3;
     Some(format!("its plateaus at {low:.4} and {high:.4} taken for the stops, {:.4} mm apart", stroke_m * 1e3))
-}
-
-/// Whether a heading says percent: `Position [%]`, `pos_pct`.
-fn is_percent(name: &str) -> bool {
-    let mut words = name.split(|character: char| !character.is_alphabetic()).map(str::to_lowercase);
-    name.contains('%') || words.any(|word| PERCENT.contains(&word.as_str()))
 }
 
 /// A pressure that has come so far of its way is on it.

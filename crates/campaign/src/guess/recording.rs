@@ -2,7 +2,9 @@
 
 use std::borrow::Cow;
 
-use column_source::{Clock, ColumnSource, Comments, Notice, Switch, any_unit_at_end, listed, named, without_unit};
+use column_source::{
+    Clock, ColumnSource, Comments, Heading, Notice, Switch, any_unit_at_end, listed, named, without_unit,
+};
 use quantity::{Reference, Unit};
 
 use crate::DataError;
@@ -35,6 +37,8 @@ pub struct Recording {
     pub bare: Vec<String>,
     /// Units in brackets or from the row under the header.
     pub units: Vec<Option<Unit>>,
+    /// Whether a column is in percent, as its name or the row under the header says.
+    pub in_percent: Vec<bool>,
     /// The columns; text and gaps are NaN, timestamps are seconds from the first. Of a column of words such as ON and OFF,
     /// 1 and 0.
     pub columns: Vec<Vec<f64>>,
@@ -91,6 +95,7 @@ impl Recording {
             names: headings.iter().map(|heading| heading.name.clone()).collect(),
             bare: headings.iter().map(|heading| heading.bare().to_owned()).collect(),
             units: headings.iter().map(|heading| heading.unit.clone()).collect(),
+            in_percent: headings.iter().map(is_percent).collect(),
             notices: notices.cloned().collect(),
             columns,
             timestamps,
@@ -168,6 +173,7 @@ impl Recording {
             names: other.names.clone(),
             bare: other.bare.clone(),
             units: other.units.clone(),
+            in_percent: other.in_percent.clone(),
             columns,
             timestamps,
             words: (0..other.names.len()).map(|index| self.words[self.same_as(other, index)?]).collect(),
@@ -184,4 +190,16 @@ fn take_words(column: &mut [f64], switches: &[Option<Switch>]) -> Option<bool> {
         *value = switch.map_or(f64::NAN, Switch::number);
     }
     Some(first.is_direction)
+}
+
+/// How headings say percent beside the sign for it.
+const PERCENT: [&str; 6] = ["pct", "perc", "percent", "prozent", "pourcent", "percentage"];
+
+/// Whether a heading says percent: `Position [%]`, `pos_pct`, or a row of units under it.
+fn is_percent(heading: &Heading) -> bool {
+    let says = |text: &str| {
+        let mut words = text.split(|character: char| !character.is_alphabetic()).map(str::to_lowercase);
+        text.contains('%') || words.any(|word| PERCENT.contains(&word.as_str()))
+    };
+    says(&heading.name) || heading.other_unit_below.as_deref().is_some_and(says)
 }
