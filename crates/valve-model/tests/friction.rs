@@ -34,7 +34,7 @@ fn refinements_at_their_defaults_change_nothing_bit_for_bit() {
     let plain = times(&rubbing(&[30.0, 45.0, 0.01]));
     assert_eq!(times(&rubbing(&[30.0, 45.0, 0.01, 2e5, 1.0, 0.0])), plain);
     let sealed = |values: &[f64]| times(&valve_of(testbed(), vec![effect(EffectKind::SEAL_FRICTION, values)]));
-    assert_eq!(sealed(&[6e-5]), sealed(&[6e-5, 2e5, 1.0]));
+    assert_eq!(sealed(&[6e-5]), sealed(&[6e-5, 6e-5, 0.01, 2e5, 1.0]));
     for parameters in [EffectKind::DRY_FRICTION.parameters(), EffectKind::SEAL_FRICTION.parameters()] {
         for parameter in parameters.iter().filter(|parameter| parameter.is_refinement()) {
             let typical = (parameter.range)(&testbed()).typical;

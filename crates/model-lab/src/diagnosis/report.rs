@@ -525,6 +525,15 @@ fn candidates(
 ) -> Vec<CandidateReport> {
     let all = probabilities(found);
     let accepted_gain = found.model(accepted).map_or(0.0, |model| found.gain(model));
+    let held_out_m = |model: &Fitted<'_>| errors::held_out(model).and_then(|errors| errors.rmse_m);
+    let of_accepted_m = found.model(accepted).and_then(held_out_m);
+    // Likelier than what is named, and not named.
+    let refused = |model: &Fitted<'_>| {
+        let is_better = of_accepted_m
+            .zip(held_out_m(model))
+            .is_some_and(|(accepted_m, own_m)| own_m < (1.0 - options.select.held_out_fall) * accepted_m);
+        if is_better { "more, but leaves too much" } else { "more, but no better held out" }
+    };
     let is_most_exact = |model: &&Fitted<'_>| found.model(&model.set).is_some_and(|exact| std::ptr::eq(exact, *model));
     let sets: Vec<&Fitted<'_>> =
         found.models.iter().filter(|model| !model.set.is_empty()).filter(is_most_exact).collect();
@@ -558,8 +567,10 @@ fn candidates(
                 Some(if gain - accepted_gain < options.select.accept {
                     "adds too little".to_owned()
                 } else {
-                    "more, but no better held out".to_owned()
+                    refused(model).to_owned()
                 })
+            } else if gain - accepted_gain >= options.select.accept {
+                Some(refused(model).to_owned())
             } else if model.set.iter().all(|one| accepted.contains(one)) {
                 Some("more with another beside it".to_owned())
             } else if accepted_gain - gain < options.select.accept {
@@ -589,6 +600,19 @@ fn candidates(
     reports
 }
 
+/// Which of some sets, by its place, may be there in place of what is named by the likeliest of those with one effect more, where that
+/// does without one that is named and was refused only for what it leaves: what it says of the named one counts all the same. Of
+/// those that it holds the likeliest. Sets go with their evidence.
+fn in_doing_without(named: (&[usize], f64), sets: &[(&[usize], f64)], accept: f64) -> Option<usize> {
+    let holds = |larger: &[usize], set: &[usize]| set.iter().all(|one| larger.contains(one));
+    let larger = sets.iter().filter(|(set, _)| set.len() == named.0.len() + 1);
+    let likeliest = larger.max_by(|a, b| a.1.total_cmp(&b.1));
+    let contrary = likeliest.filter(|(set, evidence)| *evidence >= named.1 + accept && !holds(set, named.0));
+    let (contrary, _) = contrary?;
+    let is_in = |(set, _): &(&[usize], f64)| set.len() == named.0.len() && holds(contrary, set);
+    (0..sets.len()).filter(|place| is_in(&sets[*place])).max_by(|a, b| sets[*a].1.total_cmp(&sets[*b].1))
+}
+
 /// For each recommended effect, what could stand in for it: sets with it exchanged that are as likely, under one model
 /// error or the other.
 fn indistinguishable(
@@ -608,6 +632,13 @@ fn indistinguishable(
         .collect();
     rivals.sort_by(|a, b| a.1.total_cmp(&b.1));
     rivals.truncate(JUDGED_AT_MOST);
+    let exact: Vec<&Fitted<'_>> = found.models.iter().filter(|model| model.level == Level::High).collect();
+    let sets: Vec<(&[usize], f64)> = exact.iter().map(|model| (&model.set[..], model.fit.log_evidence)).collect();
+    let instead = in_doing_without((&best.set, best.fit.log_evidence), &sets, options.select.accept);
+    let behind = |model: &Fitted<'_>| best.fit.log_evidence - model.fit.log_evidence;
+    let doing_without: Vec<(&Fitted<'_>, f64)> =
+        instead.into_iter().map(|place| (exact[place], behind(exact[place]))).collect();
+    rivals.retain(|(model, _)| !doing_without.iter().any(|(other, _)| std::ptr::eq(*model, *other)));
     let smooth = |model: &Fitted<'_>| -> Option<f64> {
         let options = FitOptions {
             annealed: 0,
@@ -629,6 +660,7 @@ fn indistinguishable(
             let is_alike = again().map_or(catalogue.stop.is_asked(), |again| again < options.select.accept);
             is_alike.then_some((model, behind))
         })
+        .chain(doing_without)
         .collect();
     let mut reports = Vec::new();
     for kind in recommended {
@@ -664,7 +696,17 @@ fn indistinguishable(
 
 #[cfg(test)]
 mod tests {
-    use super::{is_most_gone, makes_as_much, short_of};
+    use super::{in_doing_without, is_most_gone, makes_as_much, short_of};
+
+    #[test]
+    fn a_likelier_pair_without_what_is_named_says_what_may_be_there_instead() {
+        let sets: [(&[usize], f64); 5] =
+            [(&[7], 300.0), (&[1], 2172.0), (&[2], 2590.0), (&[1, 7], 3246.0), (&[2, 7], 3198.0)];
+        assert_eq!(in_doing_without((&[2], 2590.0), &sets, 10.0), Some(1));
+        // Where the likeliest pair has it, or is no likelier, nothing speaks against it.
+        assert_eq!(in_doing_without((&[1], 2172.0), &sets, 10.0), None);
+        assert_eq!(in_doing_without((&[2], 3240.0), &sets, 10.0), None);
+    }
 
     #[test]
     fn noise_answers_for_what_it_makes_and_not_for_what_goes_where_it_was_held_out() {
