@@ -102,7 +102,7 @@ fn an_opening_factor_takes_from_one_direction_what_it_adds_to_the_other() {
         assert!((opens > even_open + 5e-3) == (factor > 1.0) && (closes > even_close + 5e-3) == (factor < 1.0));
     }
     let sealed = |values: &[f64]| times(&valve_of(testbed(), vec![effect(EffectKind::SEAL_FRICTION, values)]));
-    let (uneven, even) = (sealed(&[6e-5, 2e5, 3.0]), sealed(&[6e-5]));
+    let (uneven, even) = (sealed(&[6e-5, 6e-5, 0.01, 2e5, 3.0]), sealed(&[6e-5]));
     assert!(uneven[1] > even[1] + 5e-3 && uneven[0] < even[0] - 1e-3, "{uneven:?}, even {even:?}");
 }
 
