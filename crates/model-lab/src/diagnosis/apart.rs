@@ -216,7 +216,7 @@ pub(super) fn left_out(
     let found: Vec<Repair> = tried(&stated, subject, campaign, run).par_iter().filter_map(best).collect();
     let others_count = campaign.runs.len() - 1;
     // What is explained as well as the others by what was written down needs no other word.
-    let is_worse = stated_rmse_m > others_rmse_m;
+    let is_worse = stated_rmse_m > ALIKE * others_rmse_m;
     let explains = |one: &Repair| {
         is_worse
             && one.right_rmse_m < ALIKE * others_rmse_m
