@@ -1,11 +1,14 @@
 //! What a model lacks on a campaign: which effects, how large, how sure, what they leave, and what would tell more.
 
 pub mod adopt;
+mod alternatives;
 mod answer;
 mod apart;
+mod candidates;
 pub mod discrepancy;
 mod exchanged;
 pub mod experiment;
+mod naming;
 mod report;
 pub mod uncertainty;
 
@@ -24,6 +27,9 @@ pub use answer::{
     Alternative, CandidateReport, Condition, Exchanged, Explanation, FittedParameter, Indistinguishable, LeftOut,
     MovedParameter, NuisanceReport, Remainder, Repair, Verdict,
 };
+
+/// A set of effects that was fitted to a campaign.
+type Fitted<'a> = Model<ValveProblem<'a>>;
 
 /// What a search tells while it runs.
 #[derive(Debug, Clone, PartialEq)]
@@ -152,7 +158,7 @@ fn searched(
     };
     let mut catalogue = Catalogue::new(subject, &kinds, &news, stop);
     catalogue.known = known;
-    let enough = |model: &Model<ValveProblem<'_>>| {
+    let enough = |model: &Fitted<'_>| {
         let left = || errors::held_out(model).unwrap_or_else(|| errors::fitted(model)).rmse_m;
         options.good_enough_m.is_some_and(|enough| left().is_some_and(|rmse| rmse < enough))
     };

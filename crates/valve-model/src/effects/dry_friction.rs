@@ -3,7 +3,7 @@
 
 use super::info::{ActsOn, Allowed, DefaultValue, EffectInfo, EffectParameter, FitRange, Search};
 use super::scales;
-use super::shared::{OPENING_FACTOR, POSITION_SLOPE, STRIBECK_VELOCITY, TYPICAL_FRICTION, bristle_stiffness, ways};
+use super::shared::{OPENING_FACTOR, POSITION_SLOPE, STRIBECK_VELOCITY, TYPICAL_FRICTION, bristle_stiffness, stribeck, ways};
 use super::term::{Term, numbers};
 use super::{Assembly, Moment};
 use crate::real::Real;
@@ -82,8 +82,7 @@ impl<R: Real> Term<R> for Law<R> {
         let zero = R::splat(0.0);
         let mut force = self.coulomb;
         if variant & STRIBECK != 0 {
-            let ratio = at.state.v * self.inverse_stribeck;
-            force = self.static_excess.mul_add((ratio * ratio).exp_of_negative(), force);
+            force = self.static_excess.mul_add(stribeck(at.state.v, self.inverse_stribeck), force);
         }
         if variant & UNEVEN == 0 {
             return sum + force;

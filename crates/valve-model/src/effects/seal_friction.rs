@@ -1,7 +1,7 @@
 //! Seal friction: dry friction of lip seals that the gas presses on.
 
 use super::info::{ActsOn, Allowed, DefaultValue, EffectInfo, EffectParameter, FitRange, Search};
-use super::shared::{OPENING_FACTOR, POSITION_SLOPE, STRIBECK_VELOCITY, bristle_stiffness, ways};
+use super::shared::{OPENING_FACTOR, POSITION_SLOPE, STRIBECK_VELOCITY, bristle_stiffness, stribeck, ways};
 use super::term::{Term, numbers};
 use super::{Assembly, Moment};
 use crate::real::Real;
@@ -81,8 +81,7 @@ impl<R: Real> Term<R> for Law<R> {
         let pressing = (at.chamber - at.base.ambient).max(zero);
         let mut per_pressure = self.per_pressure;
         if variant & STRIBECK != 0 {
-            let ratio = at.state.v * self.inverse_stribeck;
-            per_pressure = self.static_excess.mul_add((ratio * ratio).exp_of_negative(), per_pressure);
+            per_pressure = self.static_excess.mul_add(stribeck(at.state.v, self.inverse_stribeck), per_pressure);
         }
         if variant & UNEVEN == 0 {
             return per_pressure.mul_add(pressing, sum);

@@ -4,6 +4,7 @@ use super::info::{Allowed, DefaultValue, EffectParameter, FitRange, Search, fixe
 use super::scales;
 use crate::bristles;
 use crate::params::Parameters;
+use crate::real::Real;
 
 /// A typical Coulomb force is this share of the largest force on the piston: clearly visible, and nothing sticks.
 pub(super) const TYPICAL_FRICTION: f64 = 0.01828;
@@ -45,6 +46,14 @@ pub(super) const STRIBECK_VELOCITY: EffectParameter = EffectParameter {
         FitRange { lower: (0.0068 * speed).min(1e-4), typical: 0.01, upper: (20.0 * speed).max(0.3) }
     },
 };
+
+/// How much of what a friction holds at rest beyond its sliding force is left at a speed, `inverse_stribeck` being 1 over the Stribeck
+/// velocity.
+#[inline(always)]
+pub(super) fn stribeck<R: Real>(speed: R, inverse_stribeck: R) -> R {
+    let ratio = speed * inverse_stribeck;
+    (ratio * ratio).exp_of_negative()
+}
 
 /// How much a friction depends on which way the piston goes. Its size is the mean of both, which motions of both kinds tell
 /// best: at a factor a, 2 a/(1 + a) times that while opening and 2/(1 + a) times while closing.
