@@ -25,8 +25,8 @@ use crate::status::{ASKED, Ladder};
 /// counts as restarted.
 const RESTART_AFTER: usize = 3;
 
-/// Times in succession that a stroke beyond its limit ends a valve's life,
-/// whatever the reason; a single one may be an outlier.
+/// A stroke that is so often in succession beyond its limit ends a valve's life, whatever the reason; a single time may be an
+/// outlier.
 const OVER_FROM: u32 = 2;
 
 /// Weight of the newest residual in the running mean of their squares.

@@ -215,7 +215,7 @@ pub(super) fn left_out(
     };
     let found: Vec<Repair> = tried(&stated, subject, campaign, run).par_iter().filter_map(best).collect();
     let others_count = campaign.runs.len() - 1;
-    // What is explained as well as the others by what was written down needs no other word.
+    // A run that what was written down explains, by the measure by which a right condition would, needs no other.
     let is_worse = stated_rmse_m > ALIKE * others_rmse_m;
     let explains = |one: &Repair| {
         is_worse
