@@ -35,7 +35,7 @@ pub struct BuildTablesArgs {
     /// Also build tables over the temperature, such as "270..310 K"
     #[arg(long, allow_hyphen_values = true, value_name = "FROM..TO", value_parser = temperature_range)]
     pub temperature_range: Option<QuantityRange>,
-    /// What may wear: all, leaks, or a list of atmosphere, supply, friction, spring, exhaust, supply-line; the two
+    /// What may wear: all, leaks, or a list of atmosphere, supply, friction, spring, exhaust, supply-line, solenoid; the two
     /// leaks are always built
     #[arg(long, value_name = "WHAT,...", value_delimiter = ',', default_value = "all")]
     pub wear: Vec<String>,

@@ -111,7 +111,8 @@ impl Grid<'_> {
                 continue;
             }
             let places: Vec<CheckPoint> = places(&self.range).collect();
-            let errors = self.errors(&table, &places)?;
+            self.points(&places)?;
+            let errors = self.errors(&table, &self.between_points())?;
             let worst = errors.iter().map(|error| error.share).fold(0.0, f64::max);
             if worst <= 1.0 {
                 return Ok(table);
@@ -405,23 +406,7 @@ impl Grid<'_> {
                 });
             }
         }
-        let places: Vec<CheckPoint> = self
-            .samples
-            .iter()
-            .map(|((pressure, temperature, _), point)| {
-                let at = Conditions {
-                    supply_pressure_pa: f64::from_bits(*pressure),
-                    temperature_k: f64::from_bits(*temperature),
-                };
-                (at, point.severity / self.end.at(&at))
-            })
-            .filter(|(_, share)| *share <= 1.0)
-            .collect();
-        let nodes = self.conditions();
-        let is_point = |(at, share): &CheckPoint| {
-            nodes.contains(at) && self.shares.iter().any(|known| (known - share).abs() < 1e-6)
-        };
-        let places: Vec<CheckPoint> = places.into_iter().filter(|place| !is_point(place)).collect();
+        let places = self.between_points();
         let mut error = InterpolationError::default();
         for missed in self.errors(table, &places)? {
             let worst = if missed.up_to_limit { &mut error.up_to_limit_s } else { &mut error.beyond_limit_s };
@@ -434,6 +419,25 @@ impl Grid<'_> {
         let table = ConditionTable::new(wear, pressures, temperatures, self.shares.clone(), &nodes, info)
             .map_err(|source| BuildError::Grid { fault: self.simulation.id(), source: Box::new(source) })?;
         Ok(OverConditions { table, simulated: self.samples.len() + self.end.simulated() })
+    }
+
+    /// Every place that was simulated and is none of the table's points.
+    fn between_points(&self) -> Vec<CheckPoint> {
+        let nodes = self.conditions();
+        let is_point = |(at, share): &CheckPoint| {
+            nodes.contains(at) && self.shares.iter().any(|known| (known - share).abs() < 1e-6)
+        };
+        self.samples
+            .iter()
+            .map(|((pressure, temperature, _), point)| {
+                let at = Conditions {
+                    supply_pressure_pa: f64::from_bits(*pressure),
+                    temperature_k: f64::from_bits(*temperature),
+                };
+                (at, point.severity / self.end.at(&at))
+            })
+            .filter(|place @ (_, share)| *share <= 1.0 && !is_point(place))
+            .collect()
     }
 }
 

@@ -173,6 +173,9 @@ impl<'a> Simulation<'a> {
             times_s[times_s.len().saturating_sub(many)..].iter().copied().collect()
         };
         let Some(tail) = last(WANDERING_CYCLES) else { return Ok(None) };
+        if let Some(settled_s) = approached(&tail) {
+            return Ok(Some(settled_s));
+        }
         let (mut settled_s, range_s) = (mean(&tail), range(&tail));
         if range_s > WANDERING_S.max(2.0 * UNEVEN * settled_s) {
             let both = last(2 * WANDERING_CYCLES).unwrap_or_default();
@@ -191,6 +194,16 @@ impl<'a> Simulation<'a> {
         }
         Ok(Some(settled_s))
     }
+}
+
+/// What times approach by steps that get smaller by about the same factor from cycle to cycle, as those of a valve that is only
+/// nearly vented when it closes again (Aitken's extrapolation); nothing where they do not, or are not near yet.
+fn approached(times_s: &[f64]) -> Option<f64> {
+    let steps: Vec<f64> = times_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let shrinks = steps.windows(2).all(|pair| (0.0..1.0).contains(&(pair[1] / pair[0])));
+    let ([.., before, step], [.., last_s]) = (steps.as_slice(), times_s) else { return None };
+    let left_s = step * step / (before - step);
+    (shrinks && left_s.abs() <= UNEVEN * last_s).then_some(last_s + left_s)
 }
 
 fn mean(values: &[f64]) -> f64 {
@@ -214,4 +227,19 @@ pub(crate) fn named(degradation: &Degradation, severity: f64) -> String {
 /// A time as a table's file holds it: whole nanoseconds.
 pub(crate) fn stored(time_s: f64) -> f64 {
     (time_s * 1e9).round() / 1e9
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_that_still_approach_something_are_taken_there() {
+        let approach = |factor: f64| -> Vec<f64> { (0..10).map(|k| 2.0 + 1e-3 * factor.powi(k)).collect() };
+        assert!((approached(&approach(0.9)).expect("approaches") - 2.0).abs() < 1e-12);
+        // To and fro, all alike, and apart from each other.
+        assert_eq!(approached(&approach(-0.9)), None);
+        assert_eq!(approached(&[2.0; 10]), None);
+        assert_eq!(approached(&approach(1.1)), None);
+    }
 }

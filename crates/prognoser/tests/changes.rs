@@ -49,6 +49,36 @@ fn a_step_is_seen_and_followed() {
 }
 
 #[test]
+fn a_step_that_stays_is_no_sign_of_the_next() {
+    for fault in Fault::ALL {
+        for (seed, size) in (0..20).map(|seed| (seed, 0.1 + 0.02 * seed as f64)) {
+            let leak = |k: f64| if k < 20.0 { 0.0 } else { size };
+            let prognoses = run(Method::default(), &log(&tables(), fault, 120, 0.01, seed, leak));
+            let [after, long_after] = [&prognoses[30], &prognoses[119]];
+            assert_eq!(after.fault.fault(), Some(fault), "{seed}: {after:?}");
+            // How soon the next one comes is not known, and ever less likely to be soon.
+            let [soon, last] = [long_after.rul_p05, long_after.rul_p95].map(|rul| rul.expect("it leaks"));
+            assert!(soon > 10.0 && last > 200.0, "{fault}, {size}: {soon} to {last}");
+            assert!(soon > after.rul_p05.expect("it leaks"), "{fault}, {size}: {after:?}");
+            assert_eq!(long_after.status, Status::Watch, "{fault}, {size}");
+        }
+    }
+}
+
+#[test]
+fn a_steady_life_of_thousands_of_cycles_is_told_closely() {
+    for fault in Fault::ALL {
+        for seed in 0..3 {
+            let prognoses = run(Method::default(), &log(&tables(), fault, 1600, 0.03, seed, |k| k / 3000.0));
+            let one = &prognoses[1599];
+            let [first, last] = [one.rul_p05, one.rul_p95].map(|rul| rul.expect("it leaks"));
+            assert!(first < 1401.0 && 1401.0 < last, "{fault}, {seed}: {first} to {last}");
+            assert!(last - first < 140.0, "{fault}, {seed}: {first} to {last}");
+        }
+    }
+}
+
+#[test]
 fn a_pace_that_changes_little_by_little_has_an_end() {
     for fault in Fault::ALL {
         for seed in 0..10 {

@@ -234,6 +234,7 @@ fn worn(file: &ValveFile, wear: Wear, amount: f64) -> anyhow::Result<Case> {
         Wear::Friction => changed(EffectKind::DRY_FRICTION, 0.0, &|force_n| force_n + amount, 2)?,
         Wear::Spring => parameters.spring_stiffness_n_per_m *= left,
         Wear::Exhaust => changed(EffectKind::VENT_RESTRICTION, 1.0, &|share| share * left, 1)?,
+        Wear::Solenoid => parameters.solenoid_orifice_area_m2 *= left,
         Wear::SupplyLine => {
             parameters.solenoid_orifice_area_m2 *= left;
             changed(EffectKind::VENT_RESTRICTION, 1.0, &|share| share / left, 1)?;
@@ -249,7 +250,7 @@ fn limit_amount(file: &ValveFile, wear: Wear, limits_s: Times) -> anyhow::Result
     let (mut low, mut high) = match wear {
         Wear::Atmosphere | Wear::Supply => (0.0, parameters.solenoid_orifice_area_m2 * 4.0),
         Wear::Friction => (0.0, parameters.supply_pressure_pa * parameters.piston_area_m2),
-        Wear::Spring | Wear::Exhaust | Wear::SupplyLine => (0.0, 1.0 - LEAST_LEFT),
+        Wear::Spring | Wear::Exhaust | Wear::SupplyLine | Wear::Solenoid => (0.0, 1.0 - LEAST_LEFT),
     };
     for _ in 0..HALVINGS {
         let middle = f64::midpoint(low, high);

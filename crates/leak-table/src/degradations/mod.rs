@@ -6,6 +6,7 @@
 mod atmosphere;
 mod exhaust;
 mod friction;
+mod solenoid;
 mod spring;
 mod supply;
 mod supply_line;
@@ -15,8 +16,8 @@ use std::borrow::Cow;
 use crate::degradation::{Degradation, Severity};
 
 /// In the order used throughout; the two leaks come first.
-static CATALOGUE: [Degradation; 6] =
-    [atmosphere::INFO, supply::INFO, friction::INFO, spring::INFO, exhaust::INFO, supply_line::INFO];
+static CATALOGUE: [Degradation; 7] =
+    [atmosphere::INFO, supply::INFO, friction::INFO, spring::INFO, exhaust::INFO, supply_line::INFO, solenoid::INFO];
 
 impl Degradation {
     /// The degradations that come along, the two leaks first.

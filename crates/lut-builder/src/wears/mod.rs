@@ -3,6 +3,7 @@
 mod exhaust;
 mod friction;
 mod leaks;
+mod solenoid;
 mod spring;
 mod supply_line;
 
@@ -21,7 +22,7 @@ impl Wear {
     /// All that come along, the two leaks first.
     #[must_use]
     pub fn catalogue() -> Vec<Self> {
-        let others = [friction::wear(), spring::wear(), exhaust::wear(), supply_line::wear()];
+        let others = [friction::wear(), spring::wear(), exhaust::wear(), supply_line::wear(), solenoid::wear()];
         Self::leaks().into_iter().chain(others).collect()
     }
 }

@@ -7,7 +7,7 @@ use super::law::Law;
 use super::motion::{advance, late, turn};
 use super::noise::NoiseState;
 use super::plant::Plant;
-use super::rate_prior::RatePrior;
+use super::rate_prior::{RatePrior, WideGrowth};
 use super::special::{normal_tail, quick_ln};
 use super::start::{drifting, share};
 use super::workspace::Turning;
@@ -55,6 +55,7 @@ pub(crate) fn step(
     let mut outcome = Outcome::default();
     let mut best = f64::NEG_INFINITY;
     let mut renewed: Option<Hypothesis> = None;
+    let mut healthy: Option<Hypothesis> = None;
     if cycles > 0.0 {
         for hypothesis in hypotheses.iter_mut() {
             advance(hypothesis, plant, cycles, prior, observed.shape);
@@ -90,6 +91,13 @@ pub(crate) fn step(
                 renewed = Some(*hypothesis);
             }
         }
+        if update.is_outlying
+            && cycles > 0.0
+            && hypothesis.cause == Cause::None
+            && healthy.is_none_or(|other| other.ln_weight < hypothesis.ln_weight)
+        {
+            healthy = Some(*hypothesis);
+        }
         if after.ln_weight > best {
             best = after.ln_weight;
             outcome = Outcome { update, step: jumped, renewed: false };
@@ -100,7 +108,17 @@ pub(crate) fn step(
         let before = after;
         let update = assimilate(&mut after, &before, plant, observed);
         if after.ln_weight > best {
+            best = after.ln_weight;
             outcome = Outcome { update, step: None, renewed: true };
+        }
+        hypotheses.push(after);
+    }
+    for wear in 0..healthy.map_or(0, |_| plant.wears()) {
+        let Some(healthy) = healthy else { break };
+        let (after, update) = begun_by_step(&healthy, wear, plant, config, observed, readings);
+        if after.ln_weight > best {
+            best = after.ln_weight;
+            outcome = Outcome { update, step: Some(after.mean[0]), renewed: false };
         }
         hypotheses.push(after);
     }
@@ -166,6 +184,29 @@ fn with_step(
     let sd = (after.cov[0][0] * after.scale / observed.shape).sqrt();
     after.ln_weight += quick_ln(normal_tail(-after.mean[0] / sd.max(1e-9)).max(1e-12));
     (after, after.mean[0] - hypothesis.mean[0])
+}
+
+/// A healthy valve on which wear begins with a step in this cycle and then rests, at any pace if it goes on.
+fn begun_by_step(
+    healthy: &Hypothesis,
+    wear: u8,
+    plant: &Plant,
+    config: &BayesConfig,
+    observed: &Observation,
+    readings: f64,
+) -> (Hypothesis, Update) {
+    let prior = &config.growth_prior;
+    let cause = Cause::Wear(wear);
+    let sigma2 = healthy.scale / observed.shape;
+    let mut after = Hypothesis { cause, mode: Mode::Rest, ..*healthy };
+    after.begin_growth(WideGrowth::ANY, sigma2);
+    after.cov[0][0] = prior.step_sd * prior.step_sd / sigma2;
+    // Half of that Gaussian is below none, which is cut off.
+    after.ln_weight += quick_ln(2.0 * prior.onset_after(readings) * prior.onset_step * share(cause, plant));
+    let before = after;
+    let update = assimilate(&mut after, &before, plant, observed);
+    after.keep_positive(0, observed.shape);
+    (after, update)
 }
 
 /// The valve of a hypothesis, without its wear.

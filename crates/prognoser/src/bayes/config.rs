@@ -1,10 +1,9 @@
 //! Priors and settings of the Bayesian estimate.
 
-use super::hypothesis::Mode;
-use super::law::Law;
-
 /// Smallest noise that can be stated, in s; a log is rounded more coarsely.
 const SMALLEST_NOISE_S: f64 = 1e-6;
+/// Shape of the gamma prior of the rate at which rests end.
+pub(crate) const REST_SHAPE: f64 = 2.0;
 
 /// What is known about the noise of the timings.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -85,6 +84,8 @@ pub struct GrowthPrior {
     pub leaps: f64,
     /// Probability a cycle that wear begins on a valve of which nothing is known yet.
     pub onset: f64,
+    /// Share of that which begins with a step and then rests.
+    pub onset_step: f64,
     /// Probability a cycle that a second leak begins beside the one that is there.
     pub second: f64,
     /// Probability a cycle that steady growth becomes another one.
@@ -97,7 +98,7 @@ pub struct GrowthPrior {
     pub loosen: f64,
     /// Probability a cycle that growth rests.
     pub pause: f64,
-    /// Probability a cycle that it goes on.
+    /// Probability a cycle that it goes on, where it has just begun to rest.
     pub resume: f64,
     /// Probability a cycle of a step up or of a partial repair.
     pub step: f64,
@@ -159,13 +160,10 @@ impl GrowthPrior {
         0.5 / (0.5 / self.onset + healthy_cycles)
     }
 
-    /// Relative standard deviation by which a pace changes in a cycle.
-    pub(crate) fn unsteadiness_of(&self, law: Law, mode: Mode) -> f64 {
-        match (law, mode) {
-            (Law::Linear, Mode::Wander) => self.wander,
-            (Law::Linear, _) => 0.0,
-            _ => self.unsteadiness,
-        }
+    /// Probability a cycle that growth goes on which has rested for so many. How long rests are on this valve is not known: with a
+    /// gamma prior of shape [`REST_SHAPE`] each cycle at rest makes it less likely.
+    pub(crate) fn resume_after(&self, rested_cycles: f64) -> f64 {
+        REST_SHAPE / (REST_SHAPE / self.resume + rested_cycles)
     }
 
     /// Share of growth along curves from the first cycle on.
@@ -234,6 +232,7 @@ impl Default for GrowthPrior {
             roughness: 1.1,
             leaps: 1.5,
             onset: 0.01,
+            onset_step: 0.05,
             second: 0.001,
             turn: 0.004,
             new_pace: 1.0,

@@ -1,5 +1,6 @@
 //! When the hypotheses end.
 
+use super::config::REST_SHAPE;
 use super::special::{normal_deviation, normal_share, quick_exp, quick_ln};
 use super::wide::{Wide, widely};
 
@@ -354,10 +355,10 @@ impl<F: Fn(f64) -> f64> Curve<F> {
     }
 }
 
-/// The waiting times, in cycles, until rested growth goes on: the thirds of an
-/// exponential distribution.
+/// The waiting times, in cycles, until rested growth goes on that does so with some probability in the next one: the middles of the
+/// thirds of a Lomax distribution, which an exponential one is whose rate has a gamma prior.
 pub(crate) fn waits(resume: f64) -> [f64; 3] {
-    [0.18, 0.69, 1.99].map(|share| share / resume)
+    [1.0 / 6.0, 0.5, 5.0 / 6.0].map(|within: f64| REST_SHAPE / resume * ((1.0 - within).powf(-1.0 / REST_SHAPE) - 1.0))
 }
 
 #[cfg(test)]

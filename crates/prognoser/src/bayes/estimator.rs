@@ -9,7 +9,7 @@ use super::ending::{Block, Ending, LONGEST, Line, Quantiles, waits};
 use super::estimate::{BayesEstimate, Change, EndEstimate, FaultProbability, Wanted, fault_call};
 use super::hypothesis::{Cause, Hypothesis, Mode, SEEN_FROM};
 use super::law::Law;
-use super::motion::drift_turn;
+use super::motion::{drift_turn, unsteadiness};
 use super::plant::{CycleConditions, Plant};
 use super::rate_prior::{Corrected, NODES, Node, RatePrior};
 use super::special::quick_exp;
@@ -345,11 +345,12 @@ impl BayesEstimator {
         let [var_level, cov, var_growth] =
             [hypothesis.cov[0][0], hypothesis.cov[0][1], hypothesis.cov[1][1]].map(|v| v * sigma2);
         let level = hypothesis.mean[0] + nearer;
+        let resume = self.config.growth_prior.resume_after(hypothesis.rested);
         let mut add = |line: Line| {
             if hypothesis.mode == Mode::Rest && weight <= SMALL {
-                lines.push(Line { rest: 1.0 / self.config.growth_prior.resume, ..line });
+                lines.push(Line { rest: 1.0 / resume, ..line });
             } else if hypothesis.mode == Mode::Rest {
-                let waits = waits(self.config.growth_prior.resume);
+                let waits = waits(resume);
                 let share = line.weight / waits.len() as f64;
                 lines.extend(waits.map(|rest| Line { weight: share, rest, ..line }));
             } else {
@@ -357,7 +358,7 @@ impl BayesEstimator {
             }
         };
         let rough = |growth: f64| if hypothesis.mode == Mode::Rough { (leaps * growth).powi(2) } else { 0.0 };
-        let unsteadiness = self.config.growth_prior.unsteadiness_of(hypothesis.law, hypothesis.mode);
+        let unsteadiness = unsteadiness(hypothesis, &self.config.growth_prior);
         let turns = |growth: f64| (unsteadiness * growth).powi(2);
         let turns_until = if unsteadiness > 0.0 { (LARGEST_TURN / unsteadiness).powi(2) } else { 0.0 };
         match pace {

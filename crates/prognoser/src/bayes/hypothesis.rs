@@ -83,6 +83,8 @@ pub(crate) struct Hypothesis {
     pub noise: NoiseState,
     /// By how much the variance of a reading counts as larger in `cov`.
     pub inflation: f64,
+    /// Cycles for which it has rested so far.
+    pub rested: f64,
 }
 
 impl Hypothesis {
@@ -274,6 +276,7 @@ impl Hypothesis {
             unit: [0.0; 2],
             noise: NoiseState { weight: [0.0; 3], left_s: [0.0; 2] },
             inflation: 0.0,
+            rested: 0.0,
             ..hypotheses[0]
         };
         for (share, hypothesis) in shares.iter_mut().zip(hypotheses) {
@@ -286,6 +289,7 @@ impl Hypothesis {
             out.unit_variance += share * hypothesis.unit_variance;
             out.noise.mix(&hypothesis.noise, share);
             out.inflation += share * hypothesis.inflation;
+            out.rested += share * hypothesis.rested;
             for stroke in 0..2 {
                 out.unit[stroke] += share * hypothesis.unit[stroke];
             }

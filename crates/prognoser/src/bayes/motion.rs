@@ -19,6 +19,9 @@ const LN_LIKELY: f64 = -6.0;
 const LEAST_PACE_SIGMAS: f64 = 0.25;
 /// Standard deviations by which a pace lies below [`SLOW_BELOW`] where growth that has begun late is a slow one.
 const SLOW_SIGMAS: f64 = 2.0;
+/// Cycles of the lives for which the chances of changes are stated.
+const ORDINARY_LIFE_CYCLES: f64 = 50.0;
+const LEAST_LIVELINESS: f64 = 1e-4;
 /// Relative standard deviation of the pace after a rest.
 const RESUMED_PACE: f64 = 0.3;
 /// Of the hypotheses that begin late, the share at a steady pace.
@@ -40,9 +43,13 @@ pub(crate) fn drift_turn(cause: Cause, plant: &Plant) -> f64 {
 /// Moves one hypothesis on by some cycles.
 #[inline]
 pub(crate) fn advance(hypothesis: &mut Hypothesis, plant: &Plant, cycles: f64, prior: &GrowthPrior, shape: f64) {
-    let unsteadiness = prior.unsteadiness_of(hypothesis.law, hypothesis.mode);
+    let unsteadiness = unsteadiness(hypothesis, prior);
     let steps: &[(usize, usize)] = match (hypothesis.cause, hypothesis.mode) {
-        (Cause::None, _) | (Cause::Wear(_), Mode::Rest) => return,
+        (Cause::None, _) => return,
+        (Cause::Wear(_), Mode::Rest) => {
+            hypothesis.rested += cycles;
+            return;
+        }
         (Cause::Wear(_), _) => &[(0, 1)],
         (Cause::Both | Cause::Other, _) => &[(0, 2), (1, 3)],
     };
@@ -66,6 +73,21 @@ pub(crate) fn advance(hypothesis: &mut Hypothesis, plant: &Plant, cycles: f64, p
     if hypothesis.mode == Mode::Rough {
         hypothesis.cov[0][0] += cycles * increment_variance(hypothesis, prior.roughness, sigma2) / sigma2;
     }
+}
+
+/// Relative standard deviation by which the pace of a hypothesis changes in a cycle.
+pub(crate) fn unsteadiness(hypothesis: &Hypothesis, prior: &GrowthPrior) -> f64 {
+    match (hypothesis.law, hypothesis.mode) {
+        (Law::Linear, Mode::Wander) => prior.wander * liveliness(hypothesis).sqrt(),
+        (Law::Linear, _) => 0.0,
+        _ => prior.unsteadiness,
+    }
+}
+
+/// Share of the chances of a change, which are stated for a cycle of growth at the pace of an ordinary life, that a slower pace has:
+/// what changes growth comes with wear and not with time.
+fn liveliness(hypothesis: &Hypothesis) -> f64 {
+    (ORDINARY_LIFE_CYCLES * hypothesis.mean[1]).clamp(LEAST_LIVELINESS, 1.0)
 }
 
 /// Variance of one cycle's increment under varying growth.
@@ -92,30 +114,30 @@ enum Pace {
 }
 
 /// Logarithms of the probabilities a cycle by which hypotheses turn into each other.
-struct Ways {
+struct Ways<'a> {
+    prior: &'a GrowthPrior,
     slow: f64,
     quick: f64,
     loosen: f64,
-    resume: f64,
-    resume_rough: f64,
+    steady: f64,
+    rough: f64,
     pause: f64,
     roughen: f64,
     turn: f64,
-    new_pace: f64,
 }
 
-impl Ways {
-    fn new(prior: &GrowthPrior, slow_share: f64) -> Self {
+impl<'a> Ways<'a> {
+    fn new(prior: &'a GrowthPrior, slow_share: f64) -> Self {
         Self {
+            prior,
             slow: quick_ln(slow_share),
             quick: quick_ln(1.0 - slow_share),
             loosen: quick_ln(prior.loosen),
-            resume: quick_ln(prior.resume * LATE_SHARE),
-            resume_rough: quick_ln(prior.resume * (1.0 - LATE_SHARE)),
+            steady: quick_ln(LATE_SHARE),
+            rough: quick_ln(1.0 - LATE_SHARE),
             pause: quick_ln(prior.pause),
             roughen: quick_ln(prior.roughen),
             turn: quick_ln(0.5 * prior.turn),
-            new_pace: prior.new_pace,
         }
     }
 }
@@ -136,15 +158,19 @@ fn way(hypothesis: &Hypothesis, to: Mode, ways: &Ways, likely: bool, shape: f64)
         }
         (_, from) if to == Mode::Wander => {
             let may = likely && hypothesis.law == Law::Linear && matches!(from, Mode::Steady | Mode::Late | Mode::Slow);
-            may.then_some((ways.loosen, Pace::Same))
+            may.then(|| (ways.loosen + quick_ln(liveliness(hypothesis)), Pace::Same))
         }
-        (_, Mode::Rest) if to == Mode::Rough => Some((ways.resume_rough, Pace::Off(RESUMED_PACE))),
-        (_, Mode::Rest) => Some((ways.resume, Pace::Off(RESUMED_PACE))),
+        (_, Mode::Rest) => {
+            let resumed = if to == Mode::Rough { ways.rough } else { ways.steady };
+            Some((resumed + quick_ln(ways.prior.resume_after(hypothesis.rested)), Pace::Off(RESUMED_PACE)))
+        }
         // What has hardly grown cannot be seen to rest or to vary.
         (_, _) if !likely || hypothesis.law != Law::Linear => None,
-        (_, _) if to == Mode::Rest => Some((ways.pause, Pace::Same)),
-        (_, Mode::Late | Mode::Slow) if to == Mode::Rough => Some((ways.roughen, Pace::Same)),
-        (_, Mode::Steady) => Some((ways.turn, Pace::Off(ways.new_pace))),
+        (_, _) if to == Mode::Rest => Some((ways.pause + quick_ln(liveliness(hypothesis)), Pace::Same)),
+        (_, Mode::Late | Mode::Slow) if to == Mode::Rough => {
+            Some((ways.roughen + quick_ln(liveliness(hypothesis)), Pace::Same))
+        }
+        (_, Mode::Steady) => Some((ways.turn + quick_ln(liveliness(hypothesis)), Pace::Off(ways.prior.new_pace))),
         _ => None,
     }
 }
@@ -206,6 +232,9 @@ pub(crate) fn turn(
                         Pace::Same => {}
                         Pace::Off(by) => moved.unsettle(by, shape),
                         Pace::Fresh => moved.begin_growth(WideGrowth::of(mode), hypothesis.scale / shape),
+                    }
+                    if mode != hypothesis.mode {
+                        moved.rested = 0.0;
                     }
                     (moved.cause, moved.law, moved.mode, moved.ln_weight) = (cause, Law::Linear, mode, ln_weight);
                 }

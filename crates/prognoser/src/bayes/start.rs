@@ -58,6 +58,7 @@ fn healthy((sd, share): (f64, f64), shape: f64, scale: f64) -> Hypothesis {
         unit: [0.0; 2],
         noise: NoiseState::default(),
         inflation: NoiseState::default().inflation(),
+        rested: 0.0,
     };
     hypothesis.set_variances([0.0, 0.0, sd * sd, sd * sd], scale / shape);
     hypothesis

@@ -10,7 +10,7 @@ use super::law::Law;
 use super::noise::NoiseState;
 
 /// Version of [`ValveRecord`]. A record of another version is not understood.
-pub const STATE_VERSION: u32 = 10;
+pub const STATE_VERSION: u32 = 11;
 
 /// Ratio of the usual number of cycles between rows to the unit from which on the unit is another one: priors of paces and of
 /// changes are wider than that.
@@ -45,6 +45,7 @@ struct StoredHypothesis {
     tuned: f32,
     unit: [f32; 2],
     inflation: f32,
+    rested: f32,
     correlated: [f32; 2],
     left_s: [f32; 2],
 }
@@ -163,6 +164,7 @@ impl StoredHypothesis {
             tuned: hypothesis.tuned as f32,
             unit: hypothesis.unit.map(|unit| unit as f32),
             inflation: hypothesis.inflation as f32,
+            rested: hypothesis.rested as f32,
             correlated: [hypothesis.noise.weight[1] as f32, hypothesis.noise.weight[2] as f32],
             left_s: hypothesis.noise.left_s.map(|left| left as f32),
         }
@@ -192,6 +194,7 @@ impl StoredHypothesis {
             tuned: f64::from(self.tuned),
             unit: self.unit.map(f64::from),
             inflation: f64::from(self.inflation),
+            rested: f64::from(self.rested),
             noise: NoiseState { weight: [1.0 - medium - strong, medium, strong], left_s: self.left_s.map(f64::from) },
         }
     }

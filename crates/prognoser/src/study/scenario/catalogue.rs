@@ -69,7 +69,7 @@ const HEALTHY: Scenario = Scenario { name: "healthy", growth: Growth::None, heal
 
 impl Scenario {
     /// Every world, in the order of the table.
-    pub const ALL: [Self; 30] = [
+    pub const ALL: [Self; 31] = [
         PLAIN,
         Self { name: "square", growth: Growth::Square, ..PLAIN },
         Self { name: "exponential", growth: Growth::Exponential, ..PLAIN },
@@ -90,6 +90,7 @@ impl Scenario {
         Self { name: "spring", wear: &[Wear::Spring], ..PLAIN },
         Self { name: "exhaust", wear: &[Wear::Exhaust], ..PLAIN },
         Self { name: "supply line", wear: &[Wear::SupplyLine], ..PLAIN },
+        Self { name: "solenoid", wear: &[Wear::Solenoid], ..PLAIN },
         Self { name: "5 % blank", blanks: 0.05, ..PLAIN },
         Self { name: "20 % blank", blanks: 0.20, ..PLAIN },
         Self { name: "correlated noise", correlation: 0.8, ..PLAIN },

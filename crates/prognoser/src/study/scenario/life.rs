@@ -46,7 +46,7 @@ pub(crate) struct Life {
 /// The severity of each wear over the path of a life.
 struct Course {
     /// When the path is at 1.
-    share: [f64; 6],
+    share: [f64; Wear::ALL.len()],
     /// What begins when the path is somewhere, and its growth over that of the path.
     later: Option<(Wear, f64, f64)>,
 }
@@ -157,7 +157,7 @@ impl Life {
 
 /// What wears, and how much of it.
 fn course(world: &dyn World, scenario: &Scenario, noise: &mut NoiseSource) -> Course {
-    let mut share = [0.0; 6];
+    let mut share = [0.0; Wear::ALL.len()];
     let count = scenario.wear.len() as f64;
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a place in a short list")]
     let place = (noise.uniform() * count).floor() as usize;

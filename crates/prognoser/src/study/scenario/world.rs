@@ -15,12 +15,14 @@ pub enum Wear {
     Exhaust,
     /// A supply line that clogs.
     SupplyLine,
+    /// A solenoid that clogs, for filling and for venting.
+    Solenoid,
 }
 
 impl Wear {
     /// All kinds, in the order of [`ValveState::severity`].
-    pub const ALL: [Self; 6] =
-        [Self::Atmosphere, Self::Supply, Self::Friction, Self::Spring, Self::Exhaust, Self::SupplyLine];
+    pub const ALL: [Self; 7] =
+        [Self::Atmosphere, Self::Supply, Self::Friction, Self::Spring, Self::Exhaust, Self::SupplyLine, Self::Solenoid];
 
     /// The name that a prognosis gives it.
     pub const fn name(self) -> &'static str {
@@ -31,6 +33,7 @@ impl Wear {
             Self::Spring => "spring",
             Self::Exhaust => "exhaust",
             Self::SupplyLine => "supply-line",
+            Self::Solenoid => "solenoid",
         }
     }
 }
@@ -40,7 +43,7 @@ impl Wear {
 pub struct ValveState {
     /// Severity of each kind of wear, 1 where it alone brings a stroke to its
     /// limit under the reference conditions.
-    pub severity: [f64; 6],
+    pub severity: [f64; Wear::ALL.len()],
     /// Absolute supply pressure over that of the reference.
     pub supply_ratio: f64,
     /// Temperature above that of the reference, in K.
@@ -49,7 +52,7 @@ pub struct ValveState {
 
 impl ValveState {
     /// A healthy valve under the reference conditions.
-    pub const HEALTHY: Self = Self { severity: [0.0; 6], supply_ratio: 1.0, warmer_k: 0.0 };
+    pub const HEALTHY: Self = Self { severity: [0.0; Wear::ALL.len()], supply_ratio: 1.0, warmer_k: 0.0 };
 }
 
 /// True stroke times.
