@@ -20,6 +20,7 @@ const INSIDE: u64 = 7;
 const RESOLUTION: f64 = 1e-3;
 
 /// The end over the conditions.
+#[derive(Clone)]
 pub(crate) struct End {
     nodes: [Vec<f64>; 2],
     logarithms: Vec<f64>,

@@ -224,6 +224,17 @@ pub enum Notice {
         /// Why.
         reason: String,
     },
+    /// Times over the conditions are no smooth function of them.
+    #[error(
+        "fault \"{fault}\": the stroke times turn to and fro over pressure and temperature, as friction that sticks and slips lets them; the table goes through their middle, up to {:.0} ms off at what was simulated between its points",
+        1e3 * by_s
+    )]
+    RoughOverConditions {
+        /// The id of what wears.
+        fault: String,
+        /// How far a time is off up to the limit, at worst, s.
+        by_s: f64,
+    },
     /// A limit is longer than the cycle gives the stroke.
     #[error(
         "fault \"{fault}\": the {stroke} limit of {limit_s} s is not below the {window_s} s that the cycle gives the stroke; the severity at which the stroke is not finished counts as the end of life"

@@ -192,6 +192,10 @@ fn table<'a>(
     if let Some(range) = conditions {
         match over_conditions::build(&sweep.simulation, &table.table, range) {
             Ok(over_conditions) => {
+                if over_conditions.is_rough {
+                    let by_s = over_conditions.table.info().interpolation_error.up_to_limit_s;
+                    table.notices.push(Notice::RoughOverConditions { fault: sweep.simulation.id(), by_s });
+                }
                 table.over_conditions = Some(over_conditions.table);
                 table.simulated += over_conditions.simulated;
             }

@@ -50,10 +50,19 @@ const STEEP_FROM: f64 = 0.95;
 /// A table need not reach its limits if a stroke is no longer finished at most this far beyond its end.
 const FARTHEST_STALL: f64 = 1.15;
 
+/// Nodes of a condition that varies where times are no smooth function of it: between two of them any times go one way.
+const ROUGH_NODES: [usize; 3] = [5, 3, 2];
+/// Severities there, at most about so many: more of them follow single turns.
+const ROUGH_SHARES: usize = 30;
+/// By what share of itself a time may turn there: by any.
+const TURNS_ANYHOW: f64 = 1.0;
+
 /// A table over conditions and how many severities were simulated for it.
 pub(crate) struct OverConditions {
     pub table: ConditionTable,
     pub simulated: usize,
+    /// Whether it goes through the middle of times that it does not follow.
+    pub is_rough: bool,
 }
 
 /// Where a table is measured: conditions and a share of the end there.
@@ -69,6 +78,8 @@ struct Grid<'a> {
     samples: BTreeMap<(u64, u64, Ticks), SeverityPoint>,
     /// How often its end was drawn in for being too steep.
     retreats: usize,
+    /// Whether times that turn are evened out however far they do.
+    is_rough: bool,
 }
 
 /// Builds the table of one degradation over a range of conditions, from its table at the valve's own.
@@ -79,8 +90,17 @@ pub(crate) fn build(
 ) -> Result<OverConditions, BuildError> {
     let nodes = Condition::ALL.map(|condition| extrema(range.get(condition), first_nodes(range, condition)));
     let end = ends::find(simulation, table, range)?;
-    let mut grid =
-        Grid { simulation, nodes, range: *range, end, shares: shares(table), samples: BTreeMap::new(), retreats: 0 };
+    let begun = (end.clone(), thinned(&shares(table)));
+    let mut grid = Grid {
+        simulation,
+        nodes,
+        range: *range,
+        end,
+        shares: shares(table),
+        samples: BTreeMap::new(),
+        retreats: 0,
+        is_rough: false,
+    };
     loop {
         let (nodes, shares) = (grid.nodes.clone(), grid.shares.clone());
         match grid.built() {
@@ -88,6 +108,9 @@ pub(crate) fn build(
                 (grid.nodes, grid.shares) = (nodes, shares);
                 grid.retreats += 1;
                 grid.end.shrink(RETREAT);
+            }
+            Err(error @ (BuildError::NotSmooth { .. } | BuildError::TooManyPoints { .. })) if simulation.sticks() => {
+                return grid.roughly(begun).unwrap_or(Err(error));
             }
             table => return grid.finish(&table?),
         }
@@ -103,6 +126,26 @@ struct Missed {
 }
 
 impl Grid<'_> {
+    /// The table of a valve that sticks and slips, whose times turn to and fro from one severity and pressure to the next: through
+    /// their middle, over as many nodes as it can be had with. None if it cannot be had at all.
+    fn roughly(mut self, (end, shares): (End, Vec<f64>)) -> Option<Result<OverConditions, BuildError>> {
+        self.is_rough = true;
+        for count in ROUGH_NODES {
+            let nodes_of = |condition| if self.range.varies(condition) { count } else { 1 };
+            self.nodes = Condition::ALL.map(|condition| extrema(self.range.get(condition), nodes_of(condition)));
+            (self.end, self.shares) = (end.clone(), shares.clone());
+            match self.table() {
+                Ok(table) => {
+                    let places: Vec<CheckPoint> = places(&self.range).collect();
+                    return Some(self.points(&places).and_then(|_| self.finish(&table)));
+                }
+                Err(BuildError::NotSmooth { .. }) => {}
+                Err(error) => return Some(Err(error)),
+            }
+        }
+        None
+    }
+
     /// Adds points and nodes until the table is as accurate as asked.
     fn built(&mut self) -> Result<ConditionTable, BuildError> {
         for _ in 0..MOST_ROUNDS {
@@ -201,7 +244,7 @@ impl Grid<'_> {
                 let stored_times = |stroke: Stroke| {
                     let times = times(points, stroke);
                     let even = if moves(stroke) {
-                        self.simulation.evened(&self.shares, &times)
+                        self.simulation.evened(&self.shares, &times, self.is_rough.then_some(TURNS_ANYHOW))
                     } else {
                         levelled(&times, ways[stroke as usize], tolerance_s).0
                     };
@@ -418,7 +461,7 @@ impl Grid<'_> {
         let info = ConditionInfo { interpolation_error: error, checked: places.len(), ..*table.info() };
         let table = ConditionTable::new(wear, pressures, temperatures, self.shares.clone(), &nodes, info)
             .map_err(|source| BuildError::Grid { fault: self.simulation.id(), source: Box::new(source) })?;
-        Ok(OverConditions { table, simulated: self.samples.len() + self.end.simulated() })
+        Ok(OverConditions { table, simulated: self.samples.len() + self.end.simulated(), is_rough: self.is_rough })
     }
 
     /// Every place that was simulated and is none of the table's points.
@@ -459,6 +502,13 @@ fn shares(table: &SeverityTable) -> Vec<f64> {
         }
     }
     shares
+}
+
+/// Some of them, the first and the last among these.
+fn thinned(shares: &[f64]) -> Vec<f64> {
+    let (last, step) = (shares.len() - 1, shares.len().div_ceil(ROUGH_SHARES));
+    let kept = |(index, _): &(usize, &f64)| index % step == 0 && index + step <= last || *index == last;
+    shares.iter().enumerate().filter(kept).map(|(_, share)| *share).collect()
 }
 
 fn first_nodes(range: &ConditionRange, condition: Condition) -> usize {

@@ -122,7 +122,7 @@ impl<'a> Refinement<'a> {
         let x: Vec<f64> = self.knots.iter().map(|ticks| self.sweep.simulation.si(*ticks)).collect();
         let y: Vec<f64> = self.knots.iter().map(time).collect();
         let curve = if self.moves(stroke) {
-            let even = self.sweep.simulation.evened(&x, &y);
+            let even = self.sweep.simulation.evened(&x, &y, None);
             MonotoneCubic::new(x, even).map_err(|error| match error {
                 CurveError::NotMonotone { index } => index.max(1),
                 _ => 1,

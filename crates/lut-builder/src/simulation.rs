@@ -55,9 +55,10 @@ impl<'a> Simulation<'a> {
         f64::from_bits(self.wandering.load(Ordering::Relaxed))
     }
 
-    /// Times of rising severities, evened out where they turn by no more than friction lets them; what turns by more stays.
-    pub(crate) fn evened(&self, severities: &[f64], times_s: &[f64]) -> Vec<f64> {
-        let (even, most_s) = evened(severities, times_s, self.uneven());
+    /// Times of rising severities, evened out where they turn by no more than friction lets them, or than the given share of
+    /// themselves; what turns by more stays.
+    pub(crate) fn evened(&self, severities: &[f64], times_s: &[f64], most: Option<f64>) -> Vec<f64> {
+        let (even, most_s) = evened(severities, times_s, most.unwrap_or_else(|| self.uneven()));
         if most_s > 0.0 {
             // A turn goes as far back as it comes on again.
             self.wanders(2.0 * most_s);
@@ -68,8 +69,13 @@ impl<'a> Simulation<'a> {
     /// The share of itself by which a time may turn: a valve that is known to stick and slip may turn as far as it goes astray
     /// from cycle to cycle.
     fn uneven(&self) -> f64 {
-        let sticks = self.model.valve.effects().iter().any(|effect| effect.kind() == EffectKind::DRY_FRICTION);
-        if sticks { ASTRAY } else { UNEVEN }
+        if self.sticks() { ASTRAY } else { UNEVEN }
+    }
+
+    /// Whether the valve is known to stick and slip.
+    pub(crate) fn sticks(&self) -> bool {
+        let sticks = [EffectKind::DRY_FRICTION, EffectKind::SEAL_FRICTION];
+        self.model.valve.effects().iter().any(|effect| sticks.contains(&effect.kind()))
     }
 
     /// The id of what wears.

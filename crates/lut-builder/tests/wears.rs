@@ -163,6 +163,64 @@ fn tables_of_leaks_are_the_same_whatever_else_is_built() {
     }
 }
 
+/// A valve of 63 mm whose piston holds far more at rest than while it slides.
+const STICKING: &str = r#"
+name = "HV-1"
+[actuator]
+stroke = "40 mm"
+piston_area = "30.7 cm2"
+moving_mass = "2.1 kg"
+dead_volume = "37 cm3"
+viscous_friction = "418 N s/m"
+[spring]
+stiffness = "11.5 N/mm"
+preload_compression = "39 mm"
+[stops]
+contact_stiffness = "10 MN/m"
+[gas]
+ratio_of_specific_heats = 1.4
+specific_gas_constant = "287.05 J/(kg K)"
+compressibility = 1.0
+[pneumatics]
+supply_pressure = "5.5 barg"
+ambient_pressure = "101.325 kPa"
+temperature = "20 degC"
+flow_coefficient = 0.86
+solenoid_orifice_area = "1.05 mm2"
+port_orifice_area = "6.6 mm2"
+pipe_volume = "21.7 cm3"
+[cycle]
+close_at = "0 s"
+open_at = "3 s"
+end = "9 s"
+[limits]
+close_within = "2 s"
+open_within = "4.5 s"
+[[effect]]
+kind = "dry-friction"
+coulomb_force = "47.5 N"
+static_force = "84 N"
+stribeck_velocity = "0.012 m/s"
+"#;
+
+#[test]
+#[ignore = "takes most of a minute: looks for a smooth table first"]
+fn times_that_turn_to_and_fro_have_a_table_over_pressure_through_their_middle() {
+    let file = ValveFile::parse(STICKING, "valve.toml").expect("a valve file");
+    let t = file.valve().parameters().temperature_k;
+    let range = ConditionRange { supply_pressure_pa: (642_800.0, 659_900.0), temperature_k: (t, t) };
+    let built = tables(&file, &Request { conditions: Some(range), ..Request::default() }).expect("tables");
+    let rough = built.notices.iter().find_map(|notice| match notice {
+        Notice::RoughOverConditions { fault, by_s } => Some((fault.clone(), *by_s)),
+        _ => None,
+    });
+    let (fault, by_s) = rough.unwrap_or_else(|| panic!("a notice: {:?}", built.notices));
+    assert!((0.005..0.1).contains(&by_s), "{by_s}");
+    // As good as that where it was not measured.
+    let worst_s = worst_over_conditions(&file, &built.bundle, &fault, 0.17);
+    assert!(worst_s < 2.0 * by_s, "{worst_s} for {by_s}");
+}
+
 #[test]
 #[cfg_attr(debug_assertions, ignore = "slow: runs with --release")]
 fn tables_over_pressure_agree_with_the_simulation() {
