@@ -35,7 +35,7 @@ pub fn run(args: &CalibrateArgs) -> anyhow::Result<Answer> {
     let calibration = Calibration::new(&input.file, &input.campaign, Stop::never())?;
     drop(line);
     // Values that only stand in for missing physics are in nobody's valve.
-    let withheld = calibration.verdict == Verdict::BeyondTolerance && !args.force;
+    let withheld = calibration.verdict.is_doubtful() && !args.force;
     let written = args.out.as_deref().filter(|_| !withheld);
     if let Some(out) = out.filter(|_| !withheld) {
         out.write_whole(calibration.adopted(&input.file, &input.campaign.name)?.text().as_bytes())?;
@@ -68,7 +68,7 @@ fn outcome(args: &CalibrateArgs, written: Option<&Path>) -> String {
     match (&args.out, written) {
         (_, Some(out)) => format!("\nwritten: {}\n", out.display()),
         (Some(out), None) => format!(
-            "\nnot written: {}, for its values would only stand in for what is missing; --force writes it all the same\n",
+            "\nnot written: {}, for its values may only stand in for what is missing; --force writes it all the same\n",
             out.display()
         ),
         (None, None) => String::new(),
@@ -78,6 +78,9 @@ fn outcome(args: &CalibrateArgs, written: Option<&Path>) -> String {
 /// What to do with what was found.
 fn next(args: &CalibrateArgs, calibration: &Calibration, written: Option<&Path>) -> String {
     let (valve, campaign) = (args.valve.display().to_string(), args.campaign.display().to_string());
+    if calibration.verdict == Verdict::ValuesBeyondTolerance {
+        return next_step("see whether an effect explains it in their place", &["explain", &valve, &campaign]);
+    }
     if calibration.verdict != Verdict::Explained {
         return next_step("find the effect that is missing", &["explain", &valve, &campaign]);
     }

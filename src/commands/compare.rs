@@ -81,7 +81,7 @@ fn next(args: &CompareArgs, input: &CampaignInput, compared: &Compared, tells_fo
         let why = "noise and instruments explain the error: build the tables that a timing log is read with";
         return next_step(why, &["build-tables", &valve, "--out", &free_name_beside(&args.valve, "tables")]);
     }
-    if tells_force {
+    if tells_force && (input.is_fitted() || input.file.tolerances().is_empty()) {
         let why = "describe what is missing as a custom effect in the valve file: [[effect]] tells how";
         return next_step(why, &["help", "formats"]);
     }

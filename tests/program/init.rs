@@ -42,7 +42,7 @@ fn a_datasheet_becomes_a_valve_file_that_runs() {
         "supply_pressure = \"5.2 barg\"",
         "solenoid_orifice_area = \"0.5027 mm2\"",
         "\"actuator.dead_volume\" = 0.5",
-        "\"stops.contact_stiffness\" = 0.5",
+        "\"stops.contact_stiffness\" = 1",
         "\"spring.stiffness\" = 0.03",
     ] {
         assert!(text.contains(line), "{line} in\n{text}");

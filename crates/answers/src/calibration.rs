@@ -15,6 +15,9 @@ pub fn verdict_words(calibration: &Calibration) -> &'static str {
     match calibration.verdict {
         Verdict::Explained => "calibration within the tolerances explains everything",
         Verdict::SomethingLeft => "something small is left that calibration does not explain",
+        Verdict::ValuesBeyondTolerance => {
+            "values beyond their tolerances explain everything: either they were believed wrongly, or they stand in for physics that is missing"
+        }
         Verdict::BeyondTolerance => "something beyond the tolerances is there: physics is missing from the model",
     }
 }

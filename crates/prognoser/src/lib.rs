@@ -16,6 +16,7 @@
 pub mod bayes;
 mod calendar;
 mod fault_call;
+mod intermittent;
 mod kept;
 mod learn;
 mod log;

@@ -35,6 +35,10 @@ pub(crate) struct Times {
     known: bool,
     /// Rows in succession that were not.
     exchanged: u32,
+    /// The times before those that are believed all the same, since so many of them came, s; none once a row is like those before.
+    before_s: Option<[f64; 2]>,
+    /// Cycle of the first of them.
+    since: u64,
 }
 
 impl Times {
@@ -54,8 +58,18 @@ impl Times {
             }
             return true;
         }
-        *self = Self { own_s: Some([close_s, open_s]), known: true, exchanged: 0 };
+        if self.before_s.is_some_and(|before| apart(before, [close_s, open_s]) < STRANGE) {
+            self.before_s = None;
+        } else if lasts && own.is_some_and(is_so) {
+            self.before_s = own;
+        }
+        *self = Self { own_s: Some([close_s, open_s]), known: true, exchanged: 0, ..*self };
         false
+    }
+
+    /// In words that times which are believed now would fit as well the other way round, if they would.
+    pub(crate) fn doubt(&self) -> Option<String> {
+        self.before_s.map(|_| format!("or the two times are exchanged since cycle {}", self.since))
     }
 }
 
@@ -75,6 +89,9 @@ pub(crate) fn left_out(
     if let [Some(close_s), Some(open_s)] = times
         && so_far.are_exchanged(tables, close_s, open_s)
     {
+        if so_far.exchanged <= 1 {
+            so_far.since = reading.cycle;
+        }
         notices.push(Notice::Exchanged);
         return (without(reading, [true, true]), true);
     }

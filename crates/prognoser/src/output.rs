@@ -90,6 +90,23 @@ pub(crate) fn remark(tables: &TableBundle, reading: &Reading, estimate: &BayesEs
     }));
 }
 
+/// Whether a row is off in every stroke that it tells.
+pub(crate) fn is_off(reading: &Reading, estimate: &BayesEstimate) -> bool {
+    let mut told = Stroke::ALL.into_iter().filter(|stroke| reading.time_s(*stroke).is_some()).peekable();
+    let is_outlier = |stroke: Stroke| estimate.inlier[stroke as usize] < OUTLIER_BELOW;
+    told.peek().is_some() && told.all(is_outlier)
+}
+
+/// How far the times of a row are on the way from those of a healthy valve to their limits, of the stroke that is farther.
+pub(crate) fn way_to_limit(tables: &TableBundle, reading: &Reading) -> f64 {
+    let way = |stroke: Stroke| {
+        let healthy_s = tables.entry(0).table.points().first()?.time_s(stroke)?;
+        let limit_s = tables.manifest().limits.within_s(stroke);
+        Some((reading.time_s(stroke)? - healthy_s) / (limit_s - healthy_s))
+    };
+    Stroke::ALL.into_iter().filter_map(way).fold(0.0, f64::max)
+}
+
 /// What is said once of a valve, as far as it holds now.
 pub(crate) fn findings(
     tables: &TableBundle,

@@ -10,12 +10,14 @@ use crate::bayes::{
     BayesConfig, BayesEstimate, BayesEstimator, Change, Noise, PROPER_FROM, ValveRecord, Wanted, Workspace,
 };
 use crate::calendar::{Calendar, Dated};
+use crate::fault_call::FaultCall;
+use crate::intermittent::{Intermittent, Seen};
 use crate::kept::KeptPrognosis;
 use crate::log::LogRow;
 use crate::mistakes::{self, Times};
 use crate::notice::Notice;
 use crate::ols::OlsEstimator;
-use crate::output::{blank, findings, from_bayes, from_ols, is_far_off, limits, remark};
+use crate::output::{blank, findings, from_bayes, from_ols, is_far_off, is_off, limits, remark, way_to_limit};
 use crate::reading::Reading;
 use crate::record::{Prognosis, Status};
 use crate::repeats::{Repeated, Repeats};
@@ -108,6 +110,8 @@ struct Rows {
     times: Times,
     /// By which times are told that a recorder repeats.
     repeats: Repeats,
+    /// By which a fault is told that comes and goes.
+    intermittent: Intermittent,
 }
 
 /// What all valves are looked at with.
@@ -304,13 +308,21 @@ impl Valve {
                 rows.over[stroke] = 0;
             }
         }
-        let (mut repaired, mut is_odd) = (false, false);
+        let (mut repaired, mut is_odd, mut comes_and_goes) = (false, false, None);
         let mut prognosis = match (&mut self.estimator, method) {
             (Estimator::Bayes(estimator), Method::Bayes(config)) => {
                 let estimate = estimator.update_in(workspace, tables, reading, *wanted);
                 remark(tables, reading, &estimate, &mut notices);
                 repaired = estimate.change == Some(Change::Repaired);
                 let prognosis = from_bayes(name, tables, reading, &estimate, config);
+                let seen = Seen {
+                    is_off: is_off(reading, &estimate),
+                    steps: estimate.change == Some(Change::Stepped),
+                    is_repaired: repaired,
+                    is_healthy: prognosis.fault == FaultCall::None,
+                    way: way_to_limit(tables, reading),
+                };
+                comes_and_goes = rows.intermittent.take(reading.cycle, &seen);
                 is_odd |= is_far_off(&estimate, config);
                 let mut found = findings(tables, reading, &estimate, &prognosis, config);
                 found.extend(rows.noise_larger(config, &estimate));
@@ -342,9 +354,14 @@ impl Valve {
             let words = "status of an earlier row, until three calmer ones";
             prognosis.caveat = Some(prognosis.caveat.map_or(words.to_owned(), |other| format!("{words}; {other}")));
         }
-        if let Some(words) = stuck {
-            prognosis.caveat =
-                Some(prognosis.caveat.map_or_else(|| words.clone(), |other| format!("{words}; {other}")));
+        if comes_and_goes.is_some() && prognosis.status <= Status::Unknown {
+            prognosis.status = Status::Watch;
+        }
+        for words in [rows.times.doubt(), comes_and_goes, stuck.clone()].into_iter().flatten() {
+            prognosis.caveat = Some(match prognosis.caveat {
+                Some(other) => format!("{words}; {other}"),
+                None => words,
+            });
         }
         if dead || mistaken || stuck.is_some() || is_odd {
             prognosis.status = rows.ladder.untold();

@@ -89,3 +89,43 @@ fn leaks_are_not_negative_to_explain_what_no_leaks_do() {
         }
     }
 }
+
+#[test]
+fn a_leak_that_comes_and_goes_is_told_between_its_times() {
+    for fault in Fault::ALL {
+        for seed in 0..5 {
+            // Seven cycles of fourteen, each time somewhat larger.
+            let leak = |k: f64| if k % 14.0 < 7.0 { 0.0 } else { 0.3 + k / 300.0 };
+            let prognoses = run(Method::default(), &log(&tables(), fault, 104, 0.01, seed, leak));
+            let between = &prognoses[101];
+            let caveat = between.caveat.as_deref().unwrap_or_default();
+            assert!(caveat.contains("comes and goes: "), "{fault}, {seed}: {between:?}");
+            assert!(between.status >= Status::Watch, "{fault}, {seed}: {between:?}");
+        }
+    }
+    // Noise, a mistyped row in fifty, and growth by leaps are no such thing.
+    let mistyped = |cycle: u64, times: [f64; 2]| if cycle % 50 == 20 { times.map(|time| 1.4 * time) } else { times };
+    for seed in 0..5 {
+        let sound = healthy(400, seed, |_| 0.02, mistyped);
+        let leaps = log(&tables(), Fault::Atmosphere, 60, 0.01, seed, |k| 0.08 * (k / 6.0).floor());
+        for one in run(Method::default(), &sound).iter().chain(&run(Method::default(), &leaps)) {
+            assert!(!one.caveat.as_deref().unwrap_or_default().contains("comes and goes"), "{seed}: {one:?}");
+        }
+    }
+}
+
+#[test]
+fn columns_that_are_exchanged_from_a_row_on_stay_doubted() {
+    let swapped = |cycle: u64, [close, open]: [f64; 2]| if cycle < 30 { [close, open] } else { [open, close] };
+    let prognoses = run(Method::default(), &healthy(60, 3, |_| 0.01, swapped));
+    assert_eq!(notices(&prognoses).first(), Some(&(30, "exchanged")));
+    for one in &prognoses[34..] {
+        let caveat = one.caveat.as_deref().unwrap_or_default();
+        assert!(caveat.contains("or the two times are exchanged since cycle 30"), "{one:?}");
+    }
+    // Put right again they are doubted no more.
+    let mended =
+        |cycle: u64, [close, open]: [f64; 2]| if (30..45).contains(&cycle) { [open, close] } else { [close, open] };
+    let prognoses = run(Method::default(), &healthy(60, 3, |_| 0.01, mended));
+    assert!(!prognoses[59].caveat.as_deref().unwrap_or_default().contains("exchanged"), "{:?}", prognoses[59]);
+}

@@ -20,7 +20,8 @@ const USUAL_AMBIENT_PA: f64 = 101_325.0;
 const USUAL_COEFFICIENT: &str = "0.86";
 /// How well the stiffness of stops is known: as stated, and as typical.
 const KNOWN_STOPS: f64 = 0.1;
-const UNKNOWN_STOPS: f64 = 0.5;
+// Rubber or metal: a factor of three either way.
+const UNKNOWN_STOPS: f64 = 1.0;
 
 /// A piston area and a bore agree where their areas do to this share: a rod through the chamber takes more away.
 const SAME_AREA: f64 = 0.01;
@@ -175,7 +176,7 @@ impl<'a> Collector<'a> {
                 self.named("--contact-stiffness", plain(text, Dimension::Stiffness));
                 (text.clone(), "of the end stops", KNOWN_STOPS)
             }
-            None => (written_stiffness(size), "typical of metal stops", UNKNOWN_STOPS),
+            None => (written_stiffness(size), "typical; how stiff the stops are", UNKNOWN_STOPS),
         };
         let comment = comment.to_owned();
         Entry { key: "stops.contact_stiffness", text: quoted(&text), comment, tolerance: Some(tolerance) }

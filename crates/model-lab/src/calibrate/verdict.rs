@@ -24,7 +24,10 @@ pub enum Verdict {
     Explained,
     /// What is left is more than noise, and no more than common instruments do.
     SomethingLeft,
-    /// Too much is left, or parameters had to go too far: physics is missing.
+    /// Parameters that had to go too far explain everything: values of the valve file are not what they are believed to be, or
+    /// physics is missing that they stand in for.
+    ValuesBeyondTolerance,
+    /// Too much is left: physics is missing.
     BeyondTolerance,
 }
 
@@ -34,8 +37,14 @@ impl Verdict {
         match self {
             Self::Explained => "explained",
             Self::SomethingLeft => "something-left",
+            Self::ValuesBeyondTolerance => "values-beyond-tolerance",
             Self::BeyondTolerance => "beyond-tolerance",
         }
+    }
+
+    /// Whether what was found may be no more than a stand-in for physics that is missing.
+    pub fn is_doubtful(self) -> bool {
+        matches!(self, Self::ValuesBeyondTolerance | Self::BeyondTolerance)
     }
 }
 
@@ -69,6 +78,9 @@ pub(super) fn judge(model: &Model<ValveProblem<'_>>, conflicts: &[String]) -> (V
     if !is_left && reasons.is_empty() {
         let all = "tolerances, noise and what instruments and conditions may be off by explain everything";
         return (Verdict::Explained, vec![all.to_owned()]);
+    }
+    if !is_left && !is_large {
+        return (Verdict::ValuesBeyondTolerance, reasons);
     }
     let replicates = lack_of_fit(model).filter(|statistic| *statistic < LARGEST_LACK_OF_FIT);
     if replicates.is_some() && !is_large && reasons.is_empty() {

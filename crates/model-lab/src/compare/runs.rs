@@ -65,9 +65,11 @@ pub struct RunComparison {
     pub predicted: Predicted,
 }
 
-/// Whether only the simulation gets to the limit.
-fn is_short(levels: &[LevelTimes]) -> bool {
-    levels.last().is_some_and(|limit| limit.measured_s.is_none() && limit.simulated_s.is_some())
+/// Where a stroke is timed, m: at its limit, but so far before the stop at least as a sensor's zero may be off. Nearer to it, zero and
+/// noise decide when, or whether, a record gets there.
+fn timed_at(limit_m: f64, closes: bool, zero_m: f64, stroke_m: f64) -> f64 {
+    let zero_m = zero_m.min(0.5 * stroke_m);
+    if closes { limit_m.max(zero_m) } else { limit_m.min(stroke_m - zero_m) }
 }
 
 /// Compares a run, of its index among all, with its simulated record. The residuals are those of all recordings of a problem.
@@ -83,7 +85,6 @@ pub(super) fn compare_run(
     let simulated = Smoothed::new(&data.times_s, &predicted.position_m, samples);
     let stroke_m = valve.parameters().stroke_m;
     let limits = [valve.switches().closed_at * stroke_m, valve.switches().open_at * stroke_m];
-    // A sensor whose zero is off does not show the last of a stroke.
     let zero_m = problem.nuisances.iter().filter(|entry| matches!(entry.nuisance, Nuisance::Zero(_)));
     let zero_m = zero_m.map(|entry| entry.size).fold(0.0, f64::max);
     let mut strokes = Vec::new();
@@ -92,12 +93,8 @@ pub(super) fn compare_run(
         let until_s = data.run.commands.get(index + 1).map_or(f64::INFINITY, |next| next.time_s);
         let window = StrokeWindow { direction: Direction::of(command.closes()), command_s: command.time_s, until_s };
         let limit = limits[usize::from(!command.closes())];
-        let timed = |limit_m: f64| level_times(&window, (&measured, &simulated), (stroke_m, limit_m), noise_m);
-        let mut levels = timed(limit);
-        if is_short(&levels) {
-            let nearly = timed(if command.closes() { limit + zero_m } else { limit - zero_m });
-            levels = if is_short(&nearly) { levels } else { nearly };
-        }
+        let limit_m = timed_at(limit, command.closes(), zero_m, stroke_m);
+        let levels = level_times(&window, (&measured, &simulated), (stroke_m, limit_m), noise_m);
         ends.push(boundaries(&levels, until_s.min(data.run.end_s) - command.time_s));
         strokes.push(StrokeComparison { window, levels });
     }
@@ -146,4 +143,20 @@ pub(super) fn compare_run(
         predicted,
     };
     (compared, squares)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::timed_at;
+
+    #[test]
+    fn a_limit_at_a_stop_is_timed_where_a_sensor_can_show_it() {
+        let (stroke_m, zero_m) = (0.04, 2e-4);
+        assert_eq!(timed_at(0.0, true, zero_m, stroke_m), zero_m);
+        assert_eq!(timed_at(stroke_m, false, zero_m, stroke_m), stroke_m - zero_m);
+        // One that lies before the stop stays where it is, as does any where zeros are not off.
+        assert_eq!(timed_at(1e-3, true, zero_m, stroke_m), 1e-3);
+        assert_eq!(timed_at(0.038, false, zero_m, stroke_m), 0.038);
+        assert_eq!(timed_at(0.0, true, 0.0, stroke_m), 0.0);
+    }
 }

@@ -284,7 +284,9 @@ pub fn nuisance_reports(
         .enumerate()
         .filter_map(|(place, entry)| {
             let index = first + place;
-            if !is_told(entry, best.fit.u[index]) || stands_for(entry.nuisance, parameters) {
+            // However much records disagree by, no less is known than before them.
+            let standard_error = certainty.sigma(problem, &best.fit.u, |u| u[index]).min(entry.coordinate.sigma);
+            if !is_told(entry, best.fit.u[index], standard_error) || stands_for(entry.nuisance, parameters) {
                 return None;
             }
             let (what, unit) = entry.nuisance.words();
@@ -296,8 +298,7 @@ pub fn nuisance_reports(
                 what,
                 record,
                 value: entry.size * best.fit.u[index],
-                // However much records disagree by, no less is known than before them.
-                sigma: entry.size * certainty.sigma(problem, &best.fit.u, |u| u[index]).min(entry.coordinate.sigma),
+                sigma: entry.size * standard_error,
                 prior: entry.size * entry.coordinate.sigma,
                 unit,
                 is_at_bound: best.fit.held[index],

@@ -246,9 +246,15 @@ const BY_ROUNDING: f64 = 1e-12;
 /// A nuisance is told where it is this many of its prior standard deviations off.
 const TOLD: f64 = 1.0;
 
-/// Whether a nuisance is off by enough to be told.
-pub fn is_told(entry: &Entry, u: f64) -> bool {
-    (u - entry.coordinate.mean).abs() >= TOLD * entry.coordinate.sigma
+/// Or this many, and so many of its standard errors: a zero of .3 mm may be nothing unusual, and all that is wrong.
+const TOLD_IF_SURE: f64 = 0.25;
+const SURE_ERRORS: f64 = 3.0;
+
+/// Whether a nuisance is off by enough to be told, of such a standard error.
+pub fn is_told(entry: &Entry, u: f64, standard_error: f64) -> bool {
+    let off = (u - entry.coordinate.mean).abs();
+    off >= TOLD * entry.coordinate.sigma
+        || (off >= TOLD_IF_SURE * entry.coordinate.sigma && off >= SURE_ERRORS * standard_error)
 }
 
 /// Nats that the damping of the stops has to be worth to be told as another than the valve file's: as many as an effect. Records of
@@ -277,7 +283,7 @@ pub fn found_beside(model: &Model<ValveProblem<'_>>, certainty: &Certainty) -> V
     let (problem, fit) = (&model.problem, &model.fit);
     let place = |which: Nuisance| problem.nuisances.iter().position(|entry| entry.nuisance == which);
     let index_of = |place: usize| problem.space.coordinates.len() + place;
-    let is_off = |place: &usize| is_told(&problem.nuisances[*place], fit.u[index_of(*place)]);
+    let is_off = |place: &usize| is_told(&problem.nuisances[*place], fit.u[index_of(*place)], f64::INFINITY);
     let with_gauge = place(Nuisance::Gauge).is_some_and(|gauge| is_off(&gauge));
     let is_worth_it = |place: &usize| {
         let index = index_of(*place);
