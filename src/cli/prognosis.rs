@@ -93,7 +93,7 @@ pub struct PrognoseArgs {
     /// How the leak is assumed to grow
     #[arg(long, value_enum, hide_short_help = true)]
     pub growth: Option<GrowthName>,
-    /// Typical number of cycles from no leak to end of life, before any data (median of a wide prior)
+    /// Typical number of cycles from no leak to end of life, before any data (median of a wide prior; 50 where it is not stated)
     #[arg(long, value_name = "CYCLES", value_parser = positive, hide_short_help = true)]
     pub life: Option<f64>,
     /// Go on reading as the log grows, over rotations, until interrupted

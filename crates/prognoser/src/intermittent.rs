@@ -3,6 +3,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::bayes::Change;
+
 /// Share of the rows of a sound valve that are off in every stroke, or after which it seems to be repaired: a row that was mistyped or
 /// is another valve's, and a repair now and then.
 const USUALLY_OFF: f64 = 0.01;
@@ -33,10 +35,8 @@ pub(crate) struct Intermittent {
 pub(crate) struct Seen {
     /// Off in every stroke that it tells.
     pub is_off: bool,
-    /// Wear steps up in it.
-    pub steps: bool,
-    /// Wear goes back in it.
-    pub is_repaired: bool,
+    /// What changes in it.
+    pub change: Option<Change>,
     /// Nothing wears.
     pub is_healthy: bool,
     /// How far its times are on the way from healthy ones to a limit.
@@ -47,10 +47,11 @@ impl Intermittent {
     /// Takes in a row; in words what to say of the fault, if it comes and goes.
     pub(crate) fn take(&mut self, cycle: u64, seen: &Seen) -> Option<String> {
         // A step that is none any more went as it came, which are two things that no sound valve does.
-        let returns = self.has_stepped && (seen.is_repaired || seen.is_healthy);
-        let is_off = seen.is_off || seen.is_repaired || returns;
+        let is_repaired = seen.change == Some(Change::Repaired);
+        let returns = self.has_stepped && (is_repaired || seen.is_healthy);
+        let is_off = seen.is_off || is_repaired || returns;
         let count = if returns { 2.0 } else { 1.0 };
-        self.has_stepped = (self.has_stepped || seen.steps) && !is_off;
+        self.has_stepped = (self.has_stepped || seen.change == Some(Change::Stepped)) && !is_off;
         #[expect(clippy::cast_possible_truncation, reason = "a share that nobody needs closely")]
         let way = seen.way as f32;
         self.latest = self.latest.max(way);
@@ -105,8 +106,11 @@ mod tests {
     fn bursts_that_end_are_told_and_steps_that_stay_are_not() {
         let burst = |cycle: u64| cycle % 14 >= 7;
         let of = |cycle: u64| Seen {
-            steps: cycle % 14 == 7,
-            is_repaired: cycle % 14 == 0 && cycle > 0,
+            change: match cycle % 14 {
+                7 => Some(Change::Stepped),
+                0 if cycle > 0 => Some(Change::Repaired),
+                _ => None,
+            },
             is_healthy: !burst(cycle),
             way: if burst(cycle) { 0.6 } else { 0.02 },
             is_off: false,
@@ -115,7 +119,11 @@ mod tests {
         let told: Vec<String> = (0..60).filter_map(|cycle| one.take(cycle, &of(cycle))).collect();
         assert!(told[0].ends_with("up to 60 % of the way to a limit"), "{told:?}");
         let mut one = Intermittent::default();
-        let growing = |cycle: u64| Seen { steps: cycle % 5 == 0, way: 0.01 * cycle as f64, ..Seen::default() };
+        let growing = |cycle: u64| Seen {
+            change: cycle.is_multiple_of(5).then_some(Change::Stepped),
+            way: 0.01 * cycle as f64,
+            ..Seen::default()
+        };
         assert!((0..60).all(|cycle| one.take(cycle, &growing(cycle)).is_none()));
     }
 }

@@ -317,8 +317,7 @@ impl Valve {
                 let prognosis = from_bayes(name, tables, reading, &estimate, config);
                 let seen = Seen {
                     is_off: is_off(reading, &estimate),
-                    steps: estimate.change == Some(Change::Stepped),
-                    is_repaired: repaired,
+                    change: estimate.change,
                     is_healthy: prognosis.fault == FaultCall::None,
                     way: way_to_limit(tables, reading),
                 };
