@@ -37,7 +37,7 @@ export function found_view(answer: Found, acts: Acts | null): HTMLElement {
       h("ul", {}, ...found.nuisances.map((one) => h("li", {}, `${one.what}${one.run ? ` (${one.run})` : ""}: ${one.unit === "" ? `${digits(100 * one.value, 3)} ± ${digits(100 * one.standard_error, 2)} %` : with_error(one.value, one.standard_error, one.unit)}${one.at_bound ? ", at its bound: something may be missing" : ""}`)))),
     ...notes.map((note) => h("p", { class: "notice" }, note)),
     h("h3", {}, "Candidates"),
-    h("p", {}, `How likely each set of effects is, and the error that it leaves.${acts ? " Click on one to put it on the sliders." : ""}`),
+    h("p", {}, `${found.verdict === "adequate" ? "None of these is needed: how likely each would be if something were missing," : "How likely each set of effects is,"} and the error that it leaves.${acts ? " Click on one to put it on the sliders." : ""}`),
     bars(found.candidates, acts),
     ...answer.twins.map((twins) => twins_view(twins, acts)),
     found.residual && h("div", {}, h("h3", {}, "Outside the catalogue"),

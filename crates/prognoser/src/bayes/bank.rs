@@ -113,9 +113,8 @@ pub(crate) fn step(
         }
         hypotheses.push(after);
     }
-    for wear in 0..healthy.map_or(0, |_| plant.wears()) {
-        let Some(healthy) = healthy else { break };
-        let (after, update) = begun_by_step(&healthy, wear, plant, config, observed, readings);
+    for (healthy, wear) in healthy.iter().flat_map(|healthy| (0..plant.wears()).map(move |wear| (healthy, wear))) {
+        let (after, update) = begun_by_step(healthy, wear, plant, config, observed, readings);
         if after.ln_weight > best {
             best = after.ln_weight;
             outcome = Outcome { update, step: Some(after.mean[0]), renewed: false };
