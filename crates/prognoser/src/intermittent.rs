@@ -10,7 +10,7 @@ use crate::bayes::Change;
 const USUALLY_OFF: f64 = 0.01;
 /// The same of a valve whose fault comes and goes.
 const OFF: f64 = 0.15;
-/// Nats for the latter from which on it is told: some four such rows close to each other.
+/// Nats for the latter from which on it is told: three such rows close to each other.
 const TOLD_FROM: f64 = 7.0;
 /// Nats that are remembered at most, so that a hundred sound rows are an end of it.
 const REMEMBERED: f64 = 22.0;
@@ -19,14 +19,16 @@ const REMEMBERED: f64 = 22.0;
 /// (Page's CUSUM).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Intermittent {
+    /// Nats for a fault that comes and goes; nothing is known where there are none.
     nats: f32,
-    /// How often it went since then, and the cycle of the first time.
-    rows: u32,
+    /// How often times were off and came back, and in which cycle first.
+    times: u32,
     since: u64,
-    /// How far on the way from healthy times to a limit the worst of them was, and those since the valve was last healthy.
+    /// How far the times were on the way from healthy ones to a limit, at worst: whenever they were off, and since the valve was
+    /// last healthy.
     worst: f32,
     latest: f32,
-    /// Whether a step was seen since then.
+    /// Whether a step has not gone again yet.
     has_stepped: bool,
 }
 
@@ -61,8 +63,8 @@ impl Intermittent {
             *self = Self { has_stepped: self.has_stepped, latest: self.latest, ..Self::default() };
         }
         if is_off {
-            self.since = if self.rows == 0 { cycle } else { self.since };
-            self.rows += 1;
+            self.since = if self.times == 0 { cycle } else { self.since };
+            self.times += 1;
             self.worst = self.worst.max(self.latest);
         }
         if seen.is_healthy {
@@ -74,7 +76,7 @@ impl Intermittent {
         (nats >= TOLD_FROM).then(|| {
             format!(
                 "comes and goes: {} times since cycle {}, up to {:.0} % of the way to a limit",
-                self.rows,
+                self.times,
                 self.since,
                 100.0 * self.worst
             )

@@ -35,9 +35,9 @@ pub(crate) struct Times {
     known: bool,
     /// Rows in succession that were not.
     exchanged: u32,
-    /// The times before those that are believed all the same, since so many of them came, s; none once a row is like those before.
+    /// The times before so many exchanged ones came that these are believed, s; none once a row is like those before again.
     before_s: Option<[f64; 2]>,
-    /// Cycle of the first of them.
+    /// Cycle of the first exchanged row.
     since: u64,
 }
 

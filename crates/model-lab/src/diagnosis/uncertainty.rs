@@ -246,7 +246,7 @@ const BY_ROUNDING: f64 = 1e-12;
 /// A nuisance is told where it is this many of its prior standard deviations off.
 const TOLD: f64 = 1.0;
 
-/// Or this many, and so many of its standard errors: a zero of .3 mm may be nothing unusual, and all that is wrong.
+/// Or this many of them and so many of its standard errors: what is nothing unusual may be most of what is wrong.
 const TOLD_IF_SURE: f64 = 0.25;
 const SURE_ERRORS: f64 = 3.0;
 

@@ -21,6 +21,7 @@ const LEAST_PACE_SIGMAS: f64 = 0.25;
 const SLOW_SIGMAS: f64 = 2.0;
 /// Cycles of the lives for which the chances of changes are stated.
 const ORDINARY_LIFE_CYCLES: f64 = 50.0;
+/// What the slowest wear, or one whose pace is not above none, keeps of them.
 const LEAST_LIVELINESS: f64 = 1e-4;
 /// Relative standard deviation of the pace after a rest.
 const RESUMED_PACE: f64 = 0.3;
