@@ -3,6 +3,8 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use valve_model::EffectKind;
 
 use super::{Format, LogColumnArgs};
 
@@ -85,6 +87,12 @@ pub struct CalibrateArgs {
     pub format: Format,
 }
 
+/// Reads the name of an effect of the catalogue.
+fn effect_parser() -> impl TypedValueParser<Value = EffectKind> {
+    let ids = PossibleValuesParser::new(EffectKind::ALL.iter().map(|kind| kind.id()));
+    ids.map(|id| EffectKind::from_id(&id).unwrap_or_else(|| unreachable!("it is one of them")))
+}
+
 /// Options of `explain`.
 #[derive(Debug, Args)]
 #[command(after_long_help = "\
@@ -99,6 +107,7 @@ ends the search and prints what is known by then.
 Examples:
   valve explain valve.toml campaign.toml
   valve explain valve.toml campaign.toml --plot candidates.svg
+  valve explain valve.toml campaign.toml --without process-force,back-pressure
   valve adopt valve.toml campaign.toml --effect dry-friction --out better.toml")]
 pub struct ExplainArgs {
     /// The valve file
@@ -120,6 +129,10 @@ pub struct ExplainArgs {
     /// An error that does not matter to you, such as "0.2 mm": nothing smaller is looked for
     #[arg(long, value_name = "LENGTH", value_parser = crate::cli::quantities::length_m)]
     pub good_enough: Option<f64>,
+    /// Effects that you know are not there, such as process-force on a bench without a line: they are not looked for
+    /// (`valve effects` lists all)
+    #[arg(long, value_name = "IDS", value_delimiter = ',', value_parser = effect_parser(), hide_possible_values = true)]
+    pub without: Vec<EffectKind>,
     /// Replace outputs that exist
     #[arg(long)]
     pub force: bool,

@@ -31,7 +31,8 @@ pub fn run(args: &ExplainArgs) -> anyhow::Result<Answer> {
     let plot_steps = PlotFile::create(&mut outputs, args.plot_steps.as_deref())?;
     let plot_missing = PlotFile::create(&mut outputs, args.plot_missing.as_deref())?;
     let plot_experiment = PlotFile::create(&mut outputs, args.plot_experiment.as_deref())?;
-    let options = DiagnoseOptions { good_enough_m: args.good_enough, ..DiagnoseOptions::default() };
+    let mut options = DiagnoseOptions { good_enough_m: args.good_enough, ..DiagnoseOptions::default() };
+    options.effects.retain(|kind| !args.without.contains(kind));
     let answer = search(&input, &options)?;
     match args.format {
         Format::Text => {

@@ -151,12 +151,14 @@ fn pictures_are_drawn_of_what_there_is_to_show() {
     let drawn = || {
         let pictures =
             ["--force", "--plot", "all.svg", "--plot-missing", "missing.svg", "--plot-experiment", "next.svg"];
-        let output = sandbox.valve(&[&["explain", "valve.toml", "campaign.toml"][..], &pictures].concat());
+        let known = ["--without", "process-force,orifice-law,gas-heating,back-pressure,supply-droop,solenoid-lag"];
+        let output = sandbox.valve(&[&["explain", "valve.toml", "campaign.toml"][..], &pictures, &known].concat());
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned())
     };
     let [said, notes] = drawn();
     assert!(said.contains("missing: vent-restriction\n"), "{said}");
+    assert!(said.contains("not looked for: ") && !said.contains("\nprocess-force"), "{said}");
     let picture = sandbox.read("all.svg");
     assert!(picture.contains("vent-restriction") && picture.contains("recommended"), "the verdict is drawn");
     assert!(picture.contains("the noise") && !picture.contains("cannot be told from it"));
@@ -206,7 +208,9 @@ fn an_unknown_effect_is_refused_with_the_nearest_name() {
         sandbox.valve(&["adopt", "valve.toml", "campaign.toml", "--effect", "dry-fricton", "--out", "new.toml"]);
     assert_eq!(output.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&output.stderr).contains("dry-friction"));
-    assert!(!output.stderr.is_empty());
+    let output = sandbox.valve(&["explain", "valve.toml", "campaign.toml", "--without", "seat-adhesion,dry-fricton"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(shown(&output).contains("a similar value exists: 'dry-friction'"), "{}", shown(&output));
 }
 
 #[test]

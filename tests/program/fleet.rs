@@ -135,7 +135,7 @@ fn rows_come_out_in_the_order_of_the_log_whatever_the_number_of_threads() {
 }
 
 #[test]
-#[cfg_attr(debug_assertions, ignore = "slow: runs with --release")]
+#[ignore = "takes half a minute: tables of every wear with stiff friction"]
 fn friction_of_a_valve_that_rubs_already_is_told_as_that_of_any_other() {
     let sandbox = Sandbox::new();
     let effect = "\n[[effect]]\nkind = \"dry-friction\"\ncoulomb_force = \"25 N\"\nopening_factor = 0.5\n";

@@ -10,7 +10,7 @@ use crate::support::{Sandbox, shown};
 
 const VALVE: &str = include_str!("../../models/testbed.toml");
 /// Kills of a call among the usual tests, and in the test that takes minutes.
-const FEW: u32 = 6;
+const FEW: u32 = 4;
 const MANY: u32 = 200;
 
 /// Kills a call so many times, half of them near its end, where it writes. `prepare` puts back what was there before it,

@@ -192,7 +192,7 @@ pub enum Doubt {
         assumed_kpa: f64,
     },
     /// Runs or rows that do not say their temperature.
-    #[error("the temperature is not given; the valve file's {assumed_k:.2} K is taken")]
+    #[error("the temperature is not given; the valve file's {assumed_k:.2} K is taken, {:.1} degC", .assumed_k - 273.15)]
     TemperatureAssumed {
         /// The valve file's temperature, K.
         assumed_k: f64,

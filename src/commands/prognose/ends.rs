@@ -63,7 +63,12 @@ impl Ends {
             ("end", Align::Right),
             ("caveat", Align::Left),
         ];
-        let told = |name: &str| is_dated || name != "end";
+        let has_caveats = self.0.iter().any(|End(one)| one.caveat.is_some());
+        let told = |name: &str| match name {
+            "end" => is_dated,
+            "caveat" => has_caveats,
+            _ => true,
+        };
         // Dates are told in UTC, whatever zone the log has.
         let named = |name| match name {
             "replace by" if is_dated => "replace by (UTC)",
@@ -97,6 +102,9 @@ impl Ends {
             row.insert(2, standing.cell(""));
             if is_dated {
                 row.insert(row.len() - 1, end.into());
+            }
+            if !has_caveats {
+                row.pop();
             }
             table.cells(row);
         }

@@ -53,6 +53,7 @@ fn odd_force(effect: &Outside, stroke: f64, x: f64, v: f64) -> f64 {
             let u = (x - centre_m) / width_m;
             -force_n * u * (0.5 - 0.5 * u * u).exp()
         }
+        Outside::SecondSpring { rate_n_per_m, from_m } => rate_n_per_m * (from_m - x).max(0.0),
         _ => 0.0,
     }
 }

@@ -162,6 +162,13 @@ pub enum Outside {
         /// Coefficient.
         coefficient: f64,
     },
+    /// A second spring, or a bumper, that the piston meets on its way to the closed side; it pushes back.
+    SecondSpring {
+        /// Its rate, N/m.
+        rate_n_per_m: f64,
+        /// Place where the piston meets it.
+        from_m: f64,
+    },
     /// A force amplitude sin(2 pi waves x/L + phase), + opens.
     WavyForce {
         /// Amplitude.

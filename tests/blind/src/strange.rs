@@ -5,7 +5,7 @@ use crate::hidden::{Hidden, Outside};
 use crate::valve::Valve;
 
 /// Names of the effects outside the catalogue.
-pub const OUTSIDE: [&str; 9] = [
+pub const OUTSIDE: [&str; 10] = [
     "friction-bump",
     "worn-liner",
     "upper-leak",
@@ -15,6 +15,7 @@ pub const OUTSIDE: [&str; 9] = [
     "quadratic-damping",
     "wavy-force",
     "detent",
+    "second-spring",
 ];
 
 /// Draws the effect `id`, adds it to `hidden` and tells it.
@@ -59,6 +60,11 @@ pub(crate) fn hide_outside(id: &'static str, valve: &Valve, d: &mut Draft<'_>, h
             waves: d.tell_between("waves", "", 1.5, 3.5),
             phase_rad: d.tell_between("phase", "rad", 0.1, 6.2),
         },
+        "second-spring" => {
+            let from_m = d.tell_between("from", "m", 0.1 * stroke, 0.75 * stroke);
+            let at_closed_n = d.tell_size("force_closed", "N", 50.0, 160.0, scale.force);
+            Outside::SecondSpring { rate_n_per_m: at_closed_n / from_m, from_m }
+        }
         _ => Outside::Detent {
             force_n: d.tell_size("force", "N", 40.0, 120.0, scale.force),
             centre_m: d.tell_between("centre", "m", 0.25 * stroke, 0.75 * stroke),

@@ -14,6 +14,9 @@ use valve_model::custom::{CustomEffect, CustomParameter, CustomTarget, VARIABLE_
 use valve_model::orifice::CHOKED_FLOW;
 
 use super::DiagnoseOptions;
+use super::answer::{MovedParameter, NuisanceReport};
+use super::report::nuisance_reports;
+use super::uncertainty::{Certainty, moved_parameters};
 use crate::errors::{self, Errors};
 use crate::identification::{Catalogue, Setup, ValveProblem};
 use crate::space::Space;
@@ -99,6 +102,10 @@ pub struct ModelDiscrepancy {
     pub errors: Errors,
     /// The error with the formula on what was held out.
     pub held_out: Option<Errors>,
+    /// The valve file's parameters beside it.
+    pub moved: Vec<MovedParameter>,
+    /// What instruments and conditions are off by beside it.
+    pub nuisances: Vec<NuisanceReport>,
 }
 
 impl ModelDiscrepancy {
@@ -225,7 +232,9 @@ fn judged(
         return None;
     }
     let held = held_out(problem, fit, &folds(problem), near, OwnFits::WhereShort);
-    let held = held.map(|held| Errors::of(problem, &held.own));
+    let model =
+        Model { set: on.set.clone(), level: Level::High, problem: problem.clone(), fit: fit.clone(), held_out: held };
+    let held = errors::held_out(&model);
     if let (Some(held), Some(before)) = (held, errors::held_out(on))
         && held.normalised_rms >= (1.0 - options.select.held_out_fall) * before.normalised_rms
     {
@@ -233,9 +242,24 @@ fn judged(
     }
     let effect = problem.space.custom_at(&fit.u).pop()?;
     let (_, parameter_sigmas) = own(formula);
-    let Place { axis, knots, values, sigmas } = place;
     let errors = Errors::of(problem, &fit.linear.residual);
-    Some(ModelDiscrepancy { axis, knots, values, sigmas, effect, parameter_sigmas, gain, errors, held_out: held })
+    let certainty = Certainty::of_model(&model);
+    let moved = moved_parameters(problem, fit, &certainty);
+    let nuisances = nuisance_reports(&model, &certainty, &moved);
+    let Place { axis, knots, values, sigmas } = place;
+    Some(ModelDiscrepancy {
+        axis,
+        knots,
+        values,
+        sigmas,
+        effect,
+        parameter_sigmas,
+        gain,
+        errors,
+        held_out: held,
+        moved,
+        nuisances,
+    })
 }
 
 /// Of what adds a custom effect to a model the few that are most likely, the likeliest first: foreseen about a fit by its
@@ -316,7 +340,7 @@ fn own(tried: &Tried<'_>) -> (Vec<f64>, Vec<f64>) {
     let space = &tried.problem.space;
     let Some(effect) = space.custom_at(&tried.fit.u).pop() else { return (Vec::new(), Vec::new()) };
     let first = space.coordinates.len() - effect.parameters().len();
-    let certainty = super::uncertainty::Certainty::new(&tried.problem, &tried.fit);
+    let certainty = Certainty::new(&tried.problem, &tried.fit);
     let values = effect.parameters().iter().map(|parameter| parameter.value).collect();
     let sigmas = (0..effect.parameters().len())
         .map(|index| {
@@ -463,6 +487,22 @@ fn shapes(axis: Axis, knots: &[f64], values: &[f64], scales: &Scales) -> Vec<Cus
         ),
     ];
     let wave = format!("level + height*sin(2*3.141592653589793*({z} - centre)/width)");
+    if z == "x" {
+        // What is met on the way, such as a second spring or a bumper, pushes back in proportion to the way since then.
+        for side in [1.0, -1.0] {
+            let (met, rate) = bend(knots, values, side);
+            let formula = if side > 0.0 { "rate*max(0, x - centre)" } else { "rate*max(0, centre - x)" };
+            let rate = CustomParameter {
+                value: rate.clamp(-size / spacing, size / spacing),
+                lower: if low < 0.0 { -size / spacing } else { 0.0 },
+                upper: size / spacing,
+                unit: format!("{}/m", unit(axis.target)),
+                name: "rate".into(),
+            };
+            forms.push((formula.into(), vec![rate.clone(), centre(met)]));
+            forms.push((format!("level + {formula}"), vec![level(floor), rate, centre(met)]));
+        }
+    }
     for share in WAVES {
         forms.push((
             wave.clone(),
@@ -487,4 +527,38 @@ fn shapes(axis: Axis, knots: &[f64], values: &[f64], scales: &Scales) -> Vec<Cus
         .into_iter()
         .filter_map(|(formula, parameters)| CustomEffect::new("unexplained", axis.target, &formula, parameters).ok())
         .collect()
+}
+
+/// The knot where a line that is level on one side of it, and straight on the other (1 beyond it, -1 before it), comes closest to
+/// values, and its slope there.
+fn bend(knots: &[f64], values: &[f64], side: f64) -> (f64, f64) {
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let inner = &knots[1..knots.len() - 1];
+    let fits = inner.iter().map(|at| {
+        let way: Vec<f64> = knots.iter().map(|knot| (side * (knot - at)).max(0.0)).collect();
+        let middle = way.iter().sum::<f64>() / count;
+        let (both, own) = way.iter().zip(values).fold((0.0, 0.0), |(both, own), (way, value)| {
+            (both + (way - middle) * (value - mean), own + (way - middle).powi(2))
+        });
+        // What a slope takes of the variance of the values.
+        (both * both / own, *at, both / own)
+    });
+    fits.max_by(|a, b| a.0.total_cmp(&b.0)).map_or((knots[0], 0.0), |(_, at, slope)| (at, slope))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::bend;
+
+    #[test]
+    fn a_bend_is_found_where_it_is() {
+        let knots: Vec<f64> = (0..13).map(f64::from).collect();
+        let before: Vec<f64> = knots.iter().map(|x| 7.0 + 3.0 * (4.0 - x).max(0.0)).collect();
+        let (at, rate) = bend(&knots, &before, -1.0);
+        assert!((at - 4.0).abs() < 1e-12 && (rate - 3.0).abs() < 1e-12, "{at} {rate}");
+        let beyond: Vec<f64> = knots.iter().map(|x| -2.0 * (x - 9.0).max(0.0)).collect();
+        let (at, rate) = bend(&knots, &beyond, 1.0);
+        assert!((at - 9.0).abs() < 1e-12 && (rate + 2.0).abs() < 1e-12, "{at} {rate}");
+    }
 }

@@ -6,7 +6,7 @@ use identify::special::t_quantile_95;
 use valve_model::EffectKind;
 use valve_model::effects::Search;
 
-use super::discrepancy::{ModelDiscrepancy, without_effects};
+use super::discrepancy::{ModelDiscrepancy, model_discrepancy, without_effects};
 use super::uncertainty::{Certainty, is_of_datasheet};
 use super::{DiagnoseOptions, Fitted};
 use crate::errors;
@@ -16,27 +16,32 @@ use crate::identification::{Catalogue, ValveProblem};
 /// of it, and are not named where what they leave is large as well.
 pub(super) const NAMED_SHARE: f64 = 0.5;
 
-/// The calibrated model with a formula that was found beside some effects, where these take less than half of the error and are
-/// needed no more beside the formula: they stood in for what it describes. With the words that say so. Of effects that take
-/// more, a formula is a longer name.
+/// The calibrated model with a formula, where effects that leave something are needed no more beside it: they stood in for what
+/// it describes. With the words that say so. Where they take less than half of the error, the formula that was found beside
+/// them need only do as well without them; where they take more it is a longer name, and has to be likelier.
 pub(super) fn enough_alone<'f, 'a>(
     catalogue: &Catalogue<'a>,
     found: &'f Selection<ValveProblem<'a>>,
     best: &Fitted<'a>,
-    formula: &ModelDiscrepancy,
+    beside: Option<&ModelDiscrepancy>,
     options: &DiagnoseOptions,
 ) -> Option<(&'f Fitted<'a>, ModelDiscrepancy, String)> {
-    let base = found.model(&[]).filter(|_| share_left(found, best).is_some_and(|share| share > NAMED_SHARE))?;
-    let alone = without_effects(catalogue, base, formula, options)?;
-    let needed = (best.fit.log_evidence + formula.gain) - (base.fit.log_evidence + alone.gain);
+    let base = found.model(&[]).filter(|_| !best.set.is_empty())?;
+    let takes_little = share_left(found, best).is_some_and(|share| share > NAMED_SHARE);
+    let same = beside.filter(|_| takes_little).and_then(|formula| without_effects(catalogue, base, formula, options));
+    let own = same.is_none().then(|| model_discrepancy(catalogue, base, options)).flatten();
+    let alone = same.or(own)?;
+    let needed =
+        (best.fit.log_evidence + beside.map_or(0.0, |formula| formula.gain)) - (base.fit.log_evidence + alone.gain);
     let ids: Vec<&str> = catalogue.kinds_of(&best.set).into_iter().map(EffectKind::id).collect();
     let words = format!(
         "{} would leave less than the calibrated model, and is not named: beside the formula it is not needed (log evidence \
          {needed:+.1})",
         ids.join(" with ")
     );
+    let most = if takes_little { options.select.accept } else { 0.0 };
     // What was cut short decides nothing.
-    (needed < options.select.accept && !catalogue.stop.is_asked()).then_some((base, alone, words))
+    (needed < most && !catalogue.stop.is_asked()).then_some((base, alone, words))
 }
 
 /// Whether the noise of the pressures that drive a model makes as large a model error as it leaves.

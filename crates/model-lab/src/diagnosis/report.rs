@@ -42,6 +42,7 @@ pub(super) fn assemble<'a>(
             && !is_noise_of_driving(model)
     };
     let mut notes = notes(catalogue);
+    notes.extend(ruled_out(options));
     notes.extend(unseen(catalogue, options));
     let mut best = named(catalogue, found, &leaves_something, &mut notes);
     let mut recommended = in_order(catalogue, found, &best.set);
@@ -69,9 +70,10 @@ pub(super) fn assemble<'a>(
         tell(Progress::Doing("forces and flows without a law"));
         discrepancy = model_discrepancy(catalogue, best, options);
     }
-    if let Some((base, alone, words)) =
-        discrepancy.as_ref().and_then(|formula| enough_alone(catalogue, found, best, formula, options))
-    {
+    let alone = (something_is_left && formula == Formula::WhereSomethingIsLeft && !stop.is_asked())
+        .then(|| enough_alone(catalogue, found, best, discrepancy.as_ref(), options))
+        .flatten();
+    if let Some((base, alone, words)) = alone {
         notes.push(words);
         (best, recommended, discrepancy) = (base, Vec::new(), Some(alone));
         left = remainder(best, &fit_options);
@@ -97,12 +99,20 @@ pub(super) fn assemble<'a>(
         notes.push("the search was cut short; this is what was known by then".into());
     }
     let certainty = Certainty::of_model(best);
-    let pulled = moved_parameters(&best.problem, &best.fit, &certainty);
+    // Without the formula, instruments and parameters make up for what it describes.
+    let (moved, nuisances) = discrepancy.as_ref().map_or_else(
+        || {
+            let moved = moved_parameters(&best.problem, &best.fit, &certainty);
+            let nuisances = nuisance_reports(best, &certainty, &moved);
+            (moved, nuisances)
+        },
+        |formula| (formula.moved.clone(), formula.nuisances.clone()),
+    );
     Explanation {
         verdict,
         parameters: effect_parameters(&best.problem, &best.fit, &certainty, &recommended, !stop.is_asked()),
-        nuisances: nuisance_reports(best, &certainty, &pulled),
-        moved: pulled,
+        nuisances,
+        moved,
         indistinguishable,
         candidates: candidates(catalogue, found, &best.set, options),
         steps: steps(catalogue, found, &best.set, &recommended),
@@ -225,6 +235,13 @@ fn notes(catalogue: &Catalogue<'_>) -> Vec<String> {
     notes
 }
 
+/// Which effects of the catalogue were not looked for because nobody wanted them to be.
+fn ruled_out(options: &DiagnoseOptions) -> Option<String> {
+    let left_out = EffectKind::ALL.iter().filter(|kind| !options.effects.contains(kind));
+    let ids: Vec<&str> = left_out.map(|kind| kind.id()).collect();
+    (!ids.is_empty()).then(|| format!("not looked for: {}", ids.join(", ")))
+}
+
 /// Which effects were not looked for because they would change nothing that was recorded: that none of them is named says nothing.
 fn unseen(catalogue: &Catalogue<'_>, options: &DiagnoseOptions) -> Option<String> {
     let is_in_file = |kind: EffectKind| catalogue.subject.space.effects().iter().any(|effect| effect.kind() == kind);
@@ -286,7 +303,7 @@ pub fn nuisance_reports(
             let index = first + place;
             // However much records disagree by, no less is known than before them.
             let standard_error = certainty.sigma(problem, &best.fit.u, |u| u[index]).min(entry.coordinate.sigma);
-            if !is_told(entry, best.fit.u[index], standard_error) || stands_for(entry.nuisance, parameters) {
+            if !is_told(problem, &best.fit, (index, entry), standard_error) || stands_for(entry.nuisance, parameters) {
                 return None;
             }
             let (what, unit) = entry.nuisance.words();

@@ -7,6 +7,7 @@
 //! Generalized Linear Models, 1989, chapter 9): what a model leaves is alike in every stroke, and a covariance takes it for an
 //! error that goes away with their number.
 
+use identify::left::normalised_rms;
 use identify::normal::{Normal, Posterior};
 use identify::problem::Problem;
 use identify::select::Model;
@@ -246,15 +247,28 @@ const BY_ROUNDING: f64 = 1e-12;
 /// A nuisance is told where it is this many of its prior standard deviations off.
 const TOLD: f64 = 1.0;
 
-/// Or this many of them and so many of its standard errors: what is nothing unusual may be most of what is wrong.
-const TOLD_IF_SURE: f64 = 0.25;
+/// Or this many of its standard errors, where it takes an error larger than the noise: what is nothing unusual may be most of what
+/// is wrong.
 const SURE_ERRORS: f64 = 3.0;
 
-/// Whether a nuisance is off by enough to be told, of such a standard error.
-pub fn is_told(entry: &Entry, u: f64, standard_error: f64) -> bool {
-    let off = (u - entry.coordinate.mean).abs();
-    off >= TOLD * entry.coordinate.sigma
-        || (off >= TOLD_IF_SURE * entry.coordinate.sigma && off >= SURE_ERRORS * standard_error)
+/// Whether a nuisance is so far off that it is told whatever it does.
+fn is_far(entry: &Entry, u: f64) -> bool {
+    (u - entry.coordinate.mean).abs() >= TOLD * entry.coordinate.sigma
+}
+
+/// Whether a nuisance is off by enough to be told, the coordinate `index` of a fit, of such a standard error.
+pub fn is_told(problem: &ValveProblem<'_>, fit: &Fit, (index, entry): (usize, &Entry), standard_error: f64) -> bool {
+    let off = (fit.u[index] - entry.coordinate.mean).abs();
+    is_far(entry, fit.u[index]) || (off >= SURE_ERRORS * standard_error && takes(problem, fit, index, off) >= 1.0)
+}
+
+/// The error that a coordinate takes by being off by so much, in units of the noise, on the records that it moves.
+fn takes(problem: &ValveProblem<'_>, fit: &Fit, index: usize, off: f64) -> f64 {
+    let by_record = |columns: &Vec<(usize, Vec<f64>)>| {
+        let own = columns.iter().find(|(of, _)| *of == index);
+        own.map(|(_, column)| column.iter().map(|slope| slope * off).collect()).unwrap_or_default()
+    };
+    normalised_rms(problem, &fit.noise, &fit.linear.columns.iter().map(by_record).collect::<Vec<Vec<f64>>>())
 }
 
 /// Nats that the damping of the stops has to be worth to be told as another than the valve file's: as many as an effect. Records of
@@ -283,7 +297,7 @@ pub fn found_beside(model: &Model<ValveProblem<'_>>, certainty: &Certainty) -> V
     let (problem, fit) = (&model.problem, &model.fit);
     let place = |which: Nuisance| problem.nuisances.iter().position(|entry| entry.nuisance == which);
     let index_of = |place: usize| problem.space.coordinates.len() + place;
-    let is_off = |place: &usize| is_told(&problem.nuisances[*place], fit.u[index_of(*place)], f64::INFINITY);
+    let is_off = |place: &usize| is_far(&problem.nuisances[*place], fit.u[index_of(*place)]);
     let with_gauge = place(Nuisance::Gauge).is_some_and(|gauge| is_off(&gauge));
     let is_worth_it = |place: &usize| {
         let index = index_of(*place);

@@ -29,6 +29,18 @@ pub struct OverlayFigure {
     pub noise_mm: Option<f64>,
 }
 
+/// A share of a run by which another one's ends may differ on the same axis: less than a pixel.
+const SAME: f64 = 1e-3;
+
+fn ends(run: &OverlayRun) -> [f64; 2] {
+    [run.time_s.first().copied().unwrap_or(0.0), run.time_s.last().copied().unwrap_or(1.0)]
+}
+
+fn is_as_long(one: &OverlayRun, other: &OverlayRun) -> bool {
+    let [from, to] = ends(one);
+    ends(one).into_iter().zip(ends(other)).all(|(one, other)| (one - other).abs() <= SAME * (to - from))
+}
+
 impl OverlayFigure {
     /// The picture.
     pub fn figure(&self) -> Figure {
@@ -36,7 +48,9 @@ impl OverlayFigure {
         for (index, run) in self.runs.iter().enumerate() {
             let key = index == 0;
             figure.panels.push(Self::position(run, key));
-            figure.panels.push(self.residual(run, key, index + 1 == self.runs.len()));
+            // One axis of time serves runs below each other that are as long.
+            let is_last = self.runs.get(index + 1).is_none_or(|next| !is_as_long(run, next));
+            figure.panels.push(self.residual(run, key, is_last));
         }
         figure
     }
@@ -48,8 +62,7 @@ impl OverlayFigure {
     }
 
     fn time(run: &OverlayRun) -> Axis {
-        let first = run.time_s.first().copied().unwrap_or(0.0);
-        let last = run.time_s.last().copied().unwrap_or(1.0);
+        let [first, last] = ends(run);
         Axis::linear("").over(first, last).bare()
     }
 
@@ -80,7 +93,7 @@ impl OverlayFigure {
         let x = if last { Axis { labelled: true, label: "time (s)".to_owned(), ..x } } else { x };
         let mut panel = Panel::new(x, Axis::linear("error (mm)").showing(0.0), 70.0);
         if let Some(noise) = self.noise_mm {
-            let [from, to] = [run.time_s.first(), run.time_s.last()].map(|end| *end.unwrap_or(&0.0));
+            let [from, to] = ends(run);
             let band = vec![[from, -2.0 * noise, 2.0 * noise], [to, -2.0 * noise, 2.0 * noise]];
             panel = panel.with(Layer::Band { points: band, colour: GREY, opacity: 0.35 });
             if key {
