@@ -4,6 +4,7 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use model_lab::compare::{Comparison, Direction, Phase, PhaseScore};
+use model_lab::diagnosis::TakenBy;
 use model_lab::errors::Errors;
 use model_lab::residual_force::{ResidualForce, Signature};
 use quantity::Dimension;
@@ -162,6 +163,9 @@ fn text(
         let words = nuisance_text(&compared.nuisances);
         let none = "none of them by more than is usual of zeros, gains, delays and supply pressures\n".to_owned();
         text.push_str(&if words.is_empty() { none } else { words });
+        if let Some(words) = taken_words(&compared.taken) {
+            push(&mut text, &words);
+        }
     }
     text.push('\n');
     text.push_str(&run_table(comparison, against.map(|(_, other)| &other.comparison)).render());
@@ -226,6 +230,19 @@ pub fn error_lines(compared: &Compared) -> impl Iterator<Item = String> {
     let errors = [&compared.comparison.overall.errors, &compared.allowing.errors].map(steps::words);
     let starts = ["error: ", "allowing for what instruments and conditions may be off by: "];
     starts.into_iter().zip(errors).map(|(start, words)| format!("{start}{words}"))
+}
+
+/// What each kind of instruments takes of the error, in a sentence.
+fn taken_words(taken: &[(TakenBy, Errors)]) -> Option<String> {
+    let (length, time) = (told_in(Dimension::Length), told_in(Dimension::Time));
+    let size = |errors: &Errors| match (errors.rmse_m, errors.time_rmse_s) {
+        (Some(error), _) => format!("{} {}", length.difference(error, 3), length.difference_name()),
+        (None, time_s) => format!("{} {}", time.difference(time_s.unwrap_or(0.0), 1), time.difference_name()),
+    };
+    // Sensors beside the position move none of it.
+    let felt = taken.iter().filter(|(_, errors)| errors.rmse_m != Some(0.0));
+    let parts: Vec<String> = felt.map(|(by, errors)| format!("{} by {}", size(errors), by.words())).collect();
+    (!parts.is_empty()).then(|| format!("of the error they take, each alone: {}", parts.join(", ")))
 }
 
 /// The error of every run.

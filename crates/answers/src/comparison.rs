@@ -6,8 +6,8 @@ use identify::Stop;
 use model_lab::compare::{Comparison, Direction, Finding, Phase, PhaseError, RunComparison, Score, StrokeComparison};
 use model_lab::data::Channel;
 use model_lab::diagnosis::uncertainty::Certainty;
-use model_lab::diagnosis::{NuisanceReport, nuisance_reports};
-use model_lab::errors::StepReport;
+use model_lab::diagnosis::{NuisanceReport, TakenBy, nuisance_reports, taken};
+use model_lab::errors::{Errors, StepReport};
 use model_lab::identification::{NuisanceSizes, Subject};
 use model_lab::residual_force::{Axis, Bin, ResidualForce, Signature};
 use serde::Serialize;
@@ -29,6 +29,8 @@ pub struct Compared {
     pub allowing: StepReport,
     /// What they were found to be off by then.
     pub nuisances: Vec<NuisanceReport>,
+    /// The error that each kind of them takes then.
+    pub taken: Vec<(TakenBy, Errors)>,
 }
 
 impl Compared {
@@ -38,7 +40,21 @@ impl Compared {
         let comparison = Comparison::new(&subject, file.valve(), &input.data)?;
         let stated = subject.stated(Stop::never())?;
         let nuisances = nuisance_reports(&stated, &Certainty::new(&stated.problem, &stated.fit), &[]);
-        Some(Self { comparison, allowing: StepReport::new("valve file", &stated), nuisances })
+        Some(Self { comparison, allowing: StepReport::new("valve file", &stated), nuisances, taken: taken(&stated) })
+    }
+}
+
+/// What a kind of instruments takes, for programs.
+#[derive(Debug, Clone, Serialize)]
+struct TakenDocument {
+    what: &'static str,
+    #[serde(flatten)]
+    errors: ErrorDocument,
+}
+
+impl From<&(TakenBy, Errors)> for TakenDocument {
+    fn from((by, errors): &(TakenBy, Errors)) -> Self {
+        Self { what: by.words(), errors: errors.into() }
     }
 }
 
@@ -54,6 +70,7 @@ struct ComparedDocument<'a> {
     comparison: ComparisonDocument<'a>,
     allowing_for_instruments: StepDocument,
     nuisances: Vec<NuisanceDocument>,
+    taken_by_instruments: Vec<TakenDocument>,
     #[serde(skip_serializing_if = "Option::is_none")]
     against: Option<Box<ComparedDocument<'a>>>,
     #[serde(flatten)]
@@ -71,6 +88,7 @@ impl<'a> ComparedDocument<'a> {
             comparison: ComparisonDocument::new(input, &compared.comparison),
             allowing_for_instruments: (&compared.allowing).into(),
             nuisances: moved::nuisances(&compared.nuisances),
+            taken_by_instruments: compared.taken.iter().map(TakenDocument::from).collect(),
             against: None,
             missing: None,
             doubts: None,

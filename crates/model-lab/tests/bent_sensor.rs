@@ -6,7 +6,8 @@ use campaign::Campaign;
 use identify::problem::{predict_all, residuals};
 use identify::select::Level;
 use identify::{Problem, Stop};
-use model_lab::diagnosis::{DiagnoseOptions, Explanation, Verdict, explain};
+use model_lab::diagnosis::uncertainty::Certainty;
+use model_lab::diagnosis::{DiagnoseOptions, Explanation, TakenBy, Verdict, explain, nuisance_reports, taken};
 use model_lab::identification::{Nuisance, NuisanceSizes, Subject};
 use recorded::{Noise, Off, campaign, stroke};
 use valve_file::ValveFile;
@@ -80,4 +81,26 @@ fn a_force_that_fades_unevenly_is_found_though_in_proportion_it_would_be_a_sprin
     let alike = found.indistinguishable.iter().flat_map(|group| &group.with).map(|with| &with.kind);
     let told: Vec<EffectKind> = found.recommended.iter().chain(alike).copied().collect();
     assert!(found.recommended.len() == 1 && told.contains(&EffectKind::PROCESS_FORCE), "{told:?}");
+}
+
+#[test]
+#[cfg_attr(debug_assertions, ignore = "slow: runs with --release")]
+fn what_instruments_take_is_told_by_their_kind() {
+    let file = testbed();
+    let of = |off: &Off| {
+        let campaign = campaign_of(file.valve(), off);
+        let subject = Subject::new(&file, &campaign, &NuisanceSizes::default(), Stop::never());
+        let stated = subject.stated(Stop::never()).expect("it strokes");
+        let reports = nuisance_reports(&stated, &Certainty::of_model(&stated), &[]);
+        let clock = reports.into_iter().find(|report| report.what == "clock of the recorder");
+        (taken(&stated), clock.map(|clock| clock.value))
+    };
+    let (by, clock) = of(&Off { zero_m: 3e-4, ..Off::default() });
+    let (first, errors) = by[0];
+    assert!((errors.rmse_m.expect("a position") - 3e-4).abs() < 1e-5 && first == TakenBy::PositionSensor, "{by:?}");
+    // Commands that are given at the very row that shows them are no clock that is off.
+    assert_eq!((by.len(), clock), (1, None), "{by:?}");
+    let (by, clock) = of(&Off { clock_s: 0.012, ..Off::default() });
+    assert_eq!(by[0].0, TakenBy::Clock, "{by:?}");
+    assert!((clock.expect("a clock") - 0.012).abs() < 1e-3, "{clock:?}");
 }

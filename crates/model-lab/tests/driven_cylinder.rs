@@ -168,6 +168,7 @@ fn each_cycle_begins_with_the_motion_that_its_record_shows() {
 }
 
 #[test]
+#[ignore = "takes half a minute: fits of a cylinder that bounces"]
 fn a_cylinder_that_came_to_its_stop_a_moment_before_begins_on_the_way_there() {
     // Heavy enough to arrive early: it rests for less than two strokes. Were it taken for a piston at rest, 32 um would be left.
     let text = CYLINDER.replace("\"2 kg\"", "\"4 kg\"");

@@ -110,7 +110,7 @@ fn a_run_whose_clock_jumps_is_named_though_no_condition_repairs_it() {
 }
 
 #[test]
-#[cfg_attr(debug_assertions, ignore = "slow: runs with --release")]
+#[ignore = "takes half a minute: a whole search for each run that may be mistyped"]
 fn a_leak_that_was_noted_as_the_other_kind_is_named_with_the_right_one() {
     let mut mistaken = sticking();
     let conditions = &mut mistaken.runs[2].conditions;

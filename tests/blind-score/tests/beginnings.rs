@@ -26,6 +26,7 @@ fn explained_wherever_they_begin(cases: &[(&'static str, Class, u64)]) {
 }
 
 #[test]
+#[ignore = "takes half a minute: two whole searches"]
 fn wherever_a_record_begins_the_model_explains_it_to_the_noise() {
     explained_wherever_they_begin(&[("begins-filling", Class::Needle, 31), ("begins-moving", Class::Common, 33)]);
 }

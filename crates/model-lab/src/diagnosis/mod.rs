@@ -10,6 +10,7 @@ mod exchanged;
 pub mod experiment;
 mod naming;
 mod report;
+mod taken;
 pub mod uncertainty;
 
 use campaign::Campaign;
@@ -22,6 +23,7 @@ use crate::errors;
 use crate::identification::{Catalogue, Known, NuisanceSizes, Subject, ValveProblem};
 
 pub use report::nuisance_reports;
+pub use taken::{TakenBy, taken};
 
 pub use answer::{
     Alternative, CandidateReport, Condition, Exchanged, Explanation, FittedParameter, Indistinguishable, LeftOut,

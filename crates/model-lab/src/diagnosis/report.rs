@@ -10,11 +10,11 @@ use super::answer::{Explanation, MovedParameter, NuisanceReport, Remainder, Verd
 use super::candidates::{candidates, inclusion};
 use super::discrepancy::model_discrepancy;
 use super::naming::{NAMED_SHARE, enough_alone, is_noise_of_driving, named, share_left};
-use super::uncertainty::{Certainty, effect_parameters, is_told, moved_parameters, stands_for};
+use super::uncertainty::{Certainty, deviation, effect_parameters, is_told, moved_parameters, stands_for};
 use super::{DiagnoseOptions, Fitted, Formula, Progress};
 use crate::errors::{self, CALIBRATED, StepReport};
 use crate::identification::setup::{Kind, Recording};
-use crate::identification::{Catalogue, Known, ValveProblem};
+use crate::identification::{Catalogue, Known, Nuisance, ValveProblem};
 
 /// A group of indistinguishable alternatives larger than this names nothing.
 const LARGEST_GROUP: usize = 4;
@@ -301,9 +301,11 @@ pub fn nuisance_reports(
         .enumerate()
         .filter_map(|(place, entry)| {
             let index = first + place;
+            let off = |u: &[f64]| deviation(problem, u, place);
             // However much records disagree by, no less is known than before them.
-            let standard_error = certainty.sigma(problem, &best.fit.u, |u| u[index]).min(entry.coordinate.sigma);
-            if !is_told(problem, &best.fit, (index, entry), standard_error) || stands_for(entry.nuisance, parameters) {
+            let standard_error = certainty.sigma(problem, &best.fit.u, off).min(1.0);
+            let is_told = is_told(problem, &best.fit, place, (off(&best.fit.u), standard_error));
+            if !is_told || stands_for(entry.nuisance, parameters) {
                 return None;
             }
             let (what, unit) = entry.nuisance.words();
@@ -314,8 +316,12 @@ pub fn nuisance_reports(
             Some(NuisanceReport {
                 what,
                 record,
-                value: entry.size * best.fit.u[index],
-                sigma: entry.size * standard_error,
+                value: if entry.nuisance == Nuisance::Clock {
+                    entry.size * off(&best.fit.u)
+                } else {
+                    entry.size * best.fit.u[index]
+                },
+                sigma: entry.size * entry.coordinate.sigma * standard_error,
                 prior: entry.size * entry.coordinate.sigma,
                 unit,
                 is_at_bound: best.fit.held[index],

@@ -251,15 +251,34 @@ const TOLD: f64 = 1.0;
 /// is wrong.
 const SURE_ERRORS: f64 = 3.0;
 
-/// Whether a nuisance is so far off that it is told whatever it does.
-fn is_far(entry: &Entry, u: f64) -> bool {
-    (u - entry.coordinate.mean).abs() >= TOLD * entry.coordinate.sigma
+/// By how much a nuisance at a point is off beyond what is usual, in prior standard deviations.
+///
+/// Clock and commands are told by what they do together: one makes up for the other. A command is given somewhere between the
+/// last row without it and the first one with it, and with a controller that records as well always at the same place there.
+pub fn deviation(problem: &ValveProblem<'_>, u: &[f64], place: usize) -> f64 {
+    let first = problem.space.coordinates.len();
+    let entry = &problem.nuisances[place];
+    if entry.nuisance != Nuisance::Clock {
+        return (u[first + place] - entry.coordinate.mean) / entry.coordinate.sigma;
+    }
+    let is_delay = |entry: &Entry| matches!(entry.nuisance, Nuisance::CloseDelay(_) | Nuisance::OpenDelay(_));
+    let (mut late_s, mut usual_s, mut count) = (0.0, 0.0, 0.0);
+    for (place, delay) in problem.nuisances.iter().enumerate().filter(|(_, entry)| is_delay(entry)) {
+        late_s += delay.size * u[first + place];
+        // Half of the time between two rows.
+        usual_s += delay.size * delay.coordinate.mean;
+        count += 1.0;
+    }
+    let count = f64::max(count, 1.0);
+    let together_s = entry.size * u[first + place] + late_s / count;
+    let earliest_s = 2.0 * usual_s / count;
+    (together_s - together_s.clamp(earliest_s.min(0.0), 0.0)) / entry.size
 }
 
-/// Whether a nuisance is off by enough to be told, the coordinate `index` of a fit, of such a standard error.
-pub fn is_told(problem: &ValveProblem<'_>, fit: &Fit, (index, entry): (usize, &Entry), standard_error: f64) -> bool {
-    let off = (fit.u[index] - entry.coordinate.mean).abs();
-    is_far(entry, fit.u[index]) || (off >= SURE_ERRORS * standard_error && takes(problem, fit, index, off) >= 1.0)
+/// Whether a nuisance is told that is off by so many prior standard deviations, of such a standard error in them.
+pub fn is_told(problem: &ValveProblem<'_>, fit: &Fit, place: usize, (off, standard_error): (f64, f64)) -> bool {
+    let takes = || takes(problem, fit, problem.space.coordinates.len() + place, off);
+    off.abs() >= TOLD || (off.abs() >= SURE_ERRORS * standard_error && takes() >= 1.0)
 }
 
 /// The error that a coordinate takes by being off by so much, in units of the noise, on the records that it moves.
@@ -297,7 +316,7 @@ pub fn found_beside(model: &Model<ValveProblem<'_>>, certainty: &Certainty) -> V
     let (problem, fit) = (&model.problem, &model.fit);
     let place = |which: Nuisance| problem.nuisances.iter().position(|entry| entry.nuisance == which);
     let index_of = |place: usize| problem.space.coordinates.len() + place;
-    let is_off = |place: &usize| is_far(&problem.nuisances[*place], fit.u[index_of(*place)]);
+    let is_off = |place: &usize| deviation(problem, &fit.u, *place).abs() >= TOLD;
     let with_gauge = place(Nuisance::Gauge).is_some_and(|gauge| is_off(&gauge));
     let is_worth_it = |place: &usize| {
         let index = index_of(*place);
