@@ -143,6 +143,29 @@ pub fn is_large(model: &Model<ValveProblem<'_>>, largest_discrepancy: f64) -> bo
     }
 }
 
+/// Recorded pressures that a model leaves unexplained though their sensors' zeros and gains were fitted: their root mean square, Pa,
+/// and the same in units of their noise; nothing where what is left is no larger than `largest_discrepancy`, the limit of
+/// [`is_large`].
+pub fn pressures_left(model: &Model<ValveProblem<'_>>, largest_discrepancy: f64) -> Option<(f64, f64)> {
+    const PRESSURES: usize = 1;
+    let (problem, fit) = (&model.problem, &model.fit);
+    if fit.noise.groups[PRESSURES].discrepancy <= largest_discrepancy {
+        return None;
+    }
+    let (mut pressure, mut noise) = (Squares::default(), Squares::default());
+    for (record, residual) in problem.records().iter().zip(&fit.linear.residual) {
+        let mut rest = residual.as_slice();
+        for series in &record.series {
+            let Some(own) = rest.split_off(..series.rows.len()) else { continue };
+            for (row, residual) in series.rows.iter().zip(own).filter(|_| series.group == PRESSURES) {
+                pressure.add(*residual);
+                noise.add(residual / row.sigma);
+            }
+        }
+    }
+    pressure.root().zip(noise.root())
+}
+
 /// An error of positions that the noise of measured pressures makes which drive a model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ByDriving {

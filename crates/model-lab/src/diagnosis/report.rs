@@ -87,6 +87,13 @@ pub(super) fn assemble<'a>(
     let strange: Vec<EffectKind> =
         recommended.iter().copied().filter(|kind| best.problem.space.has_strange_shape(&best.fit.u, *kind)).collect();
     notes.extend(doubts(best, &recommended, &strange));
+    if let Some((left_pa, in_noise)) = errors::pressures_left(best, options.select.large) {
+        notes.push(format!(
+            "the recorded pressures are off by {:.2} kPa, {in_noise:.1} times their noise: what moves them is not explained, \
+             whatever is said of the motion",
+            1e-3 * left_pa
+        ));
+    }
     let verdict = match (recommended.is_empty(), something_is_left || !strange.is_empty()) {
         (true, _) if interrupted => Verdict::NotEnoughData,
         (true, true) => Verdict::OutsideCatalogue,
