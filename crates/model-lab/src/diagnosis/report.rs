@@ -69,14 +69,11 @@ pub(super) fn assemble<'a>(
     if something_is_left && formula == Formula::WhereSomethingIsLeft && !stop.is_asked() {
         tell(Progress::Doing("forces and flows without a law"));
         discrepancy = model_discrepancy(catalogue, best, options);
-    }
-    let alone = (something_is_left && formula == Formula::WhereSomethingIsLeft && !stop.is_asked())
-        .then(|| enough_alone(catalogue, found, best, discrepancy.as_ref(), options))
-        .flatten();
-    if let Some((base, alone, words)) = alone {
-        notes.push(words);
-        (best, recommended, discrepancy) = (base, Vec::new(), Some(alone));
-        left = remainder(best, &fit_options);
+        if let Some((base, alone, words)) = enough_alone(catalogue, found, best, discrepancy.as_ref(), options) {
+            notes.push(words);
+            (best, recommended, discrepancy) = (base, Vec::new(), Some(alone));
+            left = remainder(best, &fit_options);
+        }
     }
     let remainder = left;
     let certainty = Certainty::new(&best.problem, &best.fit);
@@ -86,14 +83,7 @@ pub(super) fn assemble<'a>(
     let group = indistinguishable.iter().map(|group| 1 + group.with.len()).max().unwrap_or(1);
     let strange: Vec<EffectKind> =
         recommended.iter().copied().filter(|kind| best.problem.space.has_strange_shape(&best.fit.u, *kind)).collect();
-    notes.extend(doubts(best, &recommended, &strange));
-    if let Some((left_pa, in_noise)) = errors::pressures_left(best, options.select.large) {
-        notes.push(format!(
-            "the recorded pressures are off by {:.2} kPa, {in_noise:.1} times their noise: what moves them is not explained, \
-             whatever is said of the motion",
-            1e-3 * left_pa
-        ));
-    }
+    notes.extend(doubts(best, &recommended, &strange, options));
     let verdict = match (recommended.is_empty(), something_is_left || !strange.is_empty()) {
         (true, _) if interrupted => Verdict::NotEnoughData,
         (true, true) => Verdict::OutsideCatalogue,
@@ -139,7 +129,12 @@ pub(super) fn assemble<'a>(
 }
 
 /// What makes an answer doubtful though it fits, in words.
-fn doubts(best: &Fitted<'_>, recommended: &[EffectKind], strange: &[EffectKind]) -> Vec<String> {
+fn doubts(
+    best: &Fitted<'_>,
+    recommended: &[EffectKind],
+    strange: &[EffectKind],
+    options: &DiagnoseOptions,
+) -> Vec<String> {
     let mut doubts = Vec::new();
     doubts.extend(strange.iter().map(|kind| {
         format!(
@@ -148,6 +143,13 @@ fn doubts(best: &Fitted<'_>, recommended: &[EffectKind], strange: &[EffectKind])
         )
     }));
     doubts.extend(short_of(best.fit.predicted_gain, best.fit.tolerance));
+    if let Some((left_pa, in_noise)) = errors::pressures_left(best, options.select.large) {
+        doubts.push(format!(
+            "the recorded pressures are off by {:.2} kPa, {in_noise:.1} times their noise: what moves them is not explained, \
+             whatever is said of the motion",
+            1e-3 * left_pa
+        ));
+    }
     if !recommended.is_empty() && best.problem.setup().noise_m.is_none() {
         doubts.push(
             "two times a stroke show how much is lost, hardly to what: something that no effect here describes can look \
