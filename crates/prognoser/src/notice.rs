@@ -96,6 +96,8 @@ pub enum Notice {
     GrowthChanged,
     /// Nothing that was known of the valve explains its last rows: the estimate starts anew.
     BegunAnew,
+    /// The times are again what they were while the valve was healthy, after others that nothing explained.
+    AsBefore,
     /// The wear grows along a curve rather than by the same amount every cycle.
     GrowthCurved,
     /// The wear rests.
@@ -148,6 +150,7 @@ impl Notice {
             Self::Repaired => "repaired",
             Self::GrowthChanged => "growth-changed",
             Self::BegunAnew => "begun-anew",
+            Self::AsBefore => "as-before",
             Self::GrowthCurved => "growth-curved",
             Self::GrowthRests => "growth-rests",
             Self::NoiseLarger { .. } => "noise-larger",
@@ -169,6 +172,7 @@ impl Notice {
             Self::Repaired
                 | Self::GrowthChanged
                 | Self::BegunAnew
+                | Self::AsBefore
                 | Self::CounterRestarted
                 | Self::Glitch { .. }
                 | Self::AboveLimit { .. }
@@ -246,6 +250,10 @@ impl fmt::Display for Notice {
             Self::BegunAnew => write!(
                 f,
                 "nothing that was known of this valve explains its last rows: the estimate starts anew, and takes nothing for granted of how worn it is"
+            ),
+            Self::AsBefore => write!(
+                f,
+                "the times are again what they were while the valve was healthy: what they were in between was no wear, such as a limit switch that was moved and put right"
             ),
             Self::GrowthCurved => {
                 write!(f, "the wear grows along a curve rather than by the same amount every cycle")

@@ -87,6 +87,7 @@ pub(crate) fn remark(tables: &TableBundle, reading: &Reading, estimate: &BayesEs
         Change::Repaired => Notice::Repaired,
         Change::Stepped => Notice::GrowthChanged,
         Change::Anew => Notice::BegunAnew,
+        Change::AsBefore => Notice::AsBefore,
     }));
 }
 

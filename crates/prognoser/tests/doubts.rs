@@ -129,3 +129,19 @@ fn columns_that_are_exchanged_from_a_row_on_stay_doubted() {
     let prognoses = run(Method::default(), &healthy(60, 3, |_| 0.01, mended));
     assert!(!prognoses[59].caveat.as_deref().unwrap_or_default().contains("exchanged"), "{:?}", prognoses[59]);
 }
+
+#[test]
+fn a_switch_that_was_moved_and_put_right_leaves_no_wear_behind() {
+    let mut told = 0;
+    for seed in 0..12 {
+        let (to, back) = (60 + seed, 75 + 2 * seed);
+        let moved = |cycle: u64, [close, open]: [f64; 2]| {
+            [if (to..back).contains(&cycle) { close - 0.12 } else { close }, open]
+        };
+        let prognoses = run(Method::default(), &healthy(150, seed, |_| 0.01, moved));
+        let last = &prognoses[149];
+        assert!(matches!(last.status, Status::Healthy | Status::Unknown), "{seed}: {last:?}");
+        told += usize::from(notices(&prognoses).iter().any(|(_, kind)| *kind == "as-before"));
+    }
+    assert!(told >= 9, "told in {told} of 12");
+}

@@ -10,6 +10,7 @@ use super::plant::Plant;
 use super::rate_prior::{RatePrior, WideGrowth};
 use super::special::{normal_tail, quick_ln};
 use super::start::{drifting, share};
+use super::state::Baseline;
 use super::workspace::Turning;
 
 /// Most hypotheses kept.
@@ -27,6 +28,10 @@ const CORRELATED: f64 = 0.5;
 /// Weight below which one of two ways to meet a reading is forgotten.
 const LN_MINOR: f64 = -9.0;
 
+/// Probability that a surprising row of a valve that nothing explained is one where the times are again what they were before: what
+/// changes them at once is often found and put right.
+const AS_BEFORE: f64 = 0.05;
+
 /// What a cycle did to the hypotheses.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Outcome {
@@ -36,6 +41,20 @@ pub(crate) struct Outcome {
     pub step: Option<f64>,
     /// Whether the likeliest hypothesis is a valve that was made as good as new.
     pub renewed: bool,
+    /// Whether it is a healthy valve with the times that it had while it was surely healthy.
+    pub as_before: bool,
+}
+
+/// What lies before a reading.
+pub(crate) struct Past {
+    /// Cycles since the one before, in units of the record.
+    pub cycles: f64,
+    /// Readings so far.
+    pub readings: f64,
+    /// Times while it was last surely healthy.
+    pub healthy: Option<Baseline>,
+    /// Those before the estimate began anew.
+    pub before: Option<Baseline>,
 }
 
 /// Moves all hypotheses on and lets them meet a reading, in the memory for what they turn into.
@@ -45,8 +64,7 @@ pub(crate) fn step(
     config: &BayesConfig,
     rates: &RatePrior,
     observed: &Observation,
-    cycles: f64,
-    readings: f64,
+    &Past { cycles, readings, healthy: known, before }: &Past,
 ) -> Outcome {
     if cycles > 0.0 {
         turn(hypotheses, turning, plant, config, rates, readings, observed.shape);
@@ -56,6 +74,7 @@ pub(crate) fn step(
     let mut best = f64::NEG_INFINITY;
     let mut renewed: Option<Hypothesis> = None;
     let mut healthy: Option<Hypothesis> = None;
+    let mut likeliest: Option<Hypothesis> = None;
     if cycles > 0.0 {
         for hypothesis in hypotheses.iter_mut() {
             advance(hypothesis, plant, cycles, prior, observed.shape);
@@ -100,16 +119,18 @@ pub(crate) fn step(
         }
         if after.ln_weight > best {
             best = after.ln_weight;
-            outcome = Outcome { update, step: jumped, renewed: false };
+            outcome = Outcome { update, step: jumped, ..Outcome::default() };
+            likeliest = Some(*hypothesis);
         }
     }
+    let surprised = likeliest.filter(|_| outcome.update.is_outlying && cycles > 0.0);
     if let Some(hypothesis) = renewed.filter(|_| hypotheses.iter().all(|hypothesis| hypothesis.cause != Cause::None)) {
         let mut after = as_good_as_new(&hypothesis, prior.repair);
         let before = after;
         let update = assimilate(&mut after, &before, plant, observed);
         if after.ln_weight > best {
             best = after.ln_weight;
-            outcome = Outcome { update, step: None, renewed: true };
+            outcome = Outcome { update, renewed: true, ..Outcome::default() };
         }
         hypotheses.push(after);
     }
@@ -117,7 +138,21 @@ pub(crate) fn step(
         let (after, update) = begun_by_step(healthy, wear, plant, config, observed, readings);
         if after.ln_weight > best {
             best = after.ln_weight;
-            outcome = Outcome { update, step: Some(after.mean[0]), renewed: false };
+            outcome = Outcome { update, step: Some(after.mean[0]), ..Outcome::default() };
+        }
+        hypotheses.push(after);
+    }
+    // Also where no table explains what came between, and that is not given up yet.
+    let as_known = |likeliest: &Hypothesis| before.or(known.filter(|_| likeliest.cause == Cause::Other));
+    if let Some((likeliest, before)) = surprised.and_then(|likeliest| Some((likeliest, as_known(&likeliest)?))) {
+        let sigma2 = likeliest.scale / observed.shape;
+        let noise = NoiseState::default();
+        let new = as_good_as_new(&likeliest, AS_BEFORE);
+        let mut after = before.healthy(Hypothesis { noise, inflation: noise.inflation(), ..new }, sigma2);
+        let prior = after;
+        let update = assimilate(&mut after, &prior, plant, observed);
+        if after.ln_weight > best {
+            outcome = Outcome { update, as_before: true, ..Outcome::default() };
         }
         hypotheses.push(after);
     }

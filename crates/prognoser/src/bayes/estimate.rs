@@ -18,6 +18,8 @@ pub enum Change {
     Stepped,
     /// Nothing that was thought of the valve explains its last rows: the estimate began anew.
     Anew,
+    /// Its times are again what they were while it was healthy, after others that nothing explained.
+    AsBefore,
 }
 
 /// Probability of each hypothesis.

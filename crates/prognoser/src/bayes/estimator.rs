@@ -14,7 +14,7 @@ use super::plant::{CycleConditions, Plant};
 use super::rate_prior::{Corrected, NODES, Node, RatePrior};
 use super::special::quick_exp;
 use super::start;
-use super::state::{ValveRecord, single};
+use super::state::{Baseline, ValveRecord, single};
 use super::two_leaks::TwoLeaks;
 use super::workspace::Workspace;
 use crate::reading::Reading;
@@ -126,9 +126,16 @@ impl BayesEstimator {
             config,
             &rates,
             &observed,
-            cycles as f64 / unit,
-            record.readings as f64,
+            &bank::Past {
+                cycles: cycles as f64 / unit,
+                readings: record.readings as f64,
+                healthy: record.healthy,
+                before: record.before,
+            },
         );
+        if outcome.as_before {
+            record.before = None;
+        }
         let proper = |stroke: usize| observed.time_s[stroke].is_none() || outcome.update.inlier[stroke] >= PROPER_FROM;
         if record.doubted(proper(0) && proper(1)) {
             *record = record.anew(noise_shape(config));
@@ -162,6 +169,11 @@ impl BayesEstimator {
         let soon = estimate.end.filter(|_| is_new).map_or(0.0, |end| end.soon);
         let spent = if estimate.change == Some(Change::Repaired) { 0.0 } else { f64::from(self.record.spent) };
         self.record.spent = single(spent + soon);
+        if estimate.probability.none >= self.config.healthy_from {
+            let none = workspace.hypotheses.iter().filter(|hypothesis| hypothesis.cause == Cause::None);
+            let likeliest = none.max_by(|a, b| a.ln_weight.total_cmp(&b.ln_weight));
+            self.record.healthy = likeliest.map(|none| Baseline::of(none, none.scale / shape));
+        }
         estimate
     }
 
@@ -249,6 +261,8 @@ impl BayesEstimator {
         };
         if outcome.renewed {
             estimate.change = Some(Change::Repaired);
+        } else if outcome.as_before {
+            estimate.change = Some(Change::AsBefore);
         }
         let wearing = hypotheses.iter().zip(weights.iter()).filter(|(hypothesis, _)| hypothesis.cause != Cause::None);
         let (all, seen) = wearing.fold((0.0, 0.0), |(all, seen), (hypothesis, weight)| {

@@ -10,7 +10,7 @@ use super::law::Law;
 use super::noise::NoiseState;
 
 /// Version of [`ValveRecord`]. A record of another version is not understood.
-pub const STATE_VERSION: u32 = 11;
+pub const STATE_VERSION: u32 = 12;
 
 /// Ratio of the usual number of cycles between rows to the unit from which on the unit is another one: priors of paces and of
 /// changes are wider than that.
@@ -50,6 +50,32 @@ struct StoredHypothesis {
     left_s: [f32; 2],
 }
 
+/// Times of a healthy valve: what its tables are off by, relative, and the variances of that.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Baseline {
+    mean: [f32; 2],
+    variance: [f32; 2],
+}
+
+impl Baseline {
+    /// That of a hypothesis with a noise variance.
+    pub(crate) fn of(healthy: &Hypothesis, sigma2: f64) -> Self {
+        Self {
+            mean: [2, 3].map(|i| single(healthy.mean[i])),
+            variance: [2, 3].map(|i| single(healthy.cov[i][i] * sigma2)),
+        }
+    }
+
+    /// A healthy valve with these times.
+    pub(crate) fn healthy(&self, mut new: Hypothesis, sigma2: f64) -> Hypothesis {
+        let [close, open] = self.mean.map(f64::from);
+        new.mean = [0.0, 0.0, close, open];
+        let [close, open] = self.variance.map(f64::from);
+        new.set_variances([0.0, 0.0, close, open], sigma2);
+        new
+    }
+}
+
 /// All that is remembered of the readings of one valve.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ValveRecord {
@@ -72,6 +98,10 @@ pub struct ValveRecord {
     pub(crate) inflation: f32,
     /// Probability so far that the valve would have ended in service.
     pub(crate) spent: f32,
+    /// Its times while it was last surely healthy.
+    pub(crate) healthy: Option<Baseline>,
+    /// Those before the estimate began anew, which may come back.
+    pub(crate) before: Option<Baseline>,
     #[serde(rename = "parts")]
     hypotheses: Vec<StoredHypothesis>,
 }
@@ -88,13 +118,15 @@ impl ValveRecord {
             shape: single(shape),
             inflation: 1.0,
             spent: 0.0,
+            healthy: None,
+            before: None,
             hypotheses: Vec::new(),
         }
     }
 
-    /// The same of a valve of which nothing is known but how its cycles are counted.
+    /// The same of a valve of which nothing is known but how its cycles are counted, and what its times were.
     pub(crate) fn anew(&self, shape: f64) -> Self {
-        Self { unit: self.unit, gaps: self.gaps, ..Self::new(shape) }
+        Self { unit: self.unit, gaps: self.gaps, before: self.healthy.or(self.before), ..Self::new(shape) }
     }
 
     /// Takes in how many cycles lie before a reading. Where the usual number has become another one, by how much the unit has
