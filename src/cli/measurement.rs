@@ -93,6 +93,15 @@ fn effect_parser() -> impl TypedValueParser<Value = EffectKind> {
     ids.map(|id| EffectKind::from_id(&id).unwrap_or_else(|| unreachable!("it is one of them")))
 }
 
+/// What a search for missing effects leaves out.
+#[derive(Debug, Default, Args)]
+pub struct RuledOutArgs {
+    /// Effects that you know are not there, such as process-force on a bench without a line: they are not looked for
+    /// (`valve effects` lists all)
+    #[arg(long, value_name = "IDS", value_delimiter = ',', value_parser = effect_parser(), hide_possible_values = true)]
+    pub without: Vec<EffectKind>,
+}
+
 /// Options of `explain`.
 #[derive(Debug, Args)]
 #[command(after_long_help = "\
@@ -129,10 +138,8 @@ pub struct ExplainArgs {
     /// An error that does not matter to you, such as "0.2 mm": nothing smaller is looked for
     #[arg(long, value_name = "LENGTH", value_parser = crate::cli::quantities::length_m)]
     pub good_enough: Option<f64>,
-    /// Effects that you know are not there, such as process-force on a bench without a line: they are not looked for
-    /// (`valve effects` lists all)
-    #[arg(long, value_name = "IDS", value_delimiter = ',', value_parser = effect_parser(), hide_possible_values = true)]
-    pub without: Vec<EffectKind>,
+    #[command(flatten)]
+    pub ruled_out: RuledOutArgs,
     /// Replace outputs that exist
     #[arg(long)]
     pub force: bool,
@@ -163,6 +170,8 @@ pub struct AdoptArgs {
     /// Id of an effect of the catalogue, name of a custom effect of the valve file, or "unexplained"
     #[arg(long = "effect", value_name = "ID")]
     pub effects: Vec<String>,
+    #[command(flatten)]
+    pub ruled_out: RuledOutArgs,
     /// Where the new valve file goes
     #[arg(long, value_name = "FILE")]
     pub out: PathBuf,

@@ -17,7 +17,7 @@ use crate::output::{ColorWhen, Units};
 
 pub use init::{InitArgs, InitCampaignArgs, InitValveArgs, InitWhat};
 pub use lab::{LabArgs, PageArgs, WatchArgs};
-pub use measurement::{AdoptArgs, CalibrateArgs, CompareArgs, ExplainArgs};
+pub use measurement::{AdoptArgs, CalibrateArgs, CompareArgs, ExplainArgs, RuledOutArgs};
 pub use model::{EffectsArgs, ReportArgs, RevertArgs, SimulateArgs};
 pub use prognosis::{
     BrokerArgs, DemoArgs, EvaluateArgs, GrowthName, LearnArgs, LogColumnArgs, MethodName, PrognoseArgs, StartName,

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use answers::CampaignInput;
 use answers::adoption::{Adoption, AdoptionError, needs_formula, with_formula};
 use answers::figures::explanation::staircase;
-use model_lab::diagnosis::{DiagnoseOptions, FittedParameter, NuisanceReport};
+use model_lab::diagnosis::{FittedParameter, NuisanceReport};
 use quantity::Dimension;
 use serde::Serialize;
 use serde_json::Value;
@@ -13,7 +13,7 @@ use serde_json::Value;
 use super::adopt_life::{Lives, LivesDocument};
 use super::log_input::LogInput;
 use super::{calibrate, campaign_input, explain, steps};
-use crate::cli::{AdoptArgs, Format};
+use crate::cli::{AdoptArgs, Format, RuledOutArgs};
 use crate::failure::{Answer, Hinted};
 use crate::output::{self, Outputs, PlotFile, ProgressLine, free_name_beside, next_step, told_in};
 
@@ -28,7 +28,7 @@ pub fn run(args: &AdoptArgs) -> anyhow::Result<Answer> {
         LogInput::open(log, &args.columns, false)?.announce();
     }
     let line = ProgressLine::new("refitting everything");
-    let adoption = adoption(&input, &args.effects)?;
+    let adoption = adoption(&input, &args.effects, &args.ruled_out)?;
     drop(line);
     let (steps, best) = (adoption.steps(), adoption.best());
     let lives = args.log.as_deref().map(|log| Lives::read(log, &args.columns, &adoption.models)).transpose()?;
@@ -102,14 +102,14 @@ struct AdoptDocument<'a> {
 }
 
 /// Adds and refits, with the formula of what no effect explains where it is asked for and not in the file yet.
-fn adoption(input: &CampaignInput, names: &[String]) -> anyhow::Result<Adoption> {
+fn adoption(input: &CampaignInput, names: &[String], ruled_out: &RuledOutArgs) -> anyhow::Result<Adoption> {
     let hinted = |error: AdoptionError| match error.hint() {
         Some(hint) => Hinted::error(error.to_string(), hint),
         None => error.into(),
     };
     let file = if needs_formula(&input.file, names) {
         output::note("looking for the formula, as `valve explain` does");
-        let answer = explain::search(input, &DiagnoseOptions::default())?;
+        let answer = explain::search(input, &explain::options(ruled_out))?;
         with_formula(&input.file, &answer).map_err(hinted)?
     } else {
         input.file.clone()

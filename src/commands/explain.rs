@@ -17,7 +17,7 @@ use quantity::Dimension;
 
 use super::adopt::{parameter_lines, with_error};
 use super::{campaign_input, steps};
-use crate::cli::{ExplainArgs, Format};
+use crate::cli::{ExplainArgs, Format, RuledOutArgs};
 use crate::failure::{Answer, Hinted};
 use crate::output::{self, Align, Outputs, PlotFile, ProgressLine, TextTable, free_name_beside, next_step, told_in};
 use answers::figures::explanation as pictures;
@@ -31,12 +31,11 @@ pub fn run(args: &ExplainArgs) -> anyhow::Result<Answer> {
     let plot_steps = PlotFile::create(&mut outputs, args.plot_steps.as_deref())?;
     let plot_missing = PlotFile::create(&mut outputs, args.plot_missing.as_deref())?;
     let plot_experiment = PlotFile::create(&mut outputs, args.plot_experiment.as_deref())?;
-    let mut options = DiagnoseOptions { good_enough_m: args.good_enough, ..DiagnoseOptions::default() };
-    options.effects.retain(|kind| !args.without.contains(kind));
+    let options = DiagnoseOptions { good_enough_m: args.good_enough, ..options(&args.ruled_out) };
     let answer = search(&input, &options)?;
     match args.format {
         Format::Text => {
-            let (why, words) = next(&args.valve, &input, &answer);
+            let (why, words) = next(&args.valve, &input, &answer, &args.ruled_out);
             let words: Vec<&str> = words.iter().map(String::as_str).collect();
             output::print_text(&(text(&answer, &input) + &next_step(&why, &words)))?;
         }
@@ -63,6 +62,13 @@ pub fn run(args: &ExplainArgs) -> anyhow::Result<Answer> {
         }
     }
     Ok(if answer.interrupted { Answer::Interrupted } else { Answer::Fine })
+}
+
+/// A search without what was ruled out.
+pub fn options(ruled_out: &RuledOutArgs) -> DiagnoseOptions {
+    let mut options = DiagnoseOptions::default();
+    options.effects.retain(|kind| !ruled_out.without.contains(kind));
+    options
 }
 
 /// Searches for what is missing, with a line of progress; Ctrl-C ends it with what is known by then.
@@ -215,18 +221,24 @@ fn in_unit(nuisance: &NuisanceReport, value: f64) -> (String, String, String) {
     }
 }
 
-/// What to do with an answer: why, and the call that does it.
-pub fn next(valve: &Path, input: &CampaignInput, answer: &Explanation) -> (String, Vec<String>) {
+/// What to do with an answer: why, and the call that does it. A search that it asks for leaves out what this one did.
+pub fn next(
+    valve: &Path,
+    input: &CampaignInput,
+    answer: &Explanation,
+    ruled_out: &RuledOutArgs,
+) -> (String, Vec<String>) {
     let [file, strokes] = [valve, &input.campaign_path].map(|path| path.display().to_string());
     let call = |why: &str, words: &[&str]| (why.to_owned(), words.iter().map(|word| (*word).to_owned()).collect());
-    let adopt = |why: &str, out: &str, effects: &[&str]| {
+    let ids = ruled_out.without.iter().map(|kind| kind.id()).collect::<Vec<_>>().join(",");
+    let without: &[&str] = if ids.is_empty() { &[] } else { &["--without", &ids] };
+    let adopt = |why: &str, out: &str, effects: &[&str], without: &[&str]| {
         let out = free_name_beside(valve, out);
         let effects = effects.iter().flat_map(|id| ["--effect", id]);
-        let words: Vec<&str> =
-            ["adopt", &file, &strokes].into_iter().chain(effects).chain(["--out", out.as_str()]).collect();
-        call(why, &words)
+        let words = ["adopt", &file, &strokes].into_iter().chain(effects).chain(without.iter().copied());
+        call(why, &words.chain(["--out", out.as_str()]).collect::<Vec<_>>())
     };
-    let again = ["explain", file.as_str(), strokes.as_str()];
+    let again = [&["explain", file.as_str(), strokes.as_str()], without].concat();
     if let Some(Exchanged { runs: [one, other], what }) = &answer.exchanged {
         let why =
             format!("in {strokes}, write the {what} of {one} and {other} the other way round; then explain again");
@@ -247,7 +259,7 @@ pub fn next(valve: &Path, input: &CampaignInput, answer: &Explanation) -> (Strin
             let why = "the valve file is fitted to these strokes: build the tables that a timing log is read with";
             call(why, &["build-tables", &file, "--out", &tables])
         }
-        Verdict::Adequate => adopt("write the refitted parameters into a valve file", "calibrated.toml", &[]),
+        Verdict::Adequate => adopt("write the refitted parameters into a valve file", "calibrated.toml", &[], &[]),
         Verdict::EffectFound | Verdict::PartlyExplained => {
             let effects: Vec<&str> = answer.recommended.iter().map(|kind| kind.id()).collect();
             let first = if answer.indistinguishable.iter().any(|group| group.experiment.is_some()) {
@@ -255,11 +267,12 @@ pub fn next(valve: &Path, input: &CampaignInput, answer: &Explanation) -> (Strin
             } else {
                 ""
             };
-            adopt(&format!("add what was found to the valve file{first}"), "better.toml", &effects)
+            adopt(&format!("add what was found to the valve file{first}"), "better.toml", &effects, &[])
         }
         Verdict::OutsideCatalogue => match answer.discrepancy.as_ref().filter(|_| explanation::is_explained(answer)) {
             Some(discrepancy) => {
-                adopt("add the formula to the valve file, refitted", "better.toml", &[discrepancy.effect.name()])
+                let name = discrepancy.effect.name();
+                adopt("add the formula to the valve file, refitted", "better.toml", &[name], without)
             }
             None => call(
                 "see where the missing force or flow sits",

@@ -17,7 +17,7 @@ use serde_json::json;
 use valve_model::custom::CustomEffect;
 
 use super::Part;
-use crate::cli::{LogColumnArgs, ReportArgs};
+use crate::cli::{LogColumnArgs, ReportArgs, RuledOutArgs};
 use crate::commands::adopt_life::Lives;
 use crate::commands::{adopt, calibrate, compare, explain, steps};
 use crate::output::{command, told_in};
@@ -104,7 +104,7 @@ fn short(args: &ReportArgs, input: &CampaignInput, answer: &Explanation, lives: 
         points.push(Point::new("Error", format!("{before} ({}), {after} ({})", first.step, last.step)));
     }
     points.extend(lives.map(|lives| Point::new("Remaining life", lives.words())));
-    let (why, words) = explain::next(&args.valve, input, answer);
+    let (why, words) = explain::next(&args.valve, input, answer, &RuledOutArgs::default());
     let words: Vec<&str> = words.iter().map(String::as_str).collect();
     let command = Some(command(&words).trim_start().to_owned());
     points.push(Point { lead: "With the model", text: why.replace("above", "below"), command });

@@ -32,12 +32,12 @@ impl TakenBy {
     /// In words.
     pub fn words(self) -> &'static str {
         match self {
-            Self::PositionSensor => "position sensor",
-            Self::Clock => "clock and delays of commands",
-            Self::Conditions => "supply, temperature and load of the runs",
+            Self::PositionSensor => "the position sensor",
+            Self::Clock => "the clock and delays of commands",
+            Self::Conditions => "the supply, temperature and load of the runs",
             Self::Start => "how records begin",
-            Self::PressureSensors => "pressure sensors",
-            Self::Valve => "piston area and damping of the stops",
+            Self::PressureSensors => "the pressure sensors",
+            Self::Valve => "the piston area and the damping of the stops",
         }
     }
 

@@ -2,6 +2,7 @@
 
 use super::assimilate::{Meeting, Observation, Update, assimilate, assimilate_all};
 use super::config::BayesConfig;
+use super::estimate::Change;
 use super::hypothesis::{Cause, Hypothesis, Mode, SIZE};
 use super::law::Law;
 use super::motion::{advance, late, turn};
@@ -43,6 +44,17 @@ pub(crate) struct Outcome {
     pub renewed: bool,
     /// Whether it is a healthy valve with the times that it had while it was surely healthy.
     pub as_before: bool,
+}
+
+impl Outcome {
+    /// What has changed.
+    pub(crate) fn change(&self) -> Option<Change> {
+        match self.step {
+            _ if self.renewed => Some(Change::Repaired),
+            _ if self.as_before => Some(Change::AsBefore),
+            step => step.map(|by| if by < 0.0 { Change::Repaired } else { Change::Stepped }),
+        }
+    }
 }
 
 /// What lies before a reading.

@@ -253,17 +253,12 @@ impl BayesEstimator {
             unit: [0, 1].map(|stroke| unit(&heaviest, plant, stroke, sigma2(&heaviest))),
             inlier: outcome.update.inlier,
             residual_s: outcome.update.residual_s,
-            change: outcome.step.map(|by| if by < 0.0 { Change::Repaired } else { Change::Stepped }),
+            change: outcome.change(),
             curved: 0.0,
             rough: 0.0,
             resting: 0.0,
             seen: 0.0,
         };
-        if outcome.renewed {
-            estimate.change = Some(Change::Repaired);
-        } else if outcome.as_before {
-            estimate.change = Some(Change::AsBefore);
-        }
         let wearing = hypotheses.iter().zip(weights.iter()).filter(|(hypothesis, _)| hypothesis.cause != Cause::None);
         let (all, seen) = wearing.fold((0.0, 0.0), |(all, seen), (hypothesis, weight)| {
             (all + weight, if is_seen(hypothesis, sigma2(hypothesis)) { seen + weight } else { seen })
