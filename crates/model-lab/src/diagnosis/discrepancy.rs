@@ -106,6 +106,8 @@ pub struct ModelDiscrepancy {
     pub moved: Vec<MovedParameter>,
     /// What instruments and conditions are off by beside it.
     pub nuisances: Vec<NuisanceReport>,
+    /// The recorded pressures that it leaves unexplained: [`errors::pressures_left`].
+    pub pressures_left: Option<(f64, f64)>,
 }
 
 impl ModelDiscrepancy {
@@ -259,6 +261,7 @@ fn judged(
         held_out: held,
         moved,
         nuisances,
+        pressures_left: errors::pressures_left(&model, options.select.large),
     })
 }
 

@@ -83,7 +83,7 @@ pub(super) fn assemble<'a>(
     let group = indistinguishable.iter().map(|group| 1 + group.with.len()).max().unwrap_or(1);
     let strange: Vec<EffectKind> =
         recommended.iter().copied().filter(|kind| best.problem.space.has_strange_shape(&best.fit.u, *kind)).collect();
-    notes.extend(doubts(best, &recommended, &strange, options));
+    notes.extend(doubts(best, &recommended, &strange));
     let verdict = match (recommended.is_empty(), something_is_left || !strange.is_empty()) {
         (true, _) if interrupted => Verdict::NotEnoughData,
         (true, true) => Verdict::OutsideCatalogue,
@@ -97,14 +97,14 @@ pub(super) fn assemble<'a>(
     }
     let certainty = Certainty::of_model(best);
     // Without the formula, instruments and parameters make up for what it describes.
-    let (moved, nuisances) = discrepancy.as_ref().map_or_else(
-        || {
-            let moved = moved_parameters(&best.problem, &best.fit, &certainty);
-            let nuisances = nuisance_reports(best, &certainty, &moved);
-            (moved, nuisances)
-        },
-        |formula| (formula.moved.clone(), formula.nuisances.clone()),
-    );
+    let (moved, nuisances, pressures) = if let Some(formula) = &discrepancy {
+        (formula.moved.clone(), formula.nuisances.clone(), formula.pressures_left)
+    } else {
+        let moved = moved_parameters(&best.problem, &best.fit, &certainty);
+        let nuisances = nuisance_reports(best, &certainty, &moved);
+        (moved, nuisances, errors::pressures_left(best, options.select.large))
+    };
+    notes.extend(pressures.map(pressures_words));
     Explanation {
         verdict,
         parameters: effect_parameters(&best.problem, &best.fit, &certainty, &recommended, !stop.is_asked()),
@@ -129,12 +129,7 @@ pub(super) fn assemble<'a>(
 }
 
 /// What makes an answer doubtful though it fits, in words.
-fn doubts(
-    best: &Fitted<'_>,
-    recommended: &[EffectKind],
-    strange: &[EffectKind],
-    options: &DiagnoseOptions,
-) -> Vec<String> {
+fn doubts(best: &Fitted<'_>, recommended: &[EffectKind], strange: &[EffectKind]) -> Vec<String> {
     let mut doubts = Vec::new();
     doubts.extend(strange.iter().map(|kind| {
         format!(
@@ -143,13 +138,6 @@ fn doubts(
         )
     }));
     doubts.extend(short_of(best.fit.predicted_gain, best.fit.tolerance));
-    if let Some((left_pa, in_noise)) = errors::pressures_left(best, options.select.large) {
-        doubts.push(format!(
-            "the recorded pressures are off by {:.2} kPa, {in_noise:.1} times their noise: what moves them is not explained, \
-             whatever is said of the motion",
-            1e-3 * left_pa
-        ));
-    }
     if !recommended.is_empty() && best.problem.setup().noise_m.is_none() {
         doubts.push(
             "two times a stroke show how much is lost, hardly to what: something that no effect here describes can look \
@@ -165,6 +153,15 @@ fn doubts(
         ));
     }
     doubts
+}
+
+/// What is said of recorded pressures that are off by so much, Pa, and so many times their noise.
+fn pressures_words((left_pa, in_noise): (f64, f64)) -> String {
+    format!(
+        "the recorded pressures are off by {:.2} kPa, {in_noise:.1} times their noise: what moves them is not explained, \
+         whatever is said of the motion",
+        1e-3 * left_pa
+    )
 }
 
 /// What is said of a fit that ended where its derivatives still promise so many nats: no step has kept that, so that one or the
