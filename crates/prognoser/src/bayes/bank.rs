@@ -154,8 +154,12 @@ pub(crate) fn step(
         }
         hypotheses.push(after);
     }
-    // Also where no table explains what came between, and that is not given up yet.
-    let as_known = |likeliest: &Hypothesis| before.or(known.filter(|_| likeliest.cause == Cause::Other));
+    // Also where no table explains what came between, and that is not given up yet. Wear that a table explains is repaired.
+    let as_known = |likeliest: &Hypothesis| match likeliest.cause {
+        Cause::None => before,
+        Cause::Other => before.or(known),
+        Cause::Wear(_) | Cause::Both => None,
+    };
     if let Some((likeliest, before)) = surprised.and_then(|likeliest| Some((likeliest, as_known(&likeliest)?))) {
         let sigma2 = likeliest.scale / observed.shape;
         let noise = NoiseState::default();
